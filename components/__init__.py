@@ -1,0 +1,1 @@
+"""Whatever can be stepped: the contract, and the components that keep it."""

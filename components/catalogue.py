@@ -1,0 +1,59 @@
+"""Name -> component class.
+
+Our own components are listed here; third parties add theirs by the entry-point group ``granular_env.components``.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from .contract import Component
+from .errors import ParameterError, nearest
+
+ENTRY_POINT_GROUP = "granular_env.components"
+
+_OWN = {
+    "chain": ".chain.component:Chain",
+    "oscillator": ".oscillator:Oscillator",
+}
+
+
+def names() -> list[str]:
+    """All known component names, ours first."""
+    return [*_OWN, *(point.name for point in _foreign() if point.name not in _OWN)]
+
+
+def component_class(name: str) -> type[Component]:
+    """The class behind a catalogue name; imported only now.
+
+    Raises:
+        ParameterError: no such component, or a third party's cannot be loaded.
+    """
+    if name in _OWN:
+        module, _, attribute = _OWN[name].partition(":")
+        return getattr(import_module(module, __package__), attribute)
+    for point in _foreign():
+        if point.name == name:
+            return _loaded(point)
+    raise ParameterError(f"component type {name!r} is unknown; {nearest(name, names())}")
+
+
+def make(name: str, **parameters: Any) -> Component:
+    """A component by its catalogue name."""
+    return component_class(name)(**parameters)
+
+
+def _foreign() -> list[EntryPoint]:
+    return list(entry_points(group=ENTRY_POINT_GROUP))
+
+
+def _loaded(point: EntryPoint) -> type[Component]:
+    try:
+        loaded = point.load()
+    except Exception as error:
+        raise ParameterError(f"component type {point.name!r}: loading {point.value} failed: {error}") from error
+    if not (isinstance(loaded, type) and issubclass(loaded, Component)):
+        raise ParameterError(f"component type {point.name!r}: {point.value} is no subclass of Component")
+    return loaded

@@ -1,0 +1,615 @@
+"""The contract: what every component offers, on one page.
+
+    component = SomeComponent(**parameters)          # SI units; ParameterError names what is wrong
+    component.reset(velocity=..., seed=...)          # start values
+    component.step(1e-6, left_force=3.0)             # advance exactly so long, inputs held
+    component.get("velocity")                        # any variable, a copy
+    state = component.save(); component.restore(state)
+    component.ledger()                               # energy and momentum: in, stored, lost, left over
+
+Time is an integer tick: ``time = tick * step_size``. A step happens whole or not at all. ``step(n h)`` is bit-equal to n
+times ``step(h)``, with any pause, save and restore between. Inputs keep their value until they are set again, `reset` puts
+them back to their start. `oscillator.py` is the shortest complete component.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
+from time import perf_counter
+from typing import Any, ClassVar, Literal, Protocol, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from .errors import FmuError, GranularError, GranularWarning, LogError, ParameterError, StepError, nearest
+from .packing import canonical_json, pack, unpack
+from .profiles import CompiledProfile, Profile
+
+__all__ = [
+    "Block",
+    "Component",
+    "FmuError",
+    "GranularError",
+    "GranularWarning",
+    "Ledger",
+    "LogError",
+    "Observer",
+    "ParameterError",
+    "Parameters",
+    "Particles",
+    "Snapshot",
+    "StepError",
+    "Variable",
+]
+
+FloatArray = npt.NDArray[np.float64]
+Held = float | CompiledProfile
+Model = TypeVar("Model", bound=BaseModel)
+
+# A long step is cut, invisibly, into pieces of about this wall time, so that Ctrl-C and observers get their turn [s].
+_CHUNK_SECONDS = 0.05
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Variable:
+    """One named quantity of a component: everything that a file, a space, a schema or a page needs to know of it."""
+
+    name: str
+    causality: Literal["parameter", "input", "output"]
+    unit: str
+    shape: tuple[int, ...]
+    description: str
+    dtype: str = "float64"
+    start: Any = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    state: bool = False
+    """Whether it is part of the state: it can be given to `reset`, and logs hash it."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Ledger:
+    """Energy [J] and momentum [kg m/s] of a component since its reset, and what the numerics left over."""
+
+    kinetic_energy: float
+    potential_energy: float
+    dissipated_energy: float
+    fracture_energy: float
+    input_work: float
+    energy_residual: float
+    momentum: float
+    impulse: float
+    momentum_residual: float
+
+
+_LEDGER_VARIABLES = (
+    ("kinetic_energy", "J", "kinetic energy"),
+    ("potential_energy", "J", "stored elastic energy"),
+    ("dissipated_energy", "J", "energy lost to dissipation since the reset"),
+    ("fracture_energy", "J", "energy spent on fracture since the reset"),
+    ("input_work", "J", "work done by inputs and boundaries since the reset"),
+    ("energy_residual", "J", "energy now + lost - at the reset - input_work: the error of the numerics"),
+    ("momentum", "kg m/s", "total momentum"),
+    ("impulse", "kg m/s", "impulse given by inputs and boundaries since the reset"),
+    ("momentum_residual", "kg m/s", "momentum now - at the reset - impulse: the error of the numerics"),
+)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Particles:
+    """What a viewer can draw of a component: spheres, how they move and what colours them.
+
+    Attributes:
+        reference: positions before anything moves, shape (n, 3) [m].
+        radius: shape (n,) [m].
+        displacement: name of the output that holds each particle's displacement, shape (n,) along x or (n, 3) [m].
+        colour: name of the output whose value colours each particle, shape (n,).
+    """
+
+    reference: FloatArray
+    radius: FloatArray
+    displacement: str
+    colour: str
+
+
+class Parameters(BaseModel):
+    """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+
+
+class Block:
+    """The changing state of a component: one block of memory with named views, so that a snapshot is one copy."""
+
+    def __init__(self, **fields: tuple[str, tuple[int, ...]]) -> None:
+        """Lay out `fields`, name -> (dtype of 8 bytes, shape), one after the other, zeroed."""
+        sizes = {name: math.prod(shape) for name, (_, shape) in fields.items()}
+        self.memory: FloatArray = np.zeros(sum(sizes.values()))
+        self.views: dict[str, np.ndarray] = {}
+        offset = 0
+        for name, (dtype, shape) in fields.items():
+            part = self.memory[offset : offset + sizes[name]]
+            self.views[name] = part.view(dtype).reshape(shape)
+            offset += sizes[name]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.views[name]
+
+
+class Snapshot:
+    """Everything that changes in a component, at one tick, and the identity of the component it belongs to.
+
+    Attributes:
+        identity: hash of the component's name, version and parameters.
+        tick: integer time.
+        memory: the state's bits.
+        inputs: the inputs held at that moment.
+    """
+
+    __slots__ = ("identity", "inputs", "memory", "tick")
+
+    def __init__(self, identity: str, tick: int, memory: FloatArray, inputs: Mapping[str, Held]) -> None:
+        self.identity, self.tick, self.memory, self.inputs = identity, tick, memory, inputs
+
+    def to_bytes(self) -> bytes:
+        """A versioned header and plain arrays; see `packing`."""
+        numbers = {name: value for name, value in self.inputs.items() if isinstance(value, float)}
+        profiles = {name: value for name, value in self.inputs.items() if not isinstance(value, float)}
+        header = {
+            "kind": "snapshot",
+            "identity": self.identity,
+            "tick": self.tick,
+            "inputs": {name: value.hex() for name, value in numbers.items()},
+            "profiles": {name: value.step_size.hex() for name, value in profiles.items()},
+        }
+        arrays = {"memory": self.memory.view(np.int64)}
+        for name, value in profiles.items():
+            arrays[f"{name}.ticks"], arrays[f"{name}.coefficients"] = value.ticks, value.coefficients
+        return pack(header, arrays)
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Self:
+        """The snapshot that `to_bytes` wrote; `LogError` for anything else."""
+        header, arrays = unpack(data)
+        try:
+            if header["kind"] != "snapshot":
+                raise LogError(f"these bytes hold a {header['kind']!r}, expected a snapshot")
+            inputs: dict[str, Held] = {name: float.fromhex(text) for name, text in header["inputs"].items()}
+            if not all(math.isfinite(value) for value in inputs.values() if isinstance(value, float)):
+                raise LogError("a snapshot holds an input that is not finite")
+            for name, step_size in header["profiles"].items():
+                ticks, coefficients = arrays[f"{name}.ticks"], arrays[f"{name}.coefficients"]
+                if ticks.dtype != np.int64 or coefficients.dtype != np.float64:
+                    raise LogError(f"the profile of {name!r} in a snapshot has the wrong dtype")
+                inputs[name] = CompiledProfile(float.fromhex(step_size), ticks, coefficients)
+            memory, tick, identity = arrays["memory"], header["tick"], header["identity"]
+            if memory.dtype != np.int64 or memory.ndim != 1:
+                raise LogError("a snapshot's memory is not a list of 8-byte words")
+            if not (isinstance(tick, int) and 0 <= tick < 2**62 and isinstance(identity, str)):
+                raise LogError(f"a snapshot has tick {tick!r}, expected a whole number from 0")
+        except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
+            if isinstance(error, GranularError) and not isinstance(error, ParameterError):
+                raise
+            raise LogError(f"these bytes are no snapshot: {error}") from error
+        return cls(identity, tick, memory.view(np.float64), inputs)
+
+
+class Observer(Protocol):
+    """Looks at a component while it steps (a recorder, a viewer, a progress bar); never changes it."""
+
+    next_tick: int
+    """The next tick at which `look` wants to be called; a step that goes past is cut there, invisibly."""
+
+    def began(self, component: Component) -> None:
+        """After a reset or a restore: a new history starts here."""
+
+    def look(self, component: Component) -> None:
+        """At `next_tick`, perhaps inside a step; sets `next_tick` anew."""
+
+    def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
+        """After a whole step, with the inputs that were set by it (compiled)."""
+
+    def failed(self, component: Component, error: BaseException) -> None:
+        """After a step that failed or was interrupted: the component is back where that step began."""
+
+
+class Component(ABC):
+    """A physical system that can be reset, stepped, read, saved and restored."""
+
+    name: ClassVar[str]
+    """Catalogue name."""
+    version: ClassVar[int] = 1
+    """Raised whenever the same parameters and inputs would give other bits."""
+    Parameters: ClassVar[type[Parameters]]
+    platform_bound: ClassVar[bool] = False
+    """True where the same run may give other bits on another CPU."""
+
+    # Set by `_build`.
+    step_size: float
+    """Length of one internal step [s]."""
+    _block: Block
+
+    def __init__(self, **parameters: Any) -> None:
+        """Check the parameters, allocate everything once, and reset.
+
+        Raises:
+            ParameterError: a parameter is unknown, missing or out of range.
+        """
+        self.parameters = validated(self.Parameters, parameters, f"component {self.name!r}")
+        self._build()
+        self.identity: str = hashlib.sha256(
+            canonical_json([self.name, self.version, self.parameters.model_dump(mode="json")])
+        ).hexdigest()
+        self.variables: dict[str, Variable] = {variable.name: variable for variable in self._all_variables()}
+        self._readers: dict[str, Callable[[], Any]] = self._outputs()
+        self._inputs = {v.name: v for v in self.variables.values() if v.causality == "input"}
+        self._observers: list[Observer] = []
+        self._tick_counts: dict[float | None, int] = {None: 1}
+        self._chunk_ticks = 256
+        self._backup = self._block.memory.copy()
+        self._held: dict[str, Held] = {}
+        self._tick = 0
+        self.reset()
+
+    # -- what a component has to provide ----------------------------------------------------------------------------
+
+    @abstractmethod
+    def _build(self) -> None:
+        """From `self.parameters`: set `step_size` and `_block`, compute the tables that do not change."""
+
+    @abstractmethod
+    def _declare(self) -> Iterable[Variable]:
+        """Inputs and outputs (parameters and the ledger's entries are declared by this class)."""
+
+    @abstractmethod
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        """How to read each output of `_declare`: name -> function that returns a fresh number or array."""
+
+    @abstractmethod
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
+        """Write the start state into the (zeroed) block; return the inputs' start values that are not 0."""
+
+    @abstractmethod
+    def _apply(self, inputs: Mapping[str, Held]) -> None:
+        """Take over inputs that have changed."""
+
+    @abstractmethod
+    def _advance(self, ticks: int) -> int:
+        """Advance the block by whole ticks from `self._tick`; 0, or a status that `_explain` turns into an error."""
+
+    @abstractmethod
+    def _explain(self, status: int) -> StepError:
+        """The error for a status, while the failed state is still there."""
+
+    @abstractmethod
+    def ledger(self) -> Ledger:
+        """Energy and momentum: in, stored, lost, and what is left over."""
+
+    def report(self) -> dict[str, float]:
+        """Figures that say how far the model's own assumptions held, name with unit -> value."""
+        return {}
+
+    def particles(self) -> Particles | None:
+        """What a viewer can draw; None where there is nothing."""
+        return None
+
+    def cautions(self) -> list[str]:
+        """Sentences for every assumption that the run so far has left behind."""
+        return []
+
+    # -- life cycle -------------------------------------------------------------------------------------------------
+
+    @property
+    def tick(self) -> int:
+        """Integer time."""
+        return self._tick
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self._tick * self.step_size
+
+    def reset(self, *, seed: int | None = None, **start: Any) -> None:
+        """Back to tick 0, with nothing left of what was before.
+
+        Args:
+            seed: for components that draw random numbers.
+            **start: start values of state variables: a number for all, an array, or {index: value}.
+
+        Raises:
+            ParameterError: an unknown variable, a wrong shape, a value that is not finite; the state is unharmed.
+        """
+        values = {name: self._start_values(name, value) for name, value in start.items()}
+        before, tick = self._block.memory.copy(), self._tick
+        self._block.memory[:] = 0.0
+        self._tick = 0
+        try:
+            given = self._start(seed, values)
+        except BaseException:
+            self._block.memory[:] = before
+            self._tick = tick
+            raise
+        self._held = {name: float(given.get(name, 0.0)) for name in self._inputs}
+        self._apply(self._held)
+        for observer in self._observers:
+            observer.began(self)
+
+    def step(self, duration: float | None = None, **inputs: float | Profile | CompiledProfile) -> None:
+        """Advance by exactly `duration` [s] (default: one internal step) with the inputs held.
+
+        Args:
+            duration: a whole number of internal steps.
+            **inputs: numbers, or profiles of time; each keeps its value until it is set again.
+
+        Raises:
+            ParameterError: an input or the duration is not valid; nothing has changed.
+            StepError: the physics would break down; the state is that from before the step.
+        """
+        ticks = self._tick_counts.get(duration)
+        if ticks is None:
+            ticks = self._whole_ticks(duration)
+        held = self._held
+        if inputs:
+            inputs = self._compiled(inputs)  # type: ignore[assignment]
+            self._held = {**held, **inputs}  # type: ignore[dict-item]
+            self._apply(inputs)  # type: ignore[arg-type]
+        if self._observers or ticks > self._chunk_ticks:
+            self._long_step(ticks, inputs, held)  # type: ignore[arg-type]
+            return
+        self._backup[:] = self._block.memory
+        status = self._advance(ticks)
+        if status:
+            error = self._explain(status)
+            self._undo(self._tick, held)
+            raise error
+        self._tick += ticks
+
+    def get(self, name: str) -> Any:
+        """The present value of any variable: a number, or a fresh array of its shape."""
+        reader = self._readers.get(name)
+        if reader is not None:
+            return reader()
+        if name in self._inputs:
+            value = self._held[name]
+            return value if isinstance(value, float) else value.value(self._tick)
+        variable = self.variables.get(name)
+        if variable is None:
+            raise ParameterError(f"variable {name!r} is unknown to {self.name!r}; {nearest(name, self.variables)}")
+        if variable.causality == "parameter":
+            return getattr(self.parameters, name)
+        return getattr(self.ledger(), name)
+
+    def save(self) -> Snapshot:
+        """The whole state; costs one copy."""
+        return Snapshot(self.identity, self._tick, self._block.memory.copy(), self._held)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot, bit for bit, whichever process took it.
+
+        Raises:
+            ParameterError: it belongs to a component with other parameters, another name or another version.
+        """
+        if snapshot.identity != self.identity:
+            raise ParameterError(
+                f"snapshot: it belongs to a component with identity {str(snapshot.identity)[:12]}..., this one has "
+                f"{self.identity[:12]}...; restore it into one of the same parameters and version"
+            )
+        if snapshot.inputs is not self._held:
+            self._check_inputs(snapshot)
+            self._apply(snapshot.inputs)
+            self._held = snapshot.inputs  # type: ignore[assignment]
+        self._block.memory[:] = snapshot.memory
+        self._tick = snapshot.tick
+        for observer in self._observers:
+            observer.began(self)
+
+    def observe(self, observer: Observer) -> None:
+        """Let an observer look on from now."""
+        self._observers.append(observer)
+        observer.began(self)
+
+    def ignore(self, observer: Observer) -> None:
+        """Stop an observer's looking on."""
+        if observer in self._observers:
+            self._observers.remove(observer)
+
+    # -- details ----------------------------------------------------------------------------------------------------
+
+    def ticks_in(self, duration: float, name: str = "duration") -> int:
+        """The whole number of internal steps in a duration [s]; `ParameterError` where it is none."""
+        try:
+            exact = float(duration) / self.step_size
+        except (TypeError, ValueError) as error:
+            raise ParameterError(f"{name}: got {duration!r}, expected seconds") from error
+        if not math.isfinite(exact) or exact <= 0.0:
+            raise ParameterError(f"{name}: got {duration!r} s, expected more than 0 and finite")
+        ticks = round(exact)
+        if ticks < 1 or abs(exact - ticks) > 1e-9 * ticks or ticks > 2**52:
+            below, above = max(ticks if ticks <= exact else ticks - 1, 1), max(math.ceil(exact), 1)
+            raise ParameterError(
+                f"{name}: {duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
+                f"use {below * self.step_size:.12g} s or {above * self.step_size:.12g} s, or another step_size"
+            )
+        return ticks
+
+    def _whole_ticks(self, duration: float | None) -> int:
+        ticks = self.ticks_in(duration)  # type: ignore[arg-type]
+        if len(self._tick_counts) < 1024:
+            self._tick_counts[duration] = ticks
+        return ticks
+
+    def _compiled(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
+        checked: dict[str, Held] = {}
+        for name, value in inputs.items():
+            if name not in self._inputs:
+                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {nearest(name, self._inputs)}")
+            if isinstance(value, Profile):
+                checked[name] = value.compile(self.step_size, name)
+            elif isinstance(value, CompiledProfile):
+                if value.step_size != self.step_size:
+                    raise ParameterError(
+                        f"input {name!r} was compiled for steps of {value.step_size:g} s, this component has {self.step_size:g} s"
+                    )
+                checked[name] = value
+            else:
+                number = value if type(value) is float and math.isfinite(value) else _as_number(f"input {name!r}", value)
+                variable = self._inputs[name]
+                if not variable.minimum <= number <= variable.maximum:
+                    raise ParameterError(
+                        f"input {name!r}: got {number:g} {variable.unit}, "
+                        f"expected {variable.minimum:g} to {variable.maximum:g}"
+                    )
+                checked[name] = number
+        return checked
+
+    def _check_inputs(self, snapshot: Snapshot) -> None:
+        if snapshot.memory.shape != self._block.memory.shape or snapshot.inputs.keys() != self._inputs.keys():
+            raise ParameterError("snapshot: its state or its inputs do not have this component's shape")
+        self._compiled(snapshot.inputs)
+
+    def _long_step(self, ticks: int, inputs: Mapping[str, Held], held: dict[str, Held]) -> None:
+        """A step in pieces: for observers and for Ctrl-C; all of it or nothing."""
+        start, end = self._tick, self._tick + ticks
+        self._backup[:] = self._block.memory
+        try:
+            while self._tick < end:
+                stop = min(end, self._tick + self._chunk_ticks)
+                for observer in self._observers:
+                    stop = min(stop, max(observer.next_tick, self._tick + 1))
+                self._timed_advance(stop - self._tick)
+                for observer in self._observers:
+                    if observer.next_tick <= stop:
+                        observer.look(self)
+        except BaseException as error:
+            self._undo(start, held)
+            for observer in self._observers:
+                observer.failed(self, error)
+            raise
+        for observer in self._observers:
+            observer.stepped(self, ticks, inputs)
+
+    def _timed_advance(self, ticks: int) -> None:
+        begin = perf_counter()
+        status = self._advance(ticks)
+        if status:
+            raise self._explain(status)
+        self._tick += ticks
+        if ticks == self._chunk_ticks:
+            spent = perf_counter() - begin
+            if spent < 0.5 * _CHUNK_SECONDS:
+                self._chunk_ticks *= 2
+            elif spent > 2.0 * _CHUNK_SECONDS and ticks > 1:
+                self._chunk_ticks //= 2
+
+    def _undo(self, tick: int, held: dict[str, Held]) -> None:
+        self._block.memory[:] = self._backup
+        self._tick = tick
+        if held is not self._held:
+            self._held = held
+            self._apply(held)
+
+    def _start_values(self, name: str, value: Any) -> FloatArray:
+        variable = self.variables.get(name)
+        if variable is None or not variable.state:
+            known = [v.name for v in self.variables.values() if v.state]
+            raise ParameterError(f"start value {name!r} is no state variable of this {self.name}; {nearest(name, known)}")
+        return filled(f"start.{name}", value, variable.shape)
+
+    def _all_variables(self) -> Iterable[Variable]:
+        yield from parameter_variables(self.Parameters, self.parameters)
+        yield from self._declare()
+        for name, unit, description in _LEDGER_VARIABLES:
+            yield Variable(name, "output", unit, (), description)
+
+
+def validated(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
+    """A pydantic model from keyword arguments; every fault in one `ParameterError`, unknown names with the nearest."""
+    try:
+        return model(**fields)
+    except ValidationError as error:
+        raise ParameterError("\n".join(f"{where}: {line}" for line in explained(error, model))) from None
+
+
+def explained(error: ValidationError, model: type[BaseModel]) -> list[str]:
+    """One sentence for each fault that pydantic found: argument, what came, what was expected."""
+    lines: list[str] = []
+    for fault in error.errors():
+        place = [str(part) for part in fault["loc"] if not _is_union_tag(part, model)]
+        name = ".".join(place) or "parameters"
+        if fault["type"] == "extra_forbidden":
+            advice = nearest(str(fault["loc"][-1]), model.model_fields) if len(fault["loc"]) == 1 else "remove it"
+            lines.append(f"{name}: unknown; {advice}")
+        elif fault["type"] == "missing":
+            lines.append(f"{name}: missing; {_meaning(model, place)}")
+        else:
+            text = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+            given = repr(fault["input"])
+            lines.append(f"{name}: got {given if len(given) < 80 else given[:77] + '...'}, expected {text}" if "Value error" not in fault["msg"] else f"{name}: {text}")
+    return list(dict.fromkeys(lines))
+
+
+def _is_union_tag(part: Any, model: type[BaseModel]) -> bool:
+    """Pydantic adds the name of each tried alternative to a fault's place; people need only the place."""
+    return isinstance(part, str) and part not in model.model_fields and not part.isidentifier() or part in {
+        "float", "int", "str", "list", "constrained-str", "dict",
+    }
+
+
+def _meaning(model: type[BaseModel], place: list[str]) -> str:
+    field = model.model_fields.get(place[0]) if place else None
+    return f"it is {field.description}" if field is not None and field.description else "it has no default"
+
+
+def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = None) -> Iterable[Variable]:
+    """The fields of a parameter model as variables: unit and shape come from each field's declaration."""
+    for name, field in model.model_fields.items():
+        extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+        start = getattr(parameters, name) if parameters is not None else field.get_default()
+        shape = np.shape(start) if isinstance(start, (list, tuple)) and all(isinstance(x, float) for x in start) else ()
+        yield Variable(
+            name, "parameter", str(extra.get("unit", "")), tuple(shape), field.description or "", str(extra.get("dtype", "float64")), start
+        )
+
+
+def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
+    """An array of `shape` from a number, an array, or {index: value} (the rest is 0); `ParameterError` otherwise."""
+    array = np.zeros(shape)
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            array[_index(name, key, len(array))] = _as_number(f"{name}[{key}]", item)
+        return array
+    try:
+        given = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{name}: got {value!r}, expected a number, {shape} numbers, or {{index: value}}") from error
+    if given.shape not in ((), shape):
+        raise ParameterError(f"{name}: got shape {given.shape}, expected a single number or shape {shape}")
+    if not np.isfinite(given).all():
+        raise ParameterError(f"{name}: got NaN or infinity, expected finite numbers")
+    array[...] = given
+    return array
+
+
+def _index(name: str, key: Any, length: int) -> int:
+    try:
+        index = int(key)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{name}: got the index {key!r}, expected a whole number") from error
+    if not -length <= index < length or (isinstance(key, float) and key != index):
+        raise ParameterError(f"{name}: got the index {key}, expected {-length} to {length - 1}")
+    return index
+
+
+def _as_number(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{name}: got {value!r}, expected a number or a Profile") from error
+    if not math.isfinite(number):
+        raise ParameterError(f"{name}: got {number}, expected a finite number")
+    return number

@@ -1,0 +1,69 @@
+"""`jit`: numba with a cache that notices every edit.
+
+Numba's own cache looks only at the file of the function itself, so an edited law would keep its old physics in the kernels that
+call it. Here the cache folder's name is a hash of all component sources and of the versions that shape the machine code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import llvmlite
+import numba
+import numpy as np
+
+_KEPT_FOLDERS = 8
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def jit(function: F) -> F:
+    """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released."""
+    folder = cache_folder()
+    before = numba.config.CACHE_DIR
+    if folder is None:
+        return numba.njit(nogil=True)(function)
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        return numba.njit(nogil=True, cache=True)(function)
+    except RuntimeError:  # numba found no folder it may write to
+        return numba.njit(nogil=True)(function)
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+@cache
+def source_hash() -> str:
+    """Hash of all component sources and of numba's, llvmlite's and numpy's versions."""
+    root = Path(__file__).resolve().parent
+    state = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {np.__version__}".encode())
+    for path in sorted(root.rglob("*.py")):
+        state.update(str(path.relative_to(root)).encode())
+        state.update(path.read_bytes())
+    return state.hexdigest()[:16]
+
+
+@cache
+def cache_folder() -> Path | None:
+    """Where compiled kernels are kept (``GRANULAR_ENV_CACHE`` or the user's cache); None if nothing can be written."""
+    given = os.environ.get("GRANULAR_ENV_CACHE")
+    base = Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "granular-env"
+    folder = base / source_hash()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        os.utime(folder)
+        _forget_old(base)
+    except OSError:
+        return None
+    return folder
+
+
+def _forget_old(base: Path) -> None:
+    folders = sorted((path for path in base.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
+    for path in folders[:-_KEPT_FOLDERS]:
+        shutil.rmtree(path, ignore_errors=True)

@@ -1,0 +1,84 @@
+"""A toy component: a mass on a spring, pushed by a force. The worked example for whoever writes the next one.
+
+m x'' = -k x + F, advanced by leapfrog (second order, symplectic).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from pydantic import Field
+
+from .contract import Block, Component, FloatArray, Held, Ledger, Parameters, StepError, Variable
+
+
+class OscillatorParameters(Parameters):
+    """A mass on a spring."""
+
+    mass: float = Field(1.0, gt=0.0, description="mass of the body", json_schema_extra={"unit": "kg"})
+    stiffness: float = Field(1.0, ge=0.0, description="stiffness of the spring", json_schema_extra={"unit": "N/m"})
+    step_size: float = Field(0.01, gt=0.0, description="internal step", json_schema_extra={"unit": "s"})
+
+
+class Oscillator(Component):
+    """See the module."""
+
+    name = "oscillator"
+    Parameters = OscillatorParameters
+
+    def _build(self) -> None:
+        p: OscillatorParameters = self.parameters  # type: ignore[assignment]
+        self.mass, self.stiffness, self.step_size = p.mass, p.stiffness, p.step_size
+        self._block = Block(position=("f8", ()), velocity=("f8", ()), tally=("f8", (4,)))
+        self._force: Held = 0.0
+
+    def _declare(self) -> Iterable[Variable]:
+        yield Variable("force", "input", "N", (), "force on the body", start=0.0)
+        yield Variable("position", "output", "m", (), "position, 0 where the spring is relaxed", state=True)
+        yield Variable("velocity", "output", "m/s", (), "velocity", state=True)
+
+    def _outputs(self):  # noqa: ANN202
+        return {name: (lambda view=self._block[name]: float(view)) for name in ("position", "velocity")}
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
+        for name, value in values.items():
+            self._block[name][...] = value
+        self._block["tally"][:2] = self._energy(), self.mass * float(self._block["velocity"])
+        return {}
+
+    def _apply(self, inputs: Mapping[str, Held]) -> None:
+        self._force = inputs.get("force", self._force)
+
+    def _advance(self, ticks: int) -> int:
+        x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size
+        for tick in range(self._tick, self._tick + ticks):
+            # A profile is read at the step's middle, where leapfrog kicks.
+            force = self._force if isinstance(self._force, float) else self._force.value(tick, 0.5)
+            x += 0.5 * h * v
+            kick = h / self.mass * (force - self.stiffness * x)
+            tally[2] += h * force * (v + 0.5 * kick)
+            tally[3] += h * (force - self.stiffness * x)
+            v += kick
+            x += 0.5 * h * v
+        return 0 if np.isfinite(x) and np.isfinite(v) else 1
+
+    def _explain(self, status: int) -> StepError:
+        value = float(self._block["velocity"])
+        return StepError(
+            f"velocity became {value} m/s by {self.time:g} s; take a smaller step_size",
+            time=self.time, variable="velocity", index=None, value=value, limit=np.inf,
+        )  # fmt: skip
+
+    def _energy(self) -> float:
+        return 0.5 * self.mass * float(self._block["velocity"]) ** 2 + 0.5 * self.stiffness * float(self._block["position"]) ** 2
+
+    def ledger(self) -> Ledger:
+        energy, momentum, work, impulse = (float(entry) for entry in self._block["tally"])
+        potential = 0.5 * self.stiffness * float(self._block["position"]) ** 2
+        now = self.mass * float(self._block["velocity"])
+        return Ledger(
+            kinetic_energy=self._energy() - potential, potential_energy=potential, dissipated_energy=0.0, fracture_energy=0.0,
+            input_work=work, energy_residual=self._energy() - energy - work,
+            momentum=now, impulse=impulse, momentum_residual=now - momentum - impulse,
+        )  # fmt: skip

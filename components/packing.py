@@ -1,0 +1,93 @@
+"""Arrays and JSON values to bytes and back: the format of snapshots and of every record in a log.
+
+Layout: magic ``GRNL``, version (u16), length of the JSON header (u32), the header, then the arrays' bytes one after the
+other, then 8 bytes of BLAKE2b over all that. The header lists each array's name, dtype and shape. Only numbers are stored: reading bytes
+from a stranger can raise `LogError` but never runs code, and never allocates more than the bytes that came.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .errors import LogError
+
+MAGIC = b"GRNL"
+VERSION = 1
+_HEAD = struct.Struct("<4sHI")
+_DIGEST_SIZE = 8
+# Little-endian numbers only: what a file from any x86-64 machine holds.
+_DTYPES = {"<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "|u1"}
+
+
+def digest(data: bytes | memoryview) -> bytes:
+    """Eight bytes that change when the data does (BLAKE2b)."""
+    return hashlib.blake2b(data, digest_size=_DIGEST_SIZE).digest()
+
+
+def canonical_json(value: Any) -> bytes:
+    """JSON with sorted keys and no spaces, floats in their shortest exact form; NaN and infinity are refused."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+def pack(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
+    """One self-checking block of bytes from a JSON-able header and named arrays."""
+    listed, parts = [], []
+    for name, array in arrays.items():
+        little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
+        # The shape is the given array's: ascontiguousarray makes a scalar one-dimensional.
+        listed.append([name, little.dtype.str, list(np.shape(array))])
+        parts.append(little.tobytes())
+    text = canonical_json({"header": header, "arrays": listed})
+    body = b"".join([_HEAD.pack(MAGIC, VERSION, len(text)), text, *parts])
+    return body + digest(body)
+
+
+def unpack(data: bytes | memoryview) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Header and arrays (fresh, writable) of a block that `pack` wrote; `LogError` for anything else."""
+    try:
+        return _unpack(memoryview(data).cast("B"))
+    except LogError:
+        raise
+    except (ValueError, KeyError, TypeError, IndexError, struct.error, RecursionError, OverflowError) as error:
+        raise LogError(f"a packed block is not readable: {error}") from error
+
+
+def _unpack(view: memoryview) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    if len(view) < _HEAD.size + _DIGEST_SIZE:
+        raise LogError(f"a packed block of {len(view)} bytes is too short to be one; it was cut off")
+    magic, version, length = _HEAD.unpack_from(view)
+    if magic != MAGIC:
+        raise LogError(f"a packed block starts with {bytes(magic)!r}, expected {MAGIC!r}; this is no data of granular-env")
+    if version != VERSION:
+        raise LogError(f"a packed block has format version {version}, this program reads {VERSION}; update granular-env")
+    body, stored = view[:-_DIGEST_SIZE], bytes(view[-_DIGEST_SIZE:])
+    if digest(body) != stored:
+        raise LogError("a packed block does not match its checksum; the data is damaged")
+    if _HEAD.size + length > len(body):
+        raise LogError("a packed block's header is longer than the block; the data is damaged")
+    content = json.loads(bytes(body[_HEAD.size : _HEAD.size + length]))
+    arrays: dict[str, np.ndarray] = {}
+    offset = _HEAD.size + length
+    for name, dtype_name, shape in content["arrays"]:
+        if dtype_name not in _DTYPES:
+            raise LogError(f"array {name!r} has dtype {dtype_name!r}, expected one of {', '.join(sorted(_DTYPES))}")
+        if any(not isinstance(extent, int) or extent < 0 for extent in shape):
+            raise LogError(f"array {name!r} has shape {shape!r}, expected non-negative integers")
+        dtype = np.dtype(dtype_name)
+        count = 1
+        for extent in shape:
+            count *= extent
+        size = count * dtype.itemsize
+        if offset + size > len(body):
+            raise LogError(f"array {name!r} wants {size} bytes and the block has {len(body) - offset} left")
+        arrays[name] = np.frombuffer(body[offset : offset + size], dtype=dtype).reshape(shape).copy()
+        offset += size
+    if offset != len(body):
+        raise LogError(f"a packed block has {len(body) - offset} bytes that belong to no array")
+    return content["header"], arrays

@@ -1,0 +1,325 @@
+"""Input signals in time.
+
+A `Profile` is a piecewise polynomial of time: it is zero before its first piece, and its last piece lasts for ever. A
+component evaluates it inside the kernel at its own stage times with + and x only, so a paper's continuous force is
+integrated and not stair-cased. Before that it is compiled to the component's ticks: breakpoints move to the nearest tick
+(a warning tells), each piece keeps its own polynomial.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import GranularWarning, ParameterError
+
+FloatArray = npt.NDArray[np.float64]
+
+# Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.
+_SINE_DEGREE = 23
+HALF_SINE_ERROR = 1.8e-13
+_MAXIMUM_DEGREE = 31
+# Two times closer than this part of a tick are the same instant: the rounding of decimal fractions of a second.
+_SAME_TICK = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledProfile:
+    """A profile on the tick grid of one step size; this is what kernels evaluate and logs store.
+
+    Attributes:
+        step_size: seconds per tick.
+        ticks: first tick of each piece, increasing, shape (pieces,), int64.
+        coefficients: shape (pieces, degree + 1); value = sum_k c_k s^k with s = ticks since the piece began.
+    """
+
+    step_size: float
+    ticks: npt.NDArray[np.int64]
+    coefficients: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.ticks.ndim != 1 or self.coefficients.ndim != 2 or len(self.ticks) != len(self.coefficients):
+            raise ParameterError("a compiled profile needs ticks (pieces,) and coefficients (pieces, degree + 1)")
+        if not 1 <= self.coefficients.shape[1] <= _MAXIMUM_DEGREE + 1 or len(self.ticks) < 1:
+            raise ParameterError(f"a compiled profile needs at least one piece and a degree of at most {_MAXIMUM_DEGREE}")
+        if np.any(np.diff(self.ticks) <= 0) or not np.isfinite(self.coefficients).all():
+            raise ParameterError("a compiled profile needs increasing ticks and finite coefficients")
+
+    def value(self, tick: int, part: float = 0.0) -> float:
+        """Value `part` of a step after a tick [unit of the input]; at a breakpoint that of the piece that begins there."""
+        piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
+        if piece < 0:
+            return 0.0
+        return _horner(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
+
+    def equals(self, other: CompiledProfile) -> bool:
+        """Whether both hold the same bits."""
+        return (
+            self.step_size == other.step_size
+            and self.ticks.tobytes() == other.ticks.tobytes()
+            and self.coefficients.shape == other.coefficients.shape
+            and self.coefficients.tobytes() == other.coefficients.tobytes()
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A piecewise polynomial of time.
+
+    Attributes:
+        starts: time at which each piece begins, increasing, shape (pieces,) [s].
+        coefficients: shape (pieces, degree + 1); value = sum_k c_k (t - start)^k, in the unit of the input per s^k.
+        description: how it was made, for people.
+    """
+
+    starts: FloatArray
+    coefficients: FloatArray
+    description: str = "piecewise polynomial"
+
+    def __post_init__(self) -> None:
+        starts = _vector("starts", self.starts)
+        coefficients = np.array(self.coefficients, dtype=np.float64, ndmin=2)
+        if coefficients.shape[0] != len(starts):
+            raise ParameterError(
+                f"coefficients: got {coefficients.shape[0]} rows for {len(starts)} starts; give one row for each piece"
+            )
+        if not 1 <= coefficients.shape[1] <= _MAXIMUM_DEGREE + 1:
+            raise ParameterError(f"coefficients: got degree {coefficients.shape[1] - 1}, at most {_MAXIMUM_DEGREE} fits")
+        if not np.isfinite(coefficients).all():
+            raise ParameterError("coefficients: got NaN or infinity, expected finite numbers")
+        if np.any(np.diff(starts) <= 0):
+            where = int(np.argmax(np.diff(starts) <= 0))
+            raise ParameterError(f"starts: {starts[where + 1]:g} s follows {starts[where]:g} s; times must increase")
+        starts.setflags(write=False)
+        coefficients.setflags(write=False)
+        object.__setattr__(self, "starts", starts)
+        object.__setattr__(self, "coefficients", coefficients)
+
+    # -- ways to make one -------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def constant(value: float, start: float = 0.0) -> Profile:
+        """`value` from `start` [s] on."""
+        return Profile(np.array([_number("start", start)]), np.array([[_number("value", value)]]), f"constant {value:g}")
+
+    @staticmethod
+    def triangle(peak: float, duration: float, rise: float = 0.0, start: float = 0.0) -> Profile:
+        """From 0 to `peak` in `rise` [s], back to 0 at `duration` [s]; rise = 0 is the paper's falling triangle (3.3)."""
+        peak, duration, rise, start = (
+            _number("peak", peak),
+            _positive("duration", duration),
+            _number("rise", rise),
+            _number("start", start),
+        )
+        if not 0.0 <= rise <= duration:
+            raise ParameterError(f"rise: got {rise:g} s, expected 0 to the duration {duration:g} s")
+        starts, rows = [], []
+        if rise > 0.0:
+            starts.append(start)
+            rows.append([0.0, peak / rise])
+        if rise < duration:
+            starts.append(start + rise)
+            rows.append([peak, -peak / (duration - rise)])
+        starts.append(start + duration)
+        rows.append([0.0, 0.0])
+        return Profile(np.array(starts), np.array(rows), f"triangle of peak {peak:g}, {duration:g} s")
+
+    @staticmethod
+    def half_sine(peak: float, duration: float, start: float = 0.0) -> Profile:
+        """peak sin(pi t / duration) for one half wave, as one polynomial of degree 23 (error 1.8e-13 of the peak)."""
+        peak, duration, start = _number("peak", peak), _positive("duration", duration), _number("start", start)
+        row = np.zeros(_SINE_DEGREE + 1)
+        rate, term = math.pi / duration, peak
+        for power in range(1, _SINE_DEGREE + 1):
+            term *= rate / power
+            if power % 2:
+                row[power] = term if power % 4 == 1 else -term
+        if not np.isfinite(row).all():
+            raise ParameterError(f"duration: got {duration:g} s, too short for a half-sine in double precision")
+        return Profile(np.array([start, start + duration]), np.vstack([row, 0.0 * row]), f"half-sine of peak {peak:g}, {duration:g} s")
+
+    @staticmethod
+    def table(times: npt.ArrayLike, values: npt.ArrayLike, after: float | str = 0.0) -> Profile:
+        """Straight lines between samples; after the last one the value `after`, or "hold" for the last sample's.
+
+        Args:
+            times: increasing, shape (n,), n >= 2 [s].
+            values: shape (n,), in the unit of the input.
+            after: a number, or "hold".
+        """
+        instants, samples = _vector("times", times), _vector("values", values)
+        if len(instants) != len(samples):
+            raise ParameterError(f"values: got {len(samples)} for {len(instants)} times; give one value for each time")
+        if len(instants) < 2:
+            raise ParameterError(f"times: got {len(instants)} sample, expected at least 2")
+        if np.any(np.diff(instants) <= 0):
+            where = int(np.argmax(np.diff(instants) <= 0)) + 1
+            raise ParameterError(f"times[{where}]: {instants[where]:g} s follows {instants[where - 1]:g} s; times must increase")
+        if isinstance(after, str) and after != "hold":
+            raise ParameterError(f'after: got {after!r}, expected a number or "hold"')
+        last = float(samples[-1]) if isinstance(after, str) else _number("after", after)
+        rows = np.zeros((len(instants), 2))
+        rows[:, 0] = samples
+        rows[:-1, 1] = np.diff(samples) / np.diff(instants)
+        rows[-1, 0] = last
+        return Profile(instants, rows, f"table of {len(instants)} samples")
+
+    @staticmethod
+    def piecewise(starts: npt.ArrayLike, coefficients: npt.ArrayLike) -> Profile:
+        """Polynomials by hand: see the attributes of this class."""
+        rows = [np.atleast_1d(np.asarray(row, dtype=np.float64)) for row in coefficients]  # type: ignore[union-attr]
+        padded = np.zeros((len(rows), max((len(row) for row in rows), default=1)))
+        for row, target in zip(rows, padded, strict=True):
+            target[: len(row)] = row
+        return Profile(np.asarray(starts, dtype=np.float64), padded)
+
+    @staticmethod
+    def total(profiles: Sequence[Profile]) -> Profile:
+        """The sum of profiles."""
+        if not profiles:
+            raise ParameterError("profiles: got none, expected at least one to add up")
+        result = profiles[0]
+        for profile in profiles[1:]:
+            result = result + profile
+        return result
+
+    # -- use --------------------------------------------------------------------------------------------------------
+
+    def __call__(self, time: float) -> float:
+        """Value at a time [s]; at a breakpoint that of the piece that begins there."""
+        piece = int(np.searchsorted(self.starts, time, side="right")) - 1
+        return 0.0 if piece < 0 else _horner(self.coefficients[piece], time - float(self.starts[piece]))
+
+    def __add__(self, other: Profile) -> Profile:
+        """The sum of two profiles: the union of their breakpoints, polynomials re-centred and added."""
+        starts = np.union1d(self.starts, other.starts)
+        width = max(self.coefficients.shape[1], other.coefficients.shape[1])
+        rows = np.zeros((len(starts), width))
+        for row, start in zip(rows, starts, strict=True):
+            for profile in (self, other):
+                part = profile._centred_at(float(start))
+                row[: len(part)] += part
+        return Profile(starts, rows, f"{self.description} + {other.description}")
+
+    def __mul__(self, factor: float) -> Profile:
+        """The profile times a number."""
+        return Profile(self.starts, self.coefficients * _number("factor", factor), f"{factor:g} x ({self.description})")
+
+    __rmul__ = __mul__
+
+    def _centred_at(self, time: float) -> FloatArray:
+        piece = int(np.searchsorted(self.starts, time, side="right")) - 1
+        if piece < 0:
+            return np.zeros(1)
+        return _shifted(self.coefficients[piece], time - float(self.starts[piece]))
+
+    @cached_property
+    def _compiled(self) -> dict[float, CompiledProfile]:
+        return {}
+
+    def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
+        """The same signal on a tick grid; warns where a breakpoint has to move, refuses where a signal would vanish.
+
+        Args:
+            step_size: seconds per tick.
+            name: what to call the signal in messages.
+        """
+        known = self._compiled.get(step_size)
+        if known is None:
+            known = self._compiled[step_size] = self._compile(step_size, name)
+        return known
+
+    def _compile(self, step_size: float, name: str) -> CompiledProfile:
+        exact = self.starts / step_size
+        if np.abs(exact).max() > 2.0**52:
+            raise ParameterError(f"{name}: a breakpoint lies more than 2^52 steps of {step_size:g} s from the start")
+        nearest = np.rint(exact)
+        shift = nearest - exact
+        moved = np.abs(shift) > _SAME_TICK
+        # Pieces whose start and end fall on one tick are dropped: of those that share a tick, the last stays.
+        keep = np.append(np.diff(nearest) > 0, True)
+        if len(keep) > 1 and keep.sum() == 1 and np.any(self.coefficients[:-1] != 0.0):
+            raise ParameterError(
+                f"{name}: every breakpoint falls on one tick of {step_size:g} s, so the signal would vanish; "
+                "give a smaller step_size"
+            )
+        powers = _powers(step_size, self.coefficients.shape[1])
+        rows = np.empty((int(keep.sum()), self.coefficients.shape[1]))
+        for row, piece in zip(rows, np.flatnonzero(keep), strict=True):
+            # On the grid to rounding: leave the coefficients' bits alone.
+            polynomial = self.coefficients[piece]
+            row[:] = (_shifted(polynomial, float(shift[piece]) * step_size) if moved[piece] else polynomial) * powers
+        if moved.any():
+            worst = int(np.argmax(np.abs(shift)))
+            warnings.warn(
+                f"{name}: {int(moved.sum())} of {len(moved)} breakpoints lie between ticks and were moved by up to "
+                f"{abs(shift[worst]) * step_size:.3g} s (the one at {self.starts[worst]:.6g} s), {int((~keep).sum())} short pieces "
+                f"dropped; choose a step_size that divides these times to keep them",
+                GranularWarning,
+                stacklevel=4,
+            )
+        return CompiledProfile(step_size, nearest[keep].astype(np.int64), rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain lists, for JSON."""
+        return {"starts": self.starts.tolist(), "coefficients": self.coefficients.tolist(), "description": self.description}
+
+
+def _horner(coefficients: FloatArray, s: float) -> float:
+    value = 0.0
+    for coefficient in coefficients[::-1]:
+        value = value * s + float(coefficient)
+    return value
+
+
+def _powers(base: float, count: int) -> FloatArray:
+    powers = np.ones(count)
+    for index in range(1, count):
+        powers[index] = powers[index - 1] * base
+    return powers
+
+
+def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
+    """Coefficients of p(s + offset), by repeated synthetic division (+ and x only)."""
+    shifted = np.array(coefficients, dtype=np.float64)
+    for first in range(len(shifted) - 1):
+        for index in range(len(shifted) - 2, first - 1, -1):
+            shifted[index] += offset * shifted[index + 1]
+    return shifted
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{name}: got {value!r}, expected a number") from error
+    if not math.isfinite(number):
+        raise ParameterError(f"{name}: got {number}, expected a finite number")
+    return number
+
+
+def _positive(name: str, value: Any) -> float:
+    number = _number(name, value)
+    if number <= 0.0:
+        raise ParameterError(f"{name}: got {number:g}, expected more than 0")
+    return number
+
+
+def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
+    try:
+        vector = np.array(values, dtype=np.float64, ndmin=1)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{name}: got {values!r}, expected a list of numbers") from error
+    if vector.ndim != 1 or not len(vector):
+        raise ParameterError(f"{name}: got shape {vector.shape}, expected a list of at least one number")
+    if not np.isfinite(vector).all():
+        where = int(np.argmin(np.isfinite(vector)))
+        raise ParameterError(f"{name}[{where}]: got {vector[where]}, expected a finite number")
+    return vector

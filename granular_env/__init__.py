@@ -1,0 +1,1 @@
+"""Wave and fracture experiments in granular and heterogeneous media, as stepping components."""
