@@ -26,9 +26,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from .errors import FmuError, GranularError, GranularWarning, LogError, ParameterError, StepError, nearest
+from .errors import FmuError, GranularError, GranularWarning, LogError, ParameterError, StepError, nearest, shortened
 from .packing import canonical_json, pack, unpack
-from .profiles import CompiledProfile, Profile
+from .profiles import CompiledProfile, Profile, finite_number
 
 __all__ = [
     "Block",
@@ -350,7 +350,7 @@ class Component(ABC):
             ParameterError: an input or the duration is not valid; nothing has changed.
             StepError: the physics would break down; the state is that from before the step.
         """
-        ticks = self._tick_counts.get(duration)
+        ticks = self._tick_counts.get(duration) if type(duration) is float or duration is None else None
         if ticks is None:
             ticks = self._whole_ticks(duration)
         held = self._held
@@ -361,23 +361,26 @@ class Component(ABC):
         if self._observers or ticks > self._chunk_ticks:
             self._long_step(ticks, inputs, held)  # type: ignore[arg-type]
             return
+        before = self._tick
         self._backup[:] = self._block.memory
-        status = self._advance(ticks)
-        if status:
-            error = self._explain(status)
-            self._undo(self._tick, held)
-            raise error
-        self._tick += ticks
+        try:
+            status = self._advance(ticks)
+            if status:
+                raise self._explain(status)
+            self._tick = before + ticks
+        except BaseException:  # Ctrl-C too
+            self._undo(before, held)
+            raise
 
     def get(self, name: str) -> Any:
         """The present value of any variable: a number, or a fresh array of its shape."""
-        reader = self._readers.get(name)
+        reader = self._readers.get(name) if isinstance(name, str) else None
         if reader is not None:
             return reader()
-        if name in self._inputs:
+        if isinstance(name, str) and name in self._inputs:
             value = self._held[name]
             return value if isinstance(value, float) else value.value(self._tick)
-        variable = self.variables.get(name)
+        variable = self.variables.get(name) if isinstance(name, str) else None
         if variable is None:
             raise ParameterError(f"variable {name!r} is unknown to {self.name!r}; {nearest(name, self.variables)}")
         if variable.causality == "parameter":
@@ -394,6 +397,8 @@ class Component(ABC):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
+        if not isinstance(snapshot, Snapshot):
+            raise ParameterError(f"snapshot: got {shortened(snapshot)}, expected what save() or Snapshot.from_bytes() gave")
         if snapshot.identity != self.identity:
             raise ParameterError(
                 f"snapshot: it belongs to a component with identity {str(snapshot.identity)[:12]}..., this one has "
@@ -422,10 +427,8 @@ class Component(ABC):
 
     def ticks_in(self, duration: float, name: str = "duration") -> int:
         """The whole number of internal steps in a duration [s]; `ParameterError` where it is none."""
-        try:
-            exact = float(duration) / self.step_size
-        except (TypeError, ValueError) as error:
-            raise ParameterError(f"{name}: got {duration!r}, expected seconds") from error
+        duration = finite_number(name, duration, "seconds")
+        exact = duration / self.step_size
         if not math.isfinite(exact) or exact <= 0.0:
             raise ParameterError(f"{name}: got {duration!r} s, expected more than 0 and finite")
         ticks = round(exact)
@@ -440,7 +443,7 @@ class Component(ABC):
     def _whole_ticks(self, duration: float | None) -> int:
         ticks = self.ticks_in(duration)  # type: ignore[arg-type]
         if len(self._tick_counts) < 1024:
-            self._tick_counts[duration] = ticks
+            self._tick_counts[float(duration)] = ticks  # type: ignore[arg-type]
         return ticks
 
     def _compiled(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
@@ -457,7 +460,9 @@ class Component(ABC):
                     )
                 checked[name] = value
             else:
-                number = value if type(value) is float and math.isfinite(value) else _as_number(f"input {name!r}", value)
+                number = value
+                if type(value) is not float or not math.isfinite(value):
+                    number = finite_number(f"input {name!r}", value, "a number or a Profile")
                 variable = self._inputs[name]
                 if not variable.minimum <= number <= variable.maximum:
                     raise ParameterError(
@@ -581,12 +586,14 @@ def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     array = np.zeros(shape)
     if isinstance(value, Mapping):
         for key, item in value.items():
-            array[_index(name, key, len(array))] = _as_number(f"{name}[{key}]", item)
+            array[_index(name, key, shape)] = finite_number(f"{name}[{key}]", item)
         return array
     try:
-        given = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{name}: got {value!r}, expected a number, {shape} numbers, or {{index: value}}") from error
+        given = np.asarray(value)
+    except ValueError as error:  # rows of unlike length
+        raise ParameterError(f"{name}: got {shortened(value)}, expected a number or an array of shape {shape}") from error
+    if given.dtype.kind not in "fiub":
+        raise ParameterError(f"{name}: got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}")
     if given.shape not in ((), shape):
         raise ParameterError(f"{name}: got shape {given.shape}, expected a single number or shape {shape}")
     if not np.isfinite(given).all():
@@ -595,21 +602,14 @@ def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     return array
 
 
-def _index(name: str, key: Any, length: int) -> int:
+def _index(name: str, key: Any, shape: tuple[int, ...]) -> int:
+    if len(shape) != 1:
+        raise ParameterError(f"{name}: got {{index: value}} for shape {shape}, expected a number or an array of that shape")
+    length = shape[0]
     try:
         index = int(key)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{name}: got the index {key!r}, expected a whole number") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ParameterError(f"{name}: got the index {shortened(key)}, expected a whole number") from error
     if not -length <= index < length or (isinstance(key, float) and key != index):
         raise ParameterError(f"{name}: got the index {key}, expected {-length} to {length - 1}")
     return index
-
-
-def _as_number(name: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{name}: got {value!r}, expected a number or a Profile") from error
-    if not math.isfinite(number):
-        raise ParameterError(f"{name}: got {number}, expected a finite number")
-    return number

@@ -53,6 +53,15 @@ class GranularWarning(UserWarning):
     """Something a scientist should know about a run that goes on."""
 
 
+def shortened(value: object, length: int = 80) -> str:
+    """What came, for a message: its repr, cut where it is long."""
+    try:
+        text = repr(value)
+    except Exception:  # an integer of more than 4300 digits has none
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= length else f"{text[: length - 3]}..."
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """Advice for a name that is not known: the nearest right one, or the list of all of them."""
     names = sorted(known)

@@ -50,6 +50,7 @@ class Oscillator(Component):
     def _apply(self, inputs: Mapping[str, Held]) -> None:
         self._force = inputs.get("force", self._force)
 
+    @np.errstate(over="ignore", invalid="ignore")  # the status tells
     def _advance(self, ticks: int) -> int:
         x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size
         for tick in range(self._tick, self._tick + ticks):
@@ -64,10 +65,11 @@ class Oscillator(Component):
         return 0 if np.isfinite(x) and np.isfinite(v) else 1
 
     def _explain(self, status: int) -> StepError:
-        value = float(self._block["velocity"])
+        name = "velocity" if np.isfinite(self._block["position"]) else "position"
+        value, unit = float(self._block[name]), self.variables[name].unit
         return StepError(
-            f"velocity became {value} m/s by {self.time:g} s; take a smaller step_size",
-            time=self.time, variable="velocity", index=None, value=value, limit=np.inf,
+            f"{name} became {value} {unit} soon after {self.time:g} s; take a smaller step_size",
+            time=self.time, variable=name, index=None, value=value, limit=float(np.finfo(float).max),
         )  # fmt: skip
 
     def _energy(self) -> float:

@@ -21,6 +21,7 @@ MAGIC = b"GRNL"
 VERSION = 1
 _HEAD = struct.Struct("<4sHI")
 _DIGEST_SIZE = 8
+_MAXIMUM_DIMENSIONS = 8
 # Little-endian numbers only: what a file from any x86-64 machine holds.
 _DTYPES = {"<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "|u1"}
 
@@ -77,8 +78,8 @@ def _unpack(view: memoryview) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     for name, dtype_name, shape in content["arrays"]:
         if dtype_name not in _DTYPES:
             raise LogError(f"array {name!r} has dtype {dtype_name!r}, expected one of {', '.join(sorted(_DTYPES))}")
-        if any(not isinstance(extent, int) or extent < 0 for extent in shape):
-            raise LogError(f"array {name!r} has shape {shape!r}, expected non-negative integers")
+        if len(shape) > _MAXIMUM_DIMENSIONS or any(not isinstance(extent, int) or not 0 <= extent < 2**48 for extent in shape):
+            raise LogError(f"array {name!r} has a shape that no array has")
         dtype = np.dtype(dtype_name)
         count = 1
         for extent in shape:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import GranularWarning, ParameterError
+from .errors import GranularWarning, ParameterError, shortened
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -45,6 +45,8 @@ class CompiledProfile:
     coefficients: FloatArray
 
     def __post_init__(self) -> None:
+        if not (isinstance(self.ticks, np.ndarray) and isinstance(self.coefficients, np.ndarray)):
+            raise ParameterError("a compiled profile needs two arrays; give a Profile to step() and it is compiled there")
         if self.ticks.ndim != 1 or self.coefficients.ndim != 2 or len(self.ticks) != len(self.coefficients):
             raise ParameterError("a compiled profile needs ticks (pieces,) and coefficients (pieces, degree + 1)")
         if not 1 <= self.coefficients.shape[1] <= _MAXIMUM_DEGREE + 1 or len(self.ticks) < 1:
@@ -85,7 +87,7 @@ class Profile:
 
     def __post_init__(self) -> None:
         starts = _vector("starts", self.starts)
-        coefficients = np.array(self.coefficients, dtype=np.float64, ndmin=2)
+        coefficients = _array("coefficients", self.coefficients, 2)
         if coefficients.shape[0] != len(starts):
             raise ParameterError(
                 f"coefficients: got {coefficients.shape[0]} rows for {len(starts)} starts; give one row for each piece"
@@ -107,16 +109,16 @@ class Profile:
     @staticmethod
     def constant(value: float, start: float = 0.0) -> Profile:
         """`value` from `start` [s] on."""
-        return Profile(np.array([_number("start", start)]), np.array([[_number("value", value)]]), f"constant {value:g}")
+        return Profile(np.array([finite_number("start", start)]), np.array([[finite_number("value", value)]]), f"constant {value:g}")
 
     @staticmethod
     def triangle(peak: float, duration: float, rise: float = 0.0, start: float = 0.0) -> Profile:
         """From 0 to `peak` in `rise` [s], back to 0 at `duration` [s]; rise = 0 is the paper's falling triangle (3.3)."""
         peak, duration, rise, start = (
-            _number("peak", peak),
+            finite_number("peak", peak),
             _positive("duration", duration),
-            _number("rise", rise),
-            _number("start", start),
+            finite_number("rise", rise),
+            finite_number("start", start),
         )
         if not 0.0 <= rise <= duration:
             raise ParameterError(f"rise: got {rise:g} s, expected 0 to the duration {duration:g} s")
@@ -134,7 +136,7 @@ class Profile:
     @staticmethod
     def half_sine(peak: float, duration: float, start: float = 0.0) -> Profile:
         """peak sin(pi t / duration) for one half wave, as one polynomial of degree 23 (error 1.8e-13 of the peak)."""
-        peak, duration, start = _number("peak", peak), _positive("duration", duration), _number("start", start)
+        peak, duration, start = finite_number("peak", peak), _positive("duration", duration), finite_number("start", start)
         row = np.zeros(_SINE_DEGREE + 1)
         rate, term = math.pi / duration, peak
         for power in range(1, _SINE_DEGREE + 1):
@@ -164,21 +166,24 @@ class Profile:
             raise ParameterError(f"times[{where}]: {instants[where]:g} s follows {instants[where - 1]:g} s; times must increase")
         if isinstance(after, str) and after != "hold":
             raise ParameterError(f'after: got {after!r}, expected a number or "hold"')
-        last = float(samples[-1]) if isinstance(after, str) else _number("after", after)
+        last = float(samples[-1]) if isinstance(after, str) else finite_number("after", after)
         rows = np.zeros((len(instants), 2))
         rows[:, 0] = samples
-        rows[:-1, 1] = np.diff(samples) / np.diff(instants)
+        with np.errstate(over="ignore"):  # an infinite slope is refused below
+            rows[:-1, 1] = np.diff(samples) / np.diff(instants)
         rows[-1, 0] = last
         return Profile(instants, rows, f"table of {len(instants)} samples")
 
     @staticmethod
     def piecewise(starts: npt.ArrayLike, coefficients: npt.ArrayLike) -> Profile:
         """Polynomials by hand: see the attributes of this class."""
-        rows = [np.atleast_1d(np.asarray(row, dtype=np.float64)) for row in coefficients]  # type: ignore[union-attr]
+        if not isinstance(coefficients, (Sequence, np.ndarray)) or isinstance(coefficients, str):
+            raise ParameterError(f"coefficients: got {shortened(coefficients)}, expected one list of numbers for each piece")
+        rows = [_vector("coefficients", row) for row in coefficients]
         padded = np.zeros((len(rows), max((len(row) for row in rows), default=1)))
         for row, target in zip(rows, padded, strict=True):
             target[: len(row)] = row
-        return Profile(np.asarray(starts, dtype=np.float64), padded)
+        return Profile(_vector("starts", starts), padded)
 
     @staticmethod
     def total(profiles: Sequence[Profile]) -> Profile:
@@ -199,6 +204,8 @@ class Profile:
 
     def __add__(self, other: Profile) -> Profile:
         """The sum of two profiles: the union of their breakpoints, polynomials re-centred and added."""
+        if not isinstance(other, Profile):
+            return NotImplemented
         starts = np.union1d(self.starts, other.starts)
         width = max(self.coefficients.shape[1], other.coefficients.shape[1])
         rows = np.zeros((len(starts), width))
@@ -210,7 +217,7 @@ class Profile:
 
     def __mul__(self, factor: float) -> Profile:
         """The profile times a number."""
-        return Profile(self.starts, self.coefficients * _number("factor", factor), f"{factor:g} x ({self.description})")
+        return Profile(self.starts, self.coefficients * finite_number("factor", factor), f"{factor:g} x ({self.description})")
 
     __rmul__ = __mul__
 
@@ -231,13 +238,15 @@ class Profile:
             step_size: seconds per tick.
             name: what to call the signal in messages.
         """
+        step_size = step_size if type(step_size) is float else _positive("step_size", step_size)
         known = self._compiled.get(step_size)
         if known is None:
-            known = self._compiled[step_size] = self._compile(step_size, name)
+            known = self._compiled[step_size] = self._compile(_positive("step_size", step_size), name)
         return known
 
     def _compile(self, step_size: float, name: str) -> CompiledProfile:
-        exact = self.starts / step_size
+        with np.errstate(over="ignore"):
+            exact = self.starts / step_size
         if np.abs(exact).max() > 2.0**52:
             raise ParameterError(f"{name}: a breakpoint lies more than 2^52 steps of {step_size:g} s from the start")
         nearest = np.rint(exact)
@@ -252,10 +261,11 @@ class Profile:
             )
         powers = _powers(step_size, self.coefficients.shape[1])
         rows = np.empty((int(keep.sum()), self.coefficients.shape[1]))
-        for row, piece in zip(rows, np.flatnonzero(keep), strict=True):
-            # On the grid to rounding: leave the coefficients' bits alone.
-            polynomial = self.coefficients[piece]
-            row[:] = (_shifted(polynomial, float(shift[piece]) * step_size) if moved[piece] else polynomial) * powers
+        with np.errstate(over="ignore", invalid="ignore"):  # coefficients that become infinite are refused below
+            for row, piece in zip(rows, np.flatnonzero(keep), strict=True):
+                # On the grid to rounding: leave the coefficients' bits alone.
+                polynomial = self.coefficients[piece]
+                row[:] = (_shifted(polynomial, float(shift[piece]) * step_size) if moved[piece] else polynomial) * powers
         if moved.any():
             worst = int(np.argmax(np.abs(shift)))
             warnings.warn(
@@ -295,28 +305,41 @@ def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
     return shifted
 
 
-def _number(name: str, value: Any) -> float:
+def finite_number(name: str, value: Any, expected: str = "a number") -> float:
+    """`value` as a float; `ParameterError` for text, arrays, NaN, infinity and whatever else is no number."""
     try:
+        if isinstance(value, (str, bytes)) or np.ndim(value):
+            raise TypeError
         number = float(value)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{name}: got {value!r}, expected a number") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ParameterError(f"{name}: got {shortened(value)}, expected {expected}") from error
     if not math.isfinite(number):
         raise ParameterError(f"{name}: got {number}, expected a finite number")
     return number
 
 
 def _positive(name: str, value: Any) -> float:
-    number = _number(name, value)
+    number = finite_number(name, value)
     if number <= 0.0:
         raise ParameterError(f"{name}: got {number:g}, expected more than 0")
     return number
 
 
-def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
+def _array(name: str, values: npt.ArrayLike, dimensions: int) -> FloatArray:
     try:
-        vector = np.array(values, dtype=np.float64, ndmin=1)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(f"{name}: got {values!r}, expected a list of numbers") from error
+        given = np.array(values, ndmin=dimensions)
+        array = given.astype(np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ParameterError(f"{name}: got {shortened(values)}, expected numbers in {dimensions} dimension(s)") from error
+    if given.dtype.kind not in "fiub" or array.ndim != dimensions:
+        raise ParameterError(
+            f"{name}: got {given.dtype} of shape {given.shape}, expected real numbers in {dimensions} dimension(s)"
+        )
+    return array
+
+
+def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
+    vector = _array(name, values, 1)
     if vector.ndim != 1 or not len(vector):
         raise ParameterError(f"{name}: got shape {vector.shape}, expected a list of at least one number")
     if not np.isfinite(vector).all():

@@ -1,0 +1,288 @@
+"""Nesterenko's granular chain as a component."""
+
+from __future__ import annotations
+
+
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..contract import Block, Component, FloatArray, Held, Ledger, Particles, StepError, Variable
+from ..errors import GranularWarning, ParameterError
+from . import kernels
+from .geometry import Geometry, geometry, suggested_step_size
+from .integrators import SCHEMES
+from .parameters import WALLS, ChainParameters
+from .validity import Validity
+
+# A contact should see so many force evaluations; below the smaller number a step is refused.
+_WANTED_FORCES, _LEAST_FORCES = 60.0, 16.0
+# A collision lasts 4.03 / (its largest angular frequency): COLLISION_COEFFICIENT sqrt(1.25 x 1.5).
+_DURATION_TIMES_FREQUENCY = 4.0302
+
+_KINDS = {"free": kernels.FREE, "piston": kernels.PISTON} | dict.fromkeys(WALLS, kernels.WALL)
+# What holds for ever before a tick: a number given as an input.
+_ALWAYS = -1.0
+
+
+class Chain(Component):
+    """A row of elastic spheres between two ends: Nesterenko (1983), equations (1.1) and (1.2).
+
+    m_i u_i'' = k_i d_(i-1)^1.5 - k_(i+1) d_i^1.5, d the overlap of neighbours, no tension. See `ChainParameters`.
+    """
+
+    name = "chain"
+    Parameters = ChainParameters
+    parameters: ChainParameters
+
+    # -- building ---------------------------------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        p = self.parameters
+        self.geometry: Geometry = geometry(p)
+        self.step_size = p.step_size if p.step_size is not None else suggested_step_size(p, self.geometry)
+        self._scheme = SCHEMES[p.integrator]
+        self._grains = slice(1, p.grains + 1)
+        width = kernels.row_width(p.grains)
+        self._block = Block(tally=("f8", (kernels.TALLY,)), rows=("f8", (self._scheme.state_rows, width)))
+        self._tally, self._rows = self._block["tally"], self._block["rows"]
+        self._memory = self._block.memory
+        self._scratch = np.zeros((self._scheme.scratch_rows, width))
+        self._constants = self._constant_rows(width)
+        self._wanted_overlap, self._refused_overlap = self._overlap_limits()
+        self._constants[kernels.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        self._left_input = "left_velocity" if p.left == "piston" else "left_force"
+        self._right_input = "right_velocity" if p.right == "piston" else "right_force"
+        self._number_drive = np.array([[_ALWAYS, 0.0], [_ALWAYS, 0.0]])
+        self._drive, self._left_pieces = self._number_drive, 1
+        self._sides: dict[str, Held] = {self._left_input: 0.0, self._right_input: 0.0}
+
+    def _constant_rows(self, width: int) -> FloatArray:
+        p, chain = self.parameters, self.geometry
+        rows = np.zeros((kernels.CONSTANT_ROWS, width))
+        places = slice(0, p.grains + 1)
+        rows[kernels.STIFFNESS, places] = chain.stiffness
+        rows[kernels.REST, places] = chain.rest_overlap
+        rows[kernels.INVERSE_MASS, self._grains] = 1.0 / chain.mass
+        if p.left == "piston":
+            rows[kernels.INVERSE_MASS, 1] = 0.0
+        if p.right == "piston":
+            rows[kernels.INVERSE_MASS, p.grains] = 0.0
+        rows[kernels.SCALARS, :9] = (
+            self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1], p.precompression,
+            min(one.longitudinal_speed for one in set(chain.materials)), p.tolerance, p.grains,
+        )  # fmt: skip
+        return rows
+
+    def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
+        """Overlaps at which a contact is seen too seldom (warn), and at which a step is refused; infinite where there is no contact."""
+        chain = self.geometry
+
+        def seen(forces: float) -> FloatArray:
+            frequency = _DURATION_TIMES_FREQUENCY * self._scheme.forces / (forces * self.step_size)
+            root = frequency * frequency * chain.reduced_mass[chain.real] / (1.5 * chain.stiffness[chain.real])
+            return root * root
+
+        wanted, refused = np.full(self.parameters.grains + 1, np.inf), np.full(self.parameters.grains + 1, np.inf)
+        deep = self.parameters.overlap_limit * chain.smaller_radius[chain.real]
+        # An adaptive scheme resolves its contacts by itself.
+        adaptive = self.parameters.integrator == "dop853"
+        wanted[chain.real] = np.inf if adaptive else seen(_WANTED_FORCES)
+        refused[chain.real] = deep if adaptive else np.minimum(deep, seen(_LEAST_FORCES))
+        return wanted, refused
+
+    # -- the contract -----------------------------------------------------------------------------------------------
+
+    def _declare(self) -> Iterable[Variable]:
+        p = self.parameters
+        n, contacts = (p.grains,), (p.contacts,)
+        for side, end in (("left", p.left), ("right", p.right)):
+            if end == "piston":
+                yield Variable(f"{side}_velocity", "input", "m/s", (), f"velocity of the {side} piston, positive to the right", start=0.0)
+            elif end == "free":
+                yield Variable(f"{side}_force", "input", "N", (), f"force on the {side} end grain, positive to the right", start=0.0)
+        yield Variable("position", "output", "m", n, "position of the grains' centres, the first one's start is 0")
+        yield Variable("displacement", "output", "m", n, "displacement from the start, positive to the right", state=True)
+        yield Variable("velocity", "output", "m/s", n, "velocity, positive to the right", state=True)
+        yield Variable("overlap", "output", "m", contacts, "approach of the surfaces in each contact, left to right; negative: a gap")
+        yield Variable("contact_force", "output", "N", contacts, "compressive force in each contact, left to right, never negative")
+        yield Variable("left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall")
+        yield Variable("right_wall_force", "output", "N", (), "force of the right wall on the chain, positive to the right; 0 without a wall")
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        return {
+            "position": lambda: self.geometry.position + self._rows[kernels.U, self._grains],
+            "displacement": lambda: self._rows[kernels.U, self._grains].copy(),
+            "velocity": lambda: self._rows[kernels.V, self._grains].copy(),
+            "overlap": lambda: self._overlap()[self.geometry.real],
+            "contact_force": lambda: self._contact_force()[self.geometry.real],
+            "left_wall_force": lambda: float(self._contact_force()[0]),
+            "right_wall_force": lambda: -float(self._contact_force()[-1]),
+        }
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
+        velocity, displacement = values.get("velocity"), values.get("displacement")
+        if velocity is not None:
+            self._rows[kernels.V, self._grains] = velocity
+        if displacement is not None:
+            self._rows[kernels.U, self._grains] = displacement
+        self._refuse_start()
+        kinetic, potential, momentum = self._sums()
+        self._tally[kernels.START_ENERGY], self._tally[kernels.START_MOMENTUM] = kinetic + potential, momentum
+        ends = {"left_velocity": float(self._rows[kernels.V, 1]), "right_velocity": float(self._rows[kernels.V, self.parameters.grains])}
+        return {name: speed for name, speed in ends.items() if name in (self._left_input, self._right_input)}
+
+    def _refuse_start(self) -> None:
+        """A start that the first step would refuse is refused at once."""
+        if np.any(self._overlap() > self._refused_overlap) or np.any(
+            np.abs(self._rows[kernels.V, self._grains]) > self._constants[kernels.SCALARS, kernels.SPEED_LIMIT]
+        ):
+            error = self._explain(0)
+            raise ParameterError(f"start: {error}")
+
+    def _apply(self, inputs: Mapping[str, Held]) -> None:
+        # The speed of a step from Python hangs on this function: two numbers are written in place.
+        sides = self._sides
+        for name, value in inputs.items():
+            if name in sides:
+                sides[name] = value
+        left, right = sides[self._left_input], sides[self._right_input]
+        if type(left) is float and type(right) is float:
+            self._drive, self._left_pieces = self._number_drive, 1
+            self._number_drive[0, 1] = left
+            self._number_drive[1, 1] = right
+            return
+        pieces = [_pieces(left), _pieces(right)]
+        columns = max(piece.shape[1] for piece in pieces)
+        self._left_pieces = len(pieces[0])
+        self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
+
+    def _advance(self, ticks: int) -> int:
+        done = self._scheme.advance(self._memory, self._constants, self._scratch, self._drive, self._left_pieces, self._tick, ticks)
+        return 0 if done == ticks else self._limit_passed(-done, ticks)
+
+    def _limit_passed(self, done: int, ticks: int) -> int:
+        """A limit was passed in the last of `done` ticks: an error, or a warning (once) and on with the rest."""
+        self._failed_tick = self._tick + done
+        if self._worst()[2] > 1.0:
+            return 1
+        self._constants[kernels.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
+        warnings.warn(self._resolution_sentence(), GranularWarning, stacklevel=4)
+        if done == ticks:
+            return 0
+        begin, self._tick = self._tick, self._tick + done
+        try:
+            return self._advance(ticks - done)
+        finally:
+            self._tick = begin
+
+    def _worst(self) -> tuple[str, int, float]:
+        """The variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
+        worst = ("velocity", 0, 0.0)
+        fastest = self._constants[kernels.SCALARS, kernels.SPEED_LIMIT]
+        with np.errstate(invalid="ignore"):
+            places = self.geometry.real
+            for name, ratio in (
+                ("overlap", np.maximum(self._overlap()[places], self._rows[kernels.PEAK][: self.parameters.grains + 1][places]) / self._refused_overlap[places]),
+                ("velocity", np.abs(self._rows[kernels.V, self._grains]) / fastest),
+                ("displacement", np.where(np.isfinite(self._rows[kernels.U, self._grains]), 0.0, np.inf)),
+            ):
+                ratio = np.where(np.isnan(ratio), np.inf, ratio)
+                if ratio.size and ratio.max() > worst[2]:
+                    worst = (name, int(np.argmax(ratio)), float(ratio.max()))
+        return worst
+
+    def _explain(self, status: int) -> StepError:
+        time = (self._failed_tick if status else self._tick) * self.step_size
+        name, index, _ = self._worst()
+        if name == "overlap":
+            value, limit = float(self._overlap()[self.geometry.real][index]), float(self._refused_overlap[self.geometry.real][index])
+            value = max(value, float(self._rows[kernels.PEAK][: self.parameters.grains + 1][self.geometry.real][index]))
+            radius = float(self.geometry.smaller_radius[self.geometry.real][index])
+            deep = limit >= 0.999 * self.parameters.overlap_limit * radius
+            advice = (
+                f"that is {value / radius:.2g} radii, Hertz's law holds for small contacts: load the chain less, or raise overlap_limit"
+                if deep
+                else f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
+                f"(now {self.step_size:g} s) or give the velocity_scale of the run"
+            )
+        else:
+            value, limit = float(self.get(name)[index]), float(self._constants[kernels.SCALARS, kernels.SPEED_LIMIT])
+            advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
+        unit = self.variables[name].unit
+        return StepError(
+            f"{name}[{index}] reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
+            time=time, variable=name, index=index, value=value, limit=limit,
+        )  # fmt: skip
+
+    # -- reading ----------------------------------------------------------------------------------------------------
+
+    def ledger(self) -> Ledger:
+        """Energy and momentum; the work of a precompressing force on a free end is input work."""
+        kinetic, potential, momentum = self._sums()
+        tally = self._tally
+        behind = self.parameters.grains + 2
+        carried = self._rows[kernels.V, behind : behind + 4]
+        work = float(tally[kernels.WORK_LEFT] + tally[kernels.WORK_RIGHT] + carried[0] + carried[1])
+        impulse = float(tally[kernels.IMPULSE_LEFT] + tally[kernels.IMPULSE_RIGHT] + carried[2] + carried[3])
+        return Ledger(
+            kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=0.0, fracture_energy=0.0, input_work=work,
+            energy_residual=kinetic + potential - float(tally[kernels.START_ENERGY]) - work,
+            momentum=momentum, impulse=impulse,
+            momentum_residual=momentum - float(tally[kernels.START_MOMENTUM]) - impulse,
+        )  # fmt: skip
+
+    def _sums(self) -> tuple[float, float, float]:
+        """Kinetic energy, potential energy, momentum."""
+        out = np.empty(3)
+        kernels.energies(self._rows, self._constants, self.geometry.mass, self.geometry.stiffness, out)
+        return float(out[0]), float(out[1]), float(out[2])
+
+    def _overlap(self) -> FloatArray:
+        u = self._rows[kernels.U]
+        last = self.parameters.grains + 1
+        return u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
+
+    def _contact_force(self) -> FloatArray:
+        pressed = np.maximum(self._overlap(), 0.0)
+        return self.geometry.stiffness * (pressed * np.sqrt(pressed))
+
+    def particles(self) -> Particles:
+        """The grains, as spheres along x."""
+        reference = np.zeros((self.parameters.grains, 3))
+        reference[:, 0] = self.geometry.position
+        return Particles(reference, self.geometry.radius.copy(), "displacement", "velocity")
+
+    def validity(self) -> Validity:
+        """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
+        places = self.geometry.real
+        return Validity.of(
+            self.geometry, self._rows[kernels.PEAK][: self.parameters.grains + 1][places], self._scheme.forces / self.step_size,
+            wanted_forces=_WANTED_FORCES, adaptive=self.parameters.integrator == "dop853",
+        )  # fmt: skip
+
+    def report(self) -> dict[str, float]:
+        """The figures of `validity`."""
+        return self.validity().figures()
+
+    def cautions(self) -> list[str]:
+        """A sentence for each assumption that the run so far has left behind."""
+        return self.validity().cautions()
+
+    def _resolution_sentence(self) -> str:
+        validity = self.validity()
+        return (
+            f"contacts are resolved by {validity.forces_per_contact:.0f} force evaluations, about {_WANTED_FORCES:.0f} are wanted: "
+            f"take a smaller step_size (now {self.step_size:g} s) or give the velocity_scale of the run"
+        )
+
+
+def _pieces(held: Held) -> FloatArray:
+    """An input as rows (first tick, coefficients)."""
+    if isinstance(held, float):
+        return np.array([[_ALWAYS, held]])
+    return np.column_stack([held.ticks.astype(np.float64), held.coefficients])
+
+

@@ -1,0 +1,175 @@
+"""The chain as arrays: masses, contact stiffnesses, overlaps at rest, reference positions. Computed once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..counter_random import uniform
+from ..materials.elastic import Material, material
+from ..roots import fifth_root, round_down_to_125, two_thirds_power
+from .parameters import WALLS, ChainParameters, UniformRadii
+
+FloatArray = npt.NDArray[np.float64]
+
+# Suggested step in units of (m / k)^(2/5) v^(-1/5): keeps 3e-4 in ordinary runs; a chain with gaps needs the smaller one.
+_STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
+# Largest step x angular frequency under precompression.
+_STEP_TIMES_FREQUENCY = 0.5
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Arrays of a chain with n grains and c = n + 1 places for contacts; place j is left of grain j, 0 and n are the walls'.
+
+    Attributes:
+        radius: shape (n,) [m].
+        mass: shape (n,) [kg].
+        stiffness: k of F = k overlap^1.5, shape (n + 1,), 0 where there is no wall [N/m^1.5].
+        rest_overlap: overlap in the reference configuration, negative for a gap, shape (n + 1,) [m].
+        reduced_radius: R* of each contact, shape (n + 1,) [m].
+        reduced_mass: m* of each contact, shape (n + 1,) [kg].
+        smaller_radius: shape (n + 1,) [m].
+        position: of the grains' centres in the reference configuration, the first at 0, shape (n,) [m].
+        materials: of each grain.
+        real: which places are contacts of this chain, a slice.
+    """
+
+    radius: FloatArray
+    mass: FloatArray
+    stiffness: FloatArray
+    rest_overlap: FloatArray
+    reduced_radius: FloatArray
+    reduced_mass: FloatArray
+    smaller_radius: FloatArray
+    position: FloatArray
+    materials: list[Material]
+    real: slice
+
+
+def geometry(parameters: ChainParameters) -> Geometry:
+    """All arrays that follow from the parameters."""
+    count = parameters.grains
+    radius = _radius(parameters)
+    materials = _materials(parameters)
+    mass = _mass(parameters, radius, materials)
+    walls = (parameters.left in WALLS, parameters.right in WALLS)
+    real = slice(0 if walls[0] else 1, count + 1 if walls[1] else count)
+    left_radius, right_radius = _sides(radius, _wall_radius(parameters.left, radius[0]), _wall_radius(parameters.right, radius[-1]))
+    reduced_radius = _reduced(left_radius, right_radius)
+    reduced_mass = _reduced(*_sides(_inertia(parameters, mass), np.inf, np.inf))
+    stiffness = np.zeros(count + 1)
+    stiffness[real] = _stiffness(parameters, radius, materials, reduced_radius)[real]
+    rest_overlap = np.zeros(count + 1)
+    rest_overlap[real] = two_thirds_power(parameters.precompression / stiffness[real]) - np.asarray(parameters.gap)
+    spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
+    position = np.concatenate(([0.0], np.cumsum(spacing)))
+    return Geometry(
+        radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
+        materials, real,
+    )  # fmt: skip
+
+
+def suggested_step_size(parameters: ChainParameters, chain: Geometry) -> float:
+    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact, .5 / omega under precompression, rounded down to 1, 2 or 5 x 10^k [s]."""
+    if not chain.stiffness[chain.real].size:
+        return 1e-6
+    lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
+    ratio = float(np.min(lighter[chain.real] / chain.stiffness[chain.real]))
+    gapped = bool(np.any(chain.rest_overlap < 0.0))
+    scale = fifth_root(ratio) * fifth_root(ratio) / fifth_root(parameters.velocity_scale)
+    step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * scale
+    if parameters.precompression > 0.0:
+        tangent = 1.5 * chain.stiffness * np.sqrt(np.maximum(chain.rest_overlap, 0.0))
+        frequency = math.sqrt(float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass)))
+        step = min(step, _STEP_TIMES_FREQUENCY / frequency)
+    return round_down_to_125(step)
+
+
+def _radius(parameters: ChainParameters) -> FloatArray:
+    given = parameters.radius
+    if isinstance(given, UniformRadii):
+        return given.low + (given.high - given.low) * uniform(given.seed, 0, parameters.grains)
+    return np.full(parameters.grains, given) if isinstance(given, float) else np.array(given)
+
+
+def _materials(parameters: ChainParameters) -> list[Material]:
+    given = parameters.material
+    if isinstance(given, list):
+        return [material(one) for one in given]
+    return [material(given)] * parameters.grains
+
+
+def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Material]) -> FloatArray:
+    density = _per_grain(materials, "density")
+    mass = 4.0 / 3.0 * math.pi * density * (radius * radius * radius)
+    given = parameters.mass
+    if isinstance(given, dict):
+        for index, value in given.items():
+            mass[index] = value
+    elif given is not None:
+        mass[:] = given
+    return mass
+
+
+def _inertia(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
+    """What a contact accelerates: a piston does not give way, whatever its mass."""
+    inertia = mass.copy()
+    inertia[[0] if parameters.left == "piston" else []] = np.inf
+    inertia[[-1] if parameters.right == "piston" else []] = np.inf
+    return inertia
+
+
+def _per_grain(materials: list[Material], name: str) -> FloatArray:
+    if all(one is materials[0] for one in materials):
+        return np.full(len(materials), getattr(materials[0], name))
+    return np.array([getattr(one, name) for one in materials])
+
+
+def _wall_radius(boundary: str, end_radius: float) -> float:
+    """A fixed grain is a grain like the end one; a plane has no curvature."""
+    return end_radius if boundary == "fixed_grain" else np.inf
+
+
+def _sides(values: FloatArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:
+    """What lies left and right of each contact place."""
+    return np.concatenate(([left], values)), np.concatenate((values, [right]))
+
+
+def _reduced(left: FloatArray, right: FloatArray) -> FloatArray:
+    """1 / (1/left + 1/right); infinite where both are."""
+    with np.errstate(divide="ignore"):
+        return 1.0 / (1.0 / left + 1.0 / right)
+
+
+def _stiffness(parameters: ChainParameters, radius: FloatArray, materials: list[Material], reduced_radius: FloatArray) -> FloatArray:
+    """K = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E; a given scalar is scaled for walls as Hertz's would be."""
+    compliance = _per_grain(materials, "plane_compliance")
+    left, right = _sides(
+        compliance,
+        _wall_compliance(parameters.left, parameters.left_wall_material, materials[0]),
+        _wall_compliance(parameters.right, parameters.right_wall_material, materials[-1]),
+    )
+    hertz = 4.0 / 3.0 / (left + right) * np.sqrt(reduced_radius)
+    given = parameters.contact_stiffness
+    if given is None:
+        return hertz
+    stiffness = np.full(len(hertz), np.nan)
+    if isinstance(given, list):
+        first = 0 if parameters.left in WALLS else 1
+        stiffness[first : first + len(given)] = given
+        return stiffness
+    stiffness[:] = given
+    # A wall against the end grain, relative to two such grains against each other.
+    for place, end in ((0, 0), (-1, -1)):
+        stiffness[place] = given * (hertz[place] / (4.0 / 3.0 / (2.0 * compliance[end]) * math.sqrt(0.5 * radius[end])))
+    return stiffness
+
+
+def _wall_compliance(boundary: str, given: str | Material | None, grain: Material) -> float:
+    if boundary == "rigid_plane":
+        return 0.0
+    return (material(given) if given is not None else grain).plane_compliance

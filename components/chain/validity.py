@@ -1,0 +1,114 @@
+"""How far a run kept to the assumptions under which Hertz's static law describes a dynamic chain (Nesterenko 1983, section 1).
+
+1. The pressure in the middle of a contact stays below the elastic limit. 2. The contact is small against the grain: a << R.
+3. What happens takes much longer than the grain's own oscillation: tau >> T = 2.5 R / c1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .geometry import FloatArray, Geometry
+from .theory import COLLISION_COEFFICIENT
+
+# Beyond these a run is told so: a/R at which Hertz's parabola is off by about 1 %, and ten oscillations of a grain.
+_SMALL_CONTACT = 0.1
+_SLOW_CONTACT = 10.0
+# A sphere begins to yield, under its surface, at a peak pressure of 1.6 times the yield strength (Johnson 1985, section 6.1).
+_YIELD_PRESSURE = 1.6
+
+
+@dataclass(frozen=True)
+class Validity:
+    """Figures of a run so far; NaN where nothing has touched.
+
+    Attributes:
+        peak_pressure: largest pressure in the middle of a contact, 3F / (2 pi a^2) [Pa].
+        pressure_to_yield: the largest ratio to the pressure at which the softer side yields, NaN where no strength is known.
+        contact_radius_ratio: largest a/R, a = sqrt(R* d), R the smaller radius.
+        slowness: smallest tau/T, tau the duration of the collision that gives the peak overlap.
+        forces_per_contact: force evaluations in the shortest collision.
+    """
+
+    peak_pressure: float
+    pressure_to_yield: float
+    contact_radius_ratio: float
+    slowness: float
+    forces_per_contact: float
+    wanted_forces: float
+    adaptive: bool
+
+    @staticmethod
+    def of(
+        chain: Geometry, peak: FloatArray, force_rate: float, *, wanted_forces: float, adaptive: bool
+    ) -> Validity:
+        """From the largest overlap of each contact, shape (contacts,) [m], and force evaluations per second."""
+        if not np.any(peak > 0.0):
+            return Validity(math.nan, math.nan, math.nan, math.nan, math.nan, wanted_forces, adaptive)
+        places = np.flatnonzero(peak > 0.0)
+        peak, real = peak[places], np.arange(len(chain.stiffness))[chain.real][places]
+        stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
+        # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
+        pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
+        duration = COLLISION_COEFFICIENT * np.sqrt(1.25 * chain.reduced_mass[real] / (stiffness * np.sqrt(peak)))
+        return Validity(
+            peak_pressure=float(pressure.max()),
+            pressure_to_yield=float((pressure / _yield_pressure(chain)[real]).max()),
+            contact_radius_ratio=float((np.sqrt(radius * peak) / chain.smaller_radius[real]).max()),
+            slowness=float((duration / _oscillation(chain)[real]).min()),
+            forces_per_contact=float(duration.min() * force_rate),
+            wanted_forces=wanted_forces,
+            adaptive=adaptive,
+        )
+
+    def figures(self) -> dict[str, float]:
+        """Name with unit -> value."""
+        return {
+            "peak contact pressure [Pa]": self.peak_pressure,
+            "peak pressure / pressure at first yield": self.pressure_to_yield,
+            "contact radius / grain radius": self.contact_radius_ratio,
+            "collision time / grain's oscillation time (tau/T)": self.slowness,
+            "force evaluations in the shortest contact": self.forces_per_contact,
+        }
+
+    def cautions(self) -> list[str]:
+        """A sentence for every assumption that was left."""
+        said = []
+        if self.pressure_to_yield > 1.0:
+            said.append(
+                f"the contact pressure reached {self.peak_pressure:.3g} Pa, {self.pressure_to_yield:.2g} times that of first yield: "
+                "real grains would deform plastically"
+            )
+        if self.contact_radius_ratio > _SMALL_CONTACT:
+            said.append(
+                f"contacts grew to {self.contact_radius_ratio:.2g} of the grain's radius (Hertz's law wants less than {_SMALL_CONTACT:g})"
+            )
+        if self.slowness < _SLOW_CONTACT:
+            said.append(
+                f"collisions last {self.slowness:.2g} oscillations of a grain (a static contact law wants more than {_SLOW_CONTACT:g})"
+            )
+        if self.forces_per_contact < self.wanted_forces and not self.adaptive:
+            said.append(
+                f"contacts were resolved by {self.forces_per_contact:.0f} force evaluations (about {self.wanted_forces:.0f} are wanted): "
+                "take a smaller step_size"
+            )
+        return said
+
+
+def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What lies left and right of each contact; a wall counts as the grain it touches."""
+    return np.concatenate((values[:1], values)), np.concatenate((values, values[-1:]))
+
+
+def _yield_pressure(chain: Geometry) -> FloatArray:
+    strength = np.array([one.yield_strength or np.nan for one in chain.materials])
+    return _YIELD_PRESSURE * np.fmin(*_sides(strength))
+
+
+def _oscillation(chain: Geometry) -> FloatArray:
+    """T = 2.5 R / c1 of the slower side [s]."""
+    speed = np.array([one.longitudinal_speed for one in chain.materials])
+    return np.maximum(*_sides(2.5 * chain.radius / speed))

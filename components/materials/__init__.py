@@ -1,0 +1,1 @@
+"""Materials and material laws that several components share."""

@@ -1,0 +1,53 @@
+"""Linear elastic, isotropic materials."""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from ..errors import ParameterError, nearest
+
+
+class Material(BaseModel):
+    """A linear elastic, isotropic material."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    density: float = Field(gt=0.0, description="mass density", json_schema_extra={"unit": "kg/m^3"})
+    young: float = Field(gt=0.0, description="Young's modulus", json_schema_extra={"unit": "Pa"})
+    poisson: float = Field(gt=-1.0, lt=0.5, description="Poisson's ratio", json_schema_extra={"unit": "1"})
+    yield_strength: float | None = Field(
+        None, gt=0.0, description="yield strength in compression, for a run's validity figures only", json_schema_extra={"unit": "Pa"}
+    )
+
+    @property
+    def plane_compliance(self) -> float:
+        """(1 - nu^2) / E [1/Pa], what a Hertz contact sees of the material."""
+        return (1.0 - self.poisson * self.poisson) / self.young
+
+    @property
+    def longitudinal_speed(self) -> float:
+        """Speed of longitudinal sound sqrt(E (1 - nu) / (rho (1 + nu)(1 - 2 nu))) [m/s]."""
+        nu = self.poisson
+        return math.sqrt(self.young * (1.0 - nu) / (self.density * (1.0 + nu) * (1.0 - 2.0 * nu)))
+
+
+# Steel: the constants of Nesterenko (1983), section 3.5; yield of hardened bearing steel (AISI 52100). The others: usual
+# handbook values of the grades that chain experiments use (ASM Handbook; brass C26000, aluminium 6061-T6, soda-lime glass, PTFE).
+PRESETS = {
+    "steel": Material(density=7800.0, young=2.0e11, poisson=0.29, yield_strength=2.0e9),
+    "aluminium": Material(density=2700.0, young=6.9e10, poisson=0.33, yield_strength=2.76e8),
+    "brass": Material(density=8530.0, young=1.1e11, poisson=0.35, yield_strength=3.6e8),
+    "glass": Material(density=2500.0, young=7.0e10, poisson=0.22),
+    "ptfe": Material(density=2200.0, young=1.46e9, poisson=0.46),
+}
+
+
+def material(value: str | Material) -> Material:
+    """A preset by name, or the material itself."""
+    if isinstance(value, Material):
+        return value
+    if value not in PRESETS:
+        raise ParameterError(f"material {value!r} is no preset; {nearest(value, PRESETS)}; or give density, young, poisson")
+    return PRESETS[value]

@@ -1,0 +1,48 @@
+"""Roots by + x / and sqrt alone: the same bits on every machine, where pow is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+
+def two_thirds_power(value: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """value^(2/3) for an array of numbers >= 0, by Newton's iteration on y sqrt(y) = value."""
+    # y^1.5 is convex and 1 + value lies above the root, so the iteration comes down on it from one side.
+    root = 1.0 + value
+    for _ in range(200):
+        slope = np.sqrt(root)
+        better = np.where(root > 0.0, root - (root * slope - value) / np.where(slope > 0.0, 1.5 * slope, 1.0), 0.0)
+        better = np.maximum(better, 0.0)
+        if np.all(np.abs(better - root) <= 1e-16 * root):
+            break
+        root = better
+    return np.where(value > 0.0, root, 0.0)
+
+
+def fifth_root(value: float) -> float:
+    """value^(1/5) for a number > 0, by Newton's iteration."""
+    scale = 1.0
+    while value > 32.0:
+        value, scale = value / 32.0, scale * 2.0
+    while value < 1.0:
+        value, scale = value * 32.0, scale * 0.5
+    root = 2.0
+    for _ in range(60):
+        fourth = root * root * root * root
+        better = root - (root * fourth - value) / (5.0 * fourth)
+        if better >= root:
+            break
+        root = better
+    return root * scale
+
+
+def round_down_to_125(value: float) -> float:
+    """The largest of 1, 2, 5 x 10^k that is not above a number > 0: what people type divides by it."""
+    exponent = int(f"{value:e}".split("e")[1]) + 1
+    while True:
+        for digit in (5, 2, 1):
+            candidate = float(f"{digit}e{exponent}")
+            if candidate <= value:
+                return candidate
+        exponent -= 1
