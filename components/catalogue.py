@@ -31,7 +31,7 @@ def component_class(name: str) -> type[Component]:
     Raises:
         ParameterError: no such component, or a third party's cannot be loaded.
     """
-    if name in _OWN:
+    if isinstance(name, str) and name in _OWN:
         module, _, attribute = _OWN[name].partition(":")
         return getattr(import_module(module, __package__), attribute)
     for point in _foreign():

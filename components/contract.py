@@ -14,6 +14,7 @@ them back to their start. `oscillator.py` is the shortest complete component.
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import hashlib
 import math
@@ -384,7 +385,7 @@ class Component(ABC):
         if variable is None:
             raise ParameterError(f"variable {name!r} is unknown to {self.name!r}; {nearest(name, self.variables)}")
         if variable.causality == "parameter":
-            return getattr(self.parameters, name)
+            return copy.deepcopy(getattr(self.parameters, name))
         return getattr(self.ledger(), name)
 
     def save(self) -> Snapshot:

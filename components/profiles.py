@@ -123,12 +123,14 @@ class Profile:
         if not 0.0 <= rise <= duration:
             raise ParameterError(f"rise: got {rise:g} s, expected 0 to the duration {duration:g} s")
         starts, rows = [], []
-        if rise > 0.0:
+        if start + rise > start:
             starts.append(start)
             rows.append([0.0, peak / rise])
-        if rise < duration:
+        if start + rise < start + duration:
             starts.append(start + rise)
             rows.append([peak, -peak / (duration - rise)])
+        if not starts:
+            raise ParameterError(f"duration: got {duration:g} s, too short to be told apart from the start at {start:g} s")
         starts.append(start + duration)
         rows.append([0.0, 0.0])
         return Profile(np.array(starts), np.array(rows), f"triangle of peak {peak:g}, {duration:g} s")
@@ -328,20 +330,19 @@ def _positive(name: str, value: Any) -> float:
 def _array(name: str, values: npt.ArrayLike, dimensions: int) -> FloatArray:
     try:
         given = np.array(values, ndmin=dimensions)
-        array = given.astype(np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
+    except ValueError as error:  # rows of unlike length
         raise ParameterError(f"{name}: got {shortened(values)}, expected numbers in {dimensions} dimension(s)") from error
-    if given.dtype.kind not in "fiub" or array.ndim != dimensions:
+    if given.dtype.kind not in "fiub" or given.ndim != dimensions:
         raise ParameterError(
-            f"{name}: got {given.dtype} of shape {given.shape}, expected real numbers in {dimensions} dimension(s)"
+            f"{name}: got {shortened(values)} (shape {given.shape}), expected real numbers in {dimensions} dimension(s)"
         )
-    return array
+    return given.astype(np.float64)
 
 
 def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
     vector = _array(name, values, 1)
-    if vector.ndim != 1 or not len(vector):
-        raise ParameterError(f"{name}: got shape {vector.shape}, expected a list of at least one number")
+    if not len(vector):
+        raise ParameterError(f"{name}: got an empty list, expected a list of at least one number")
     if not np.isfinite(vector).all():
         where = int(np.argmin(np.isfinite(vector)))
         raise ParameterError(f"{name}[{where}]: got {vector[where]}, expected a finite number")

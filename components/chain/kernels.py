@@ -27,7 +27,7 @@ TALLY = 16
 STIFFNESS, REST, INVERSE_MASS, LIMIT, SCALARS = 0, 1, 2, 3, 4
 CONSTANT_ROWS = 5
 # Columns of the row SCALARS.
-STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, STATIC_FORCE, SPEED_LIMIT, TOLERANCE = 0, 1, 2, 3, 4, 5, 6, 7
+STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, STATIC_FORCE, SPEED_LIMIT, TOLERANCE, GRAINS = range(9)
 # Kinds of an end.
 FREE, PISTON, WALL = 0, 1, 2
 
@@ -61,6 +61,14 @@ def accumulate(tally, place, x):
 
 
 @jit
+def added(total, x):
+    """`accumulate` for a sum kept in registers: (sum, compensation) -> the same with x added."""
+    y = x - total[1]
+    t = total[0] + y
+    return t, (t - total[0]) - y
+
+
+@jit
 def piece_at(drive, first, last, tick):
     """The row in first..last-1 whose piece is in force at a tick; first - 1 before the first piece begins."""
     low, high = first, last
@@ -71,6 +79,14 @@ def piece_at(drive, first, last, tick):
         else:
             high = middle
     return low - 1
+
+
+@jit
+def next_piece(drive, piece, last, tick):
+    """`piece_at` one tick on, where the piece of the tick before is known."""
+    while piece + 1 < last and drive[piece + 1, 0] <= tick:
+        piece += 1
+    return piece
 
 
 @jit
@@ -113,7 +129,7 @@ def integral(c, n, e):
 def accelerations(u, constants, left_force, right_force, a_out):
     """Accelerations of grains 1..n, and the forces in the outermost contacts 0, 1, n - 1, n."""
     k, r, w = constants[STIFFNESS], constants[REST], constants[INVERSE_MASS]
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     f = hertz(u[0] - u[1] + r[0], k[0])
     f0, f1, fm = f, 0.0, f
     f += left_force
@@ -132,7 +148,7 @@ def accelerations(u, constants, left_force, right_force, a_out):
 @jit
 def derivative(u, v, constants, scratch, n_left, n_right, e, a_out):
     """dv/dt at a part e of a step; behind the chain the powers and thrusts of the two ends, dW/dt and dI/dt."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     left_kind, right_kind = constants[SCALARS, LEFT_KIND], constants[SCALARS, RIGHT_KIND]
     left, right = value(scratch[LEFT_DRIVE], n_left, e), value(scratch[RIGHT_DRIVE], n_right, e)
     static = constants[SCALARS, STATIC_FORCE]
@@ -153,7 +169,7 @@ def derivative(u, v, constants, scratch, n_left, n_right, e, a_out):
 @jit
 def place_pistons(u, v, constants, scratch, n_left, n_right, left_base, right_base, e):
     """Put prescribed grains where they are a part e of a step after the tick: the drive's integral, exactly."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     h = constants[SCALARS, STEP]
     if constants[SCALARS, LEFT_KIND] == PISTON:
         u[1] = left_base + h * integral(scratch[LEFT_DRIVE], n_left, e)
@@ -174,7 +190,7 @@ def tally_piston(tally, mass, before, after, work_place, impulse_place):
 @jit
 def tally_pistons(tally, constants, v, left_before, right_before):
     """`tally_piston` for both ends, once a step."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     if constants[SCALARS, LEFT_KIND] == PISTON:
         tally_piston(tally, constants[SCALARS, LEFT_MASS], left_before, v[1], WORK_LEFT, IMPULSE_LEFT)
     if constants[SCALARS, RIGHT_KIND] == PISTON:
@@ -182,9 +198,22 @@ def tally_pistons(tally, constants, v, left_before, right_before):
 
 
 @jit
+def parts(memory, rows, width):
+    """Tally and rows of a component's memory."""
+    return memory[:TALLY], memory[TALLY : TALLY + rows * width].reshape((rows, width))
+
+
+@jit
+def finish(tally, state, constants, left_before, right_before):
+    """The end of a step for integrators that keep no tallies themselves; True where a limit was passed."""
+    tally_pistons(tally, constants, state[V], left_before, right_before)
+    return note_peaks(state[U], constants, state[PEAK])
+
+
+@jit
 def note_peaks(u, constants, peak):
     """Keep the largest overlap of each contact; True where one is above its limit or not a number."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     r, limit = constants[REST], constants[LIMIT]
     passed = False
     for j in range(n + 1):
@@ -196,9 +225,30 @@ def note_peaks(u, constants, peak):
 
 
 @jit
+def turn(drive, left_pieces, left_piece, right_piece, tick, scratch):
+    """The pieces in force at a tick, their polynomials re-centred there, and a mark that tells one pair of pieces from another."""
+    left_piece = next_piece(drive, left_piece, left_pieces, tick)
+    right_piece = next_piece(drive, right_piece, drive.shape[0], tick)
+    n_left = recentre(drive, left_piece, 0, tick, scratch[LEFT_DRIVE])
+    n_right = recentre(drive, right_piece, left_pieces, tick, scratch[RIGHT_DRIVE])
+    mark = piece_mark(drive, left_piece, 0) + 3.0 * piece_mark(drive, right_piece, left_pieces)
+    return left_piece, right_piece, n_left, n_right, mark
+
+
+@jit
+def piece_mark(drive, piece, first):
+    """A number that differs between pieces that differ: integrators with a memory start anew where it changes."""
+    mark = 0.0
+    if piece >= first:
+        for i in range(drive.shape[1]):
+            mark = mark * 1.6180339887498949 + drive[piece, i]
+    return mark
+
+
+@jit
 def unsound(state, constants):
     """True where a velocity is above its limit, or a velocity or displacement is not finite."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     fastest = constants[SCALARS, SPEED_LIMIT]
     v, u = state[V][1 : n + 1], state[U][1 : n + 1]
     bad = False
@@ -211,7 +261,7 @@ def unsound(state, constants):
 @jit
 def energies(state, constants, mass, k, out):
     """Kinetic and potential energy and momentum, each summed in the order of the grains with compensation."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     sums = np.zeros(6)
     u, v, r = state[U], state[V], constants[REST]
     for j in range(n + 1):

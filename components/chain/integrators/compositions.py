@@ -19,6 +19,7 @@ from ...jit import jit
 from .. import kernels
 from ..kernels import (
     FREE,
+    GRAINS,
     IMPULSE_LEFT,
     IMPULSE_RIGHT,
     INVERSE_MASS,
@@ -38,7 +39,6 @@ from ..kernels import (
     STATIC_FORCE,
     STEP,
     STIFFNESS,
-    TALLY,
     WORK_LEFT,
     WORK_RIGHT,
     U,
@@ -46,13 +46,11 @@ from ..kernels import (
 )
 
 _XI, _LAMBDA, _CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
-_SCHEMES = {
-    "pefrl": (
-        (_XI, _CHI, 1.0 - 2.0 * (_CHI + _XI), _CHI, _XI),
-        ((1.0 - 2.0 * _LAMBDA) / 2.0, _LAMBDA, _LAMBDA, (1.0 - 2.0 * _LAMBDA) / 2.0),
-    ),
-    "leapfrog": ((0.5, 0.5), (1.0,)),
-}
+_PEFRL_DRIFTS = (_XI, _CHI, 1.0 - 2.0 * (_CHI + _XI), _CHI, _XI)
+_PEFRL_KICKS = ((1.0 - 2.0 * _LAMBDA) / 2.0, _LAMBDA, _LAMBDA, (1.0 - 2.0 * _LAMBDA) / 2.0)
+# The part of the step that has passed when each kick falls.
+_PEFRL_PASSED = (_XI, _XI + _CHI, 1.0 - (_XI + _CHI), 1.0 - _XI)
+_LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED = (0.5, 0.5), (1.0,), (0.5,)
 
 # Chains longer than this are advanced tile by tile: rows of 32768 grains fill a second-level cache.
 TILED_ABOVE = 24_576
@@ -105,145 +103,151 @@ def _drift(u, v, drift, low, high):
         ui[i] += drift * vi[i]
 
 
-def _composition(drifts, kicks):
-    """The two kernels of a scheme, its coefficients compiled in."""
-    stages = len(kicks)
-    # The part of the step that has passed when each kick falls.
-    passed_at = tuple(sum(drifts[: stage + 1]) for stage in range(stages))
-    first_drift = drifts[0]
-
-    @jit
-    def sweep(tally, state, constants, scratch, drive, left_pieces, tick, ticks, left_edge, right_edge, shift):
-        """Advance the grains from left_edge to right_edge - 1 by `ticks`, the range moving left by `shift` a stage."""
-        scalars = constants[SCALARS]
-        n = int(scalars[8])
-        h, left_kind, right_kind, static = scalars[STEP], scalars[LEFT_KIND], scalars[RIGHT_KIND], scalars[STATIC_FORCE]
-        k, r, w, limit = constants[STIFFNESS], constants[REST], constants[INVERSE_MASS], constants[LIMIT]
-        v, peak = state[V], state[PEAK]
-        here, there = state[U], scratch[_OTHER_U]
-        left, right = scratch[LEFT_DRIVE], scratch[RIGHT_DRIVE]
-        left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
-        right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
-        bad = False
-        stage = 0
-        for t in range(tick, tick + ticks):
-            while left_piece + 1 < left_pieces and drive[left_piece + 1, 0] <= t:
-                left_piece += 1
-            while right_piece + 1 < drive.shape[0] and drive[right_piece + 1, 0] <= t:
-                right_piece += 1
+@jit
+def _sweep(
+    tally, state, constants, scratch, drive, left_pieces, tick, ticks, left_edge, right_edge, shift, drifts, kicks, passed
+):
+    """Advance the grains from left_edge to right_edge - 1 by `ticks`, the range moving left by `shift` grains a stage."""
+    scalars = constants[SCALARS]
+    n, stages = int(scalars[GRAINS]), len(kicks)
+    h, left_kind, right_kind, static = scalars[STEP], scalars[LEFT_KIND], scalars[RIGHT_KIND], scalars[STATIC_FORCE]
+    k, r, w, limit = constants[STIFFNESS], constants[REST], constants[INVERSE_MASS], constants[LIMIT]
+    v, peak, here, there = state[V], state[PEAK], state[U], scratch[_OTHER_U]
+    left, right = scratch[LEFT_DRIVE], scratch[RIGHT_DRIVE]
+    left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
+    right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
+    # Tallies live in registers: (sum, compensation).
+    work_left, work_right = (tally[WORK_LEFT], tally[WORK_LEFT + 1]), (tally[WORK_RIGHT], tally[WORK_RIGHT + 1])
+    impulse_left, impulse_right = (tally[IMPULSE_LEFT], tally[IMPULSE_LEFT + 1]), (tally[IMPULSE_RIGHT], tally[IMPULSE_RIGHT + 1])
+    left_base, right_base = 0.0, 0.0
+    bad, done, stage = False, 0, 0
+    for t in range(tick, tick + ticks):
+        left_piece = kernels.next_piece(drive, left_piece, left_pieces, t)
+        right_piece = kernels.next_piece(drive, right_piece, drive.shape[0], t)
+        low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
+        has_first, has_last = low == 1, high == n + 1 and low <= n
+        n_left = kernels.recentre(drive, left_piece, 0, t, left) if has_first else 1
+        n_right = kernels.recentre(drive, right_piece, left_pieces, t, right) if right_edge > n else 1
+        first_piston, last_piston = has_first and left_kind == PISTON, right_kind == PISTON
+        if first_piston:
+            left_base = here[1]
+        if has_last:
+            right_base = here[n]
+        _drift(here, v, drifts[0] * h, low, max(low, high))
+        if first_piston:
+            here[1] = left_base + h * kernels.integral(left, n_left, drifts[0])
+        if last_piston and has_last:
+            here[n] = right_base + h * kernels.integral(right, n_right, drifts[0])
+        stage += 1
+        for s in range(stages):
             low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
-            n_left = kernels.recentre(drive, left_piece, 0, t, left) if low == 1 else 1
-            n_right = kernels.recentre(drive, right_piece, left_pieces, t, right) if right_edge > n else 1
-            if low == 1 and high > 1:
-                left_base = here[1]
-            if high == n + 1 and low <= n:
-                right_base = here[n]
-            _drift(here, v, first_drift * h, low, max(low, high))
-            if left_kind == PISTON and low == 1 and high > 1:
-                here[1] = left_base + h * kernels.integral(left, n_left, first_drift)
-            if right_kind == PISTON and high == n + 1 and low <= n:
-                here[n] = right_base + h * kernels.integral(right, n_right, first_drift)
             stage += 1
-            for s in range(stages):
-                low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
-                stage += 1
-                if low < high:
-                    e = passed_at[s]
-                    kick, drift = kicks[s] * h, drifts[s + 1] * h
-                    f = kernels.hertz(here[low - 1] - here[low] + r[low - 1], k[low - 1])
-                    force, before = 0.0, v[1]
-                    if low == 1:
-                        if left_kind == FREE:
-                            force = static + kernels.value(left, n_left, e)
-                            f = f + force
-                        kernels.accumulate(tally, IMPULSE_LEFT, kick * f)
-                        if s == 0:
-                            d = max(here[0] - here[1] + r[0], 0.0)
-                            peak[0] = max(peak[0], d)
-                            bad |= not (d <= limit[0])
-                    end = min(high, n)
-                    if s == 0:
-                        over, f = _kick_and_drift_watched(here, there, v, k, r, w, peak, limit, kick, drift, f, low, end)
-                        bad |= over
-                    else:
-                        f = _kick_and_drift(here, there, v, k, r, w, kick, drift, f, low, end)
-                    if high == n + 1:
-                        d = here[n] - here[n + 1] + r[n]
-                        g = kernels.hertz(d, k[n])
-                        pull, last = 0.0, v[n]
-                        if right_kind == FREE:
-                            pull = kernels.value(right, n_right, e) - static
-                        net = f - (g - pull)
-                        v[n] = last + (kick * w[n]) * net
-                        there[n] = here[n] + drift * v[n]
-                        if s == 0 and k[n] > 0.0:
-                            peak[n] = max(peak[n], d)
-                            bad |= not (d <= limit[n])
-                        if right_kind == PISTON:
-                            speed = kernels.value(right, n_right, e)
-                            kernels.accumulate(tally, IMPULSE_RIGHT, -kick * f)
-                            kernels.accumulate(tally, WORK_RIGHT, -kick * f * speed)
-                            there[n] = right_base + h * kernels.integral(right, n_right, e + drifts[s + 1])
-                        else:
-                            kernels.accumulate(tally, IMPULSE_RIGHT, kick * (pull - g))
-                            if right_kind == FREE:
-                                kernels.accumulate(tally, WORK_RIGHT, kick * pull * (0.5 * (last + v[n])))
-                    if low == 1:
-                        if left_kind == FREE:
-                            kernels.accumulate(tally, WORK_LEFT, kick * force * (0.5 * (before + v[1])))
-                        elif left_kind == PISTON:
-                            g = kernels.hertz(here[1] - here[2] + r[1], k[1])
-                            kernels.accumulate(tally, IMPULSE_LEFT, kick * g)
-                            kernels.accumulate(tally, WORK_LEFT, kick * g * kernels.value(left, n_left, e))
-                            there[1] = left_base + h * kernels.integral(left, n_left, e + drifts[s + 1])
+            if low >= high:
                 here, there = there, here
-            # A prescribed grain's velocity is that at the end of the step.
-            if left_kind == PISTON and low == 1 and low < high:
-                after = kernels.value(left, n_left, 1.0)
-                kernels.tally_piston(tally, scalars[LEFT_MASS], v[1], after, WORK_LEFT, IMPULSE_LEFT)
-                v[1] = after
-            if right_kind == PISTON and high == n + 1 and low < high:
-                after = kernels.value(right, n_right, 1.0)
-                kernels.tally_piston(tally, scalars[RIGHT_MASS], v[n], after, WORK_RIGHT, IMPULSE_RIGHT)
-                v[n] = after
-            if bad and shift == 0:
-                return t + 1 - tick, True
-        return ticks, bad
+                continue
+            e, kick, drift = passed[s], kicks[s] * h, drifts[s + 1] * h
+            f = kernels.hertz(here[low - 1] - here[low] + r[low - 1], k[low - 1])
+            force, before = 0.0, v[1]
+            if has_first:
+                if left_kind == FREE:
+                    force = static + kernels.value(left, n_left, e)
+                    f = force
+                impulse_left = kernels.added(impulse_left, kick * f)
+                if s == 0:
+                    d = here[0] - here[1] + r[0]
+                    peak[0] = max(peak[0], d)
+                    bad |= not (d <= limit[0])
+            end = min(high, n)
+            if s == 0:
+                over, f = _kick_and_drift_watched(here, there, v, k, r, w, peak, limit, kick, drift, f, low, end)
+                bad |= over
+            else:
+                f = _kick_and_drift(here, there, v, k, r, w, kick, drift, f, low, end)
+            if high == n + 1:
+                d = here[n] - here[n + 1] + r[n]
+                g = kernels.hertz(d, k[n])
+                pull, last = 0.0, v[n]
+                if right_kind == FREE:
+                    pull = kernels.value(right, n_right, e) - static
+                v[n] = last + (kick * w[n]) * (f - (g - pull))
+                there[n] = here[n] + drift * v[n]
+                if s == 0:
+                    peak[n] = max(peak[n], d)
+                    bad |= not (d <= limit[n])
+                if right_kind == PISTON:
+                    impulse_right = kernels.added(impulse_right, -kick * f)
+                    work_right = kernels.added(work_right, -kick * f * kernels.value(right, n_right, e))
+                    there[n] = right_base + h * kernels.integral(right, n_right, e + drifts[s + 1])
+                else:
+                    impulse_right = kernels.added(impulse_right, kick * (pull - g))
+                    work_right = kernels.added(work_right, kick * pull * (0.5 * (last + v[n])))
+            if has_first:
+                if left_kind == PISTON:
+                    g = kernels.hertz(here[1] - here[2] + r[1], k[1])
+                    impulse_left = kernels.added(impulse_left, kick * g)
+                    work_left = kernels.added(work_left, kick * g * kernels.value(left, n_left, e))
+                    there[1] = left_base + h * kernels.integral(left, n_left, e + drifts[s + 1])
+                else:
+                    work_left = kernels.added(work_left, kick * force * (0.5 * (before + v[1])))
+            here, there = there, here
+        # A prescribed grain's velocity is that at the end of the step.
+        if first_piston:
+            after = kernels.value(left, n_left, 1.0)
+            work_left = kernels.added(work_left, 0.5 * scalars[LEFT_MASS] * (after - v[1]) * (after + v[1]))
+            impulse_left = kernels.added(impulse_left, scalars[LEFT_MASS] * (after - v[1]))
+            v[1] = after
+        if last_piston and high == n + 1 and low < high:
+            after = kernels.value(right, n_right, 1.0)
+            work_right = kernels.added(work_right, 0.5 * scalars[RIGHT_MASS] * (after - v[n]) * (after + v[n]))
+            impulse_right = kernels.added(impulse_right, scalars[RIGHT_MASS] * (after - v[n]))
+            v[n] = after
+        done += 1
+        if bad and shift == 0:
+            break
+    tally[WORK_LEFT], tally[WORK_LEFT + 1] = work_left
+    tally[WORK_RIGHT], tally[WORK_RIGHT + 1] = work_right
+    tally[IMPULSE_LEFT], tally[IMPULSE_LEFT + 1] = impulse_left
+    tally[IMPULSE_RIGHT], tally[IMPULSE_RIGHT + 1] = impulse_right
+    return done, bad
 
-    @jit
-    def advance(memory, constants, scratch, drive, left_pieces, tick, ticks):
-        """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
-        width = constants.shape[1]
-        tally = memory[:TALLY]
-        state = memory[TALLY : TALLY + STATE_ROWS * width].reshape((STATE_ROWS, width))
-        n = int(constants[SCALARS, 8])
-        other = scratch[_OTHER_U]
-        other[0], other[n + 1] = 0.0, 0.0
-        done, bad = 0, False
-        if n <= TILED_ABOVE:
-            done, bad = sweep(tally, state, constants, scratch, drive, left_pieces, tick, ticks, 1, n + 1, 0)
-            if (done * stages) % 2:
-                state[U][:] = other
-        else:
-            block = max(1, _BLOCK_STAGES // (stages + 1))
-            while done < ticks and not bad:
-                some = min(block, ticks - done)
-                edge = 1
-                while edge < n + 1 + some * (stages + 1):
-                    _, over = sweep(
-                        tally, state, constants, scratch, drive, left_pieces, tick + done, some, edge, edge + _TILE_GRAINS, 1
-                    )
-                    bad |= over
-                    edge += _TILE_GRAINS
-                if (some * stages) % 2:
-                    state[U][:] = other
-                done += some
-        if bad or kernels.unsound(state, constants):
-            return -done
-        return done
 
-    return advance
+@jit
+def _advance(memory, constants, scratch, drive, left_pieces, tick, ticks, drifts, kicks, passed):
+    width, n, stages = constants.shape[1], int(constants[SCALARS, GRAINS]), len(kicks)
+    tally, state = kernels.parts(memory, STATE_ROWS, width)
+    other = scratch[_OTHER_U]
+    other[0], other[n + 1] = 0.0, 0.0
+    done, bad = 0, False
+    # A chain that fits the cache is one tile that stands still.
+    tiled = n > TILED_ABOVE
+    block = max(1, _BLOCK_STAGES // (stages + 1)) if tiled else ticks
+    tile = _TILE_GRAINS if tiled else n
+    while done < ticks and not bad:
+        some, edge = min(block, ticks - done), 1
+        last_edge = n + 1 + some * (stages + 1) if tiled else 2
+        advanced = 0
+        while edge < last_edge:
+            advanced, over = _sweep(
+                tally, state, constants, scratch, drive, left_pieces, tick + done, some, edge, edge + tile, int(tiled),
+                drifts, kicks, passed,
+            )  # fmt: skip
+            bad |= over
+            edge += tile
+        if (advanced * stages) % 2:
+            state[U][:] = other
+        done += advanced
+    return -done if bad or kernels.unsound(state, constants) else done
 
 
-advance_pefrl = _composition(*_SCHEMES["pefrl"])
-advance_leapfrog = _composition(*_SCHEMES["leapfrog"])
+@jit
+def advance_pefrl(memory, constants, scratch, drive, left_pieces, tick, ticks):
+    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    return _advance(memory, constants, scratch, drive, left_pieces, tick, ticks, _PEFRL_DRIFTS, _PEFRL_KICKS, _PEFRL_PASSED)
+
+
+@jit
+def advance_leapfrog(memory, constants, scratch, drive, left_pieces, tick, ticks):
+    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    return _advance(
+        memory, constants, scratch, drive, left_pieces, tick, ticks, _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED
+    )

@@ -13,8 +13,7 @@ import numpy as np
 
 from ...jit import jit
 from .. import kernels
-from ..kernels import REST, SCALARS, STEP, STIFFNESS, TOLERANCE, U, V
-from .stepping import ticking
+from ..kernels import GRAINS, REST, SCALARS, STEP, STIFFNESS, TOLERANCE, U, V
 
 # Rows of the lower triangle of A, one after the other: row i begins at i (i - 1) / 2.
 _A = np.array(
@@ -130,9 +129,9 @@ def _error(u, v, scratch, h, n, tolerance):
 
 
 @jit
-def dop853_step(tally, state, constants, scratch, n_left, n_right, mark):
+def dop853_step(state, constants, scratch, n_left, n_right):
     """One tick in as many accepted steps as the tolerance asks for."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     step, tolerance = constants[SCALARS, STEP], constants[SCALARS, TOLERANCE]
     u, v = state[U], state[V]
     left_base, right_base = u[1], u[n]
@@ -165,4 +164,17 @@ def dop853_step(tally, state, constants, scratch, n_left, n_right, mark):
         trial = part * min(_LARGEST_FACTOR, grow)
 
 
-advance_dop853 = ticking(STATE_ROWS, dop853_step)
+@jit
+def advance_dop853(memory, constants, scratch, drive, left_pieces, tick, ticks):
+    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    tally, state = kernels.parts(memory, STATE_ROWS, constants.shape[1])
+    n = int(constants[SCALARS, GRAINS])
+    left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
+    right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
+    for t in range(tick, tick + ticks):
+        left_piece, right_piece, n_left, n_right, _ = kernels.turn(drive, left_pieces, left_piece, right_piece, t, scratch)
+        left_before, right_before = state[V, 1], state[V, n]
+        dop853_step(state, constants, scratch, n_left, n_right)
+        if kernels.finish(tally, state, constants, left_before, right_before):
+            return -(t + 1 - tick)
+    return -ticks if kernels.unsound(state, constants) else ticks

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from ...jit import jit
 from .. import kernels
-from ..kernels import HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, U, V
+from ..kernels import GRAINS, HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, U, V
 from . import runge_kutta
 from .runge_kutta import runge_kutta_step
-from .stepping import ticking
 
 # Rows behind U, V, PEAK: u and v one, two, three steps ago; a now, one and two steps ago; predictor minus corrector of u and v.
 _U1, _V1, _U2, _V2, _U3, _V3, _A0, _A1, _A2, _GAP_U, _GAP_V = range(kernels.STATE_ROWS, kernels.STATE_ROWS + 11)
@@ -38,7 +37,7 @@ def _shift_accelerations(state):
 @jit
 def hamming_step(tally, state, constants, scratch, n_left, n_right, mark):
     """One step; Runge-Kutta while the history is shorter than three steps."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     h = constants[SCALARS, STEP]
     if tally[HISTORY_LENGTH] == 0.0 or tally[HISTORY_DRIVE] != mark:
         tally[HISTORY_LENGTH], tally[HISTORY_DRIVE] = 0.0, mark
@@ -47,7 +46,7 @@ def hamming_step(tally, state, constants, scratch, n_left, n_right, mark):
         kernels.derivative(state[U], state[V], constants, scratch, n_left, n_right, 0.0, state[_A0])
     if tally[HISTORY_LENGTH] < 3.0:
         _shift_history(state)
-        runge_kutta_step(tally, state, constants, scratch, n_left, n_right, mark)
+        runge_kutta_step(state, constants, scratch, n_left, n_right)
         tally[HISTORY_LENGTH] += 1.0
     else:
         _predict_and_correct(state, constants, scratch, n_left, n_right, n, h)
@@ -83,4 +82,17 @@ def _predict_and_correct(state, constants, scratch, n_left, n_right, n, h):
     kernels.place_pistons(u, v, constants, scratch, n_left, n_right, left_base, right_base, 1.0)
 
 
-advance_hamming = ticking(STATE_ROWS, hamming_step)
+@jit
+def advance_hamming(memory, constants, scratch, drive, left_pieces, tick, ticks):
+    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    tally, state = kernels.parts(memory, STATE_ROWS, constants.shape[1])
+    n = int(constants[SCALARS, GRAINS])
+    left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
+    right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
+    for t in range(tick, tick + ticks):
+        left_piece, right_piece, n_left, n_right, mark = kernels.turn(drive, left_pieces, left_piece, right_piece, t, scratch)
+        left_before, right_before = state[V, 1], state[V, n]
+        hamming_step(tally, state, constants, scratch, n_left, n_right, mark)
+        if kernels.finish(tally, state, constants, left_before, right_before):
+            return -(t + 1 - tick)
+    return -ticks if kernels.unsound(state, constants) else ticks

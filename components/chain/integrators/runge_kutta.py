@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from ...jit import jit
 from .. import kernels
-from ..kernels import PISTON, SCALARS, STEP, U, V
-from .stepping import ticking
+from ..kernels import GRAINS, PISTON, SCALARS, STEP, U, V
 
 # Rows of the scratch behind the drive's: a stage's u, v and a, and the weighted sums of v and a.
 _U, _V, _A, _SUM_V, _SUM_A = 2, 3, 4, 5, 6
@@ -14,9 +13,9 @@ STATE_ROWS = kernels.STATE_ROWS
 
 
 @jit
-def runge_kutta_step(tally, state, constants, scratch, n_left, n_right, mark):
+def runge_kutta_step(state, constants, scratch, n_left, n_right):
     """One step: the state's rows U and V, the ends' work and impulse behind V."""
-    n = int(constants[SCALARS, 8])
+    n = int(constants[SCALARS, GRAINS])
     h = constants[SCALARS, STEP]
     u, v = state[U], state[V]
     us, vs, a, sum_v, sum_a = scratch[_U], scratch[_V], scratch[_A], scratch[_SUM_V], scratch[_SUM_A]
@@ -46,4 +45,17 @@ def runge_kutta_step(tally, state, constants, scratch, n_left, n_right, mark):
     kernels.place_pistons(u, v, constants, scratch, n_left, n_right, left_base, right_base, 1.0)
 
 
-advance_rk4 = ticking(STATE_ROWS, runge_kutta_step)
+@jit
+def advance_rk4(memory, constants, scratch, drive, left_pieces, tick, ticks):
+    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    tally, state = kernels.parts(memory, STATE_ROWS, constants.shape[1])
+    n = int(constants[SCALARS, GRAINS])
+    left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
+    right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
+    for t in range(tick, tick + ticks):
+        left_piece, right_piece, n_left, n_right, _ = kernels.turn(drive, left_pieces, left_piece, right_piece, t, scratch)
+        left_before, right_before = state[V, 1], state[V, n]
+        runge_kutta_step(state, constants, scratch, n_left, n_right)
+        if kernels.finish(tally, state, constants, left_before, right_before):
+            return -(t + 1 - tick)
+    return -ticks if kernels.unsound(state, constants) else ticks
