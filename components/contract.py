@@ -18,6 +18,7 @@ import copy
 import dataclasses
 import hashlib
 import math
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter
@@ -54,6 +55,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 # A long step is cut, invisibly, into pieces of about this wall time, so that Ctrl-C and observers get their turn [s].
 _CHUNK_SECONDS = 0.05
+_LARGEST = sys.float_info.max
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -127,10 +129,10 @@ class Parameters(BaseModel):
 class Block:
     """The changing state of a component: one block of memory with named views, so that a snapshot is one copy."""
 
-    def __init__(self, **fields: tuple[str, tuple[int, ...]]) -> None:
-        """Lay out `fields`, name -> (dtype of 8 bytes, shape), one after the other, zeroed."""
+    def __init__(self, memory: FloatArray | None = None, /, **fields: tuple[str, tuple[int, ...]]) -> None:
+        """Lay out `fields`, name -> (dtype of 8 bytes, shape), one after the other, in fresh zeros or in the memory given."""
         sizes = {name: math.prod(shape) for name, (_, shape) in fields.items()}
-        self.memory: FloatArray = np.zeros(sum(sizes.values()))
+        self.memory: FloatArray = np.zeros(sum(sizes.values())) if memory is None else memory
         self.views: dict[str, np.ndarray] = {}
         offset = 0
         for name, (dtype, shape) in fields.items():
@@ -249,10 +251,13 @@ class Component(ABC):
         self.variables: dict[str, Variable] = {variable.name: variable for variable in self._all_variables()}
         self._readers: dict[str, Callable[[], Any]] = self._outputs()
         self._inputs = {v.name: v for v in self.variables.values() if v.causality == "input"}
+        self._bounds = {v.name: (max(v.minimum, -_LARGEST), min(v.maximum, _LARGEST)) for v in self._inputs.values()}
         self._observers: list[Observer] = []
         self._tick_counts: dict[float | None, int] = {None: 1}
         self._chunk_ticks = 256
         self._backup = self._block.memory.copy()
+        # Assigning between byte views is the quickest copy there is from Python.
+        self._memory_bytes, self._backup_bytes = self._block.memory.data.cast("B"), self._backup.data.cast("B")
         self._held: dict[str, Held] = {}
         self._tick = 0
         self.reset()
@@ -340,7 +345,7 @@ class Component(ABC):
         for observer in self._observers:
             observer.began(self)
 
-    def step(self, duration: float | None = None, **inputs: float | Profile | CompiledProfile) -> None:
+    def step(self, duration: float | None = None, **inputs: Any) -> None:
         """Advance by exactly `duration` [s] (default: one internal step) with the inputs held.
 
         Args:
@@ -351,27 +356,27 @@ class Component(ABC):
             ParameterError: an input or the duration is not valid; nothing has changed.
             StepError: the physics would break down; the state is that from before the step.
         """
-        ticks = self._tick_counts.get(duration) if type(duration) is float or duration is None else None
+        ticks = self._tick_counts.get(duration) if isinstance(duration, float) or duration is None else None
         if ticks is None:
             ticks = self._whole_ticks(duration)
-        held = self._held
         if inputs:
-            inputs = self._compiled(inputs)  # type: ignore[assignment]
-            self._held = {**held, **inputs}  # type: ignore[dict-item]
-            self._apply(inputs)  # type: ignore[arg-type]
+            inputs = self._checked(inputs)
+            self._apply(inputs)
         if self._observers or ticks > self._chunk_ticks:
-            self._long_step(ticks, inputs, held)  # type: ignore[arg-type]
+            self._long_step(ticks, inputs)
             return
         before = self._tick
-        self._backup[:] = self._block.memory
+        self._backup_bytes[:] = self._memory_bytes
         try:
             status = self._advance(ticks)
             if status:
                 raise self._explain(status)
             self._tick = before + ticks
         except BaseException:  # Ctrl-C too
-            self._undo(before, held)
+            self._undo(before, self._held)
             raise
+        if inputs:
+            self._held.update(inputs)
 
     def get(self, name: str) -> Any:
         """The present value of any variable: a number, or a fresh array of its shape."""
@@ -390,7 +395,7 @@ class Component(ABC):
 
     def save(self) -> Snapshot:
         """The whole state; costs one copy."""
-        return Snapshot(self.identity, self._tick, self._block.memory.copy(), self._held)
+        return Snapshot(self.identity, self._tick, self._block.memory.copy(), self._held.copy())
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot, bit for bit, whichever process took it.
@@ -405,10 +410,10 @@ class Component(ABC):
                 f"snapshot: it belongs to a component with identity {str(snapshot.identity)[:12]}..., this one has "
                 f"{self.identity[:12]}...; restore it into one of the same parameters and version"
             )
-        if snapshot.inputs is not self._held:
+        if snapshot.inputs != self._held:
             self._check_inputs(snapshot)
-            self._apply(snapshot.inputs)
-            self._held = snapshot.inputs  # type: ignore[assignment]
+            self._held = dict(snapshot.inputs)
+            self._apply(self._held)
         self._block.memory[:] = snapshot.memory
         self._tick = snapshot.tick
         for observer in self._observers:
@@ -447,6 +452,17 @@ class Component(ABC):
             self._tick_counts[float(duration)] = ticks  # type: ignore[arg-type]
         return ticks
 
+    def _checked(self, inputs: dict[str, Any]) -> dict[str, Held]:
+        """Inputs as they can be held; numbers in range, the usual case, pass at once."""
+        bounds = self._bounds
+        for name, value in inputs.items():
+            if value.__class__ is not float or name not in bounds:
+                return self._compiled(inputs)
+            low, high = bounds[name]
+            if not low <= value <= high:
+                return self._compiled(inputs)
+        return inputs
+
     def _compiled(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
         checked: dict[str, Held] = {}
         for name, value in inputs.items():
@@ -478,9 +494,11 @@ class Component(ABC):
             raise ParameterError("snapshot: its state or its inputs do not have this component's shape")
         self._compiled(snapshot.inputs)
 
-    def _long_step(self, ticks: int, inputs: Mapping[str, Held], held: dict[str, Held]) -> None:
+    def _long_step(self, ticks: int, inputs: Mapping[str, Held]) -> None:
         """A step in pieces: for observers and for Ctrl-C; all of it or nothing."""
-        start, end = self._tick, self._tick + ticks
+        start, end, held = self._tick, self._tick + ticks, self._held
+        if inputs:
+            self._held = {**held, **inputs}
         self._backup[:] = self._block.memory
         try:
             while self._tick < end:
@@ -515,9 +533,8 @@ class Component(ABC):
     def _undo(self, tick: int, held: dict[str, Held]) -> None:
         self._block.memory[:] = self._backup
         self._tick = tick
-        if held is not self._held:
-            self._held = held
-            self._apply(held)
+        self._held = held
+        self._apply(held)
 
     def _start_values(self, name: str, value: Any) -> FloatArray:
         variable = self.variables.get(name)
@@ -571,15 +588,17 @@ def _meaning(model: type[BaseModel], place: list[str]) -> str:
     return f"it is {field.description}" if field is not None and field.description else "it has no default"
 
 
+_DTYPES = {bool: "bool", int: "int64", str: "str"}
+
+
 def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = None) -> Iterable[Variable]:
     """The fields of a parameter model as variables: unit and shape come from each field's declaration."""
     for name, field in model.model_fields.items():
         extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
         start = getattr(parameters, name) if parameters is not None else field.get_default()
         shape = np.shape(start) if isinstance(start, (list, tuple)) and all(isinstance(x, float) for x in start) else ()
-        yield Variable(
-            name, "parameter", str(extra.get("unit", "")), tuple(shape), field.description or "", str(extra.get("dtype", "float64")), start
-        )
+        dtype = str(extra.get("dtype") or _DTYPES.get(type(start), "float64"))
+        yield Variable(name, "parameter", str(extra.get("unit", "")), tuple(shape), field.description or "", dtype, start)
 
 
 def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:

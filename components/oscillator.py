@@ -22,7 +22,7 @@ class OscillatorParameters(Parameters):
 
 
 class Oscillator(Component):
-    """See the module."""
+    """A mass on a spring, pushed by a force."""
 
     name = "oscillator"
     Parameters = OscillatorParameters
@@ -62,7 +62,7 @@ class Oscillator(Component):
             tally[3] += h * (force - self.stiffness * x)
             v += kick
             x += 0.5 * h * v
-        return 0 if np.isfinite(x) and np.isfinite(v) else 1
+        return 0 if np.isfinite(self._energy()) else 1
 
     def _explain(self, status: int) -> StepError:
         name = "velocity" if np.isfinite(self._block["position"]) else "position"
@@ -73,11 +73,13 @@ class Oscillator(Component):
         )  # fmt: skip
 
     def _energy(self) -> float:
-        return 0.5 * self.mass * float(self._block["velocity"]) ** 2 + 0.5 * self.stiffness * float(self._block["position"]) ** 2
+        x, v = float(self._block["position"]), float(self._block["velocity"])
+        return 0.5 * self.mass * v * v + 0.5 * self.stiffness * x * x
 
     def ledger(self) -> Ledger:
         energy, momentum, work, impulse = (float(entry) for entry in self._block["tally"])
-        potential = 0.5 * self.stiffness * float(self._block["position"]) ** 2
+        x = float(self._block["position"])
+        potential = 0.5 * self.stiffness * x * x
         now = self.mass * float(self._block["velocity"])
         return Ledger(
             kinetic_energy=self._energy() - potential, potential_energy=potential, dissipated_energy=0.0, fracture_energy=0.0,

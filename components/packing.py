@@ -38,15 +38,23 @@ def canonical_json(value: Any) -> bytes:
 
 def pack(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
     """One self-checking block of bytes from a JSON-able header and named arrays."""
+    return b"".join(pack_parts(header, arrays))
+
+
+def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> list[bytes | memoryview]:
+    """What `pack` joins; the arrays are not copied, so they must not change until the parts have been written."""
     listed, parts = [], []
     for name, array in arrays.items():
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
         # The shape is the given array's: ascontiguousarray makes a scalar one-dimensional.
         listed.append([name, little.dtype.str, list(np.shape(array))])
-        parts.append(little.tobytes())
+        parts.append(memoryview(little.reshape(-1).view(np.uint8)))
     text = canonical_json({"header": header, "arrays": listed})
-    body = b"".join([_HEAD.pack(MAGIC, VERSION, len(text)), text, *parts])
-    return body + digest(body)
+    body = [_HEAD.pack(MAGIC, VERSION, len(text)), text, *parts]
+    checksum = hashlib.blake2b(digest_size=_DIGEST_SIZE)
+    for part in body:
+        checksum.update(part)
+    return [*body, checksum.digest()]
 
 
 def unpack(data: bytes | memoryview) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

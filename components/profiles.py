@@ -116,7 +116,7 @@ class Profile:
         """From 0 to `peak` in `rise` [s], back to 0 at `duration` [s]; rise = 0 is the paper's falling triangle (3.3)."""
         peak, duration, rise, start = (
             finite_number("peak", peak),
-            _positive("duration", duration),
+            positive_number("duration", duration),
             finite_number("rise", rise),
             finite_number("start", start),
         )
@@ -137,8 +137,8 @@ class Profile:
 
     @staticmethod
     def half_sine(peak: float, duration: float, start: float = 0.0) -> Profile:
-        """peak sin(pi t / duration) for one half wave, as one polynomial of degree 23 (error 1.8e-13 of the peak)."""
-        peak, duration, start = finite_number("peak", peak), _positive("duration", duration), finite_number("start", start)
+        """Half a wave, peak sin(pi t / duration), as one polynomial of degree 23 (error 1.8e-13 of the peak)."""
+        peak, duration, start = finite_number("peak", peak), positive_number("duration", duration), finite_number("start", start)
         row = np.zeros(_SINE_DEGREE + 1)
         rate, term = math.pi / duration, peak
         for power in range(1, _SINE_DEGREE + 1):
@@ -240,10 +240,10 @@ class Profile:
             step_size: seconds per tick.
             name: what to call the signal in messages.
         """
-        step_size = step_size if type(step_size) is float else _positive("step_size", step_size)
+        step_size = step_size if type(step_size) is float else positive_number("step_size", step_size)
         known = self._compiled.get(step_size)
         if known is None:
-            known = self._compiled[step_size] = self._compile(_positive("step_size", step_size), name)
+            known = self._compiled[step_size] = self._compile(positive_number("step_size", step_size), name)
         return known
 
     def _compile(self, step_size: float, name: str) -> CompiledProfile:
@@ -320,7 +320,8 @@ def finite_number(name: str, value: Any, expected: str = "a number") -> float:
     return number
 
 
-def _positive(name: str, value: Any) -> float:
+def positive_number(name: str, value: Any) -> float:
+    """`value` as a float above 0; `ParameterError` otherwise."""
     number = finite_number(name, value)
     if number <= 0.0:
         raise ParameterError(f"{name}: got {number:g}, expected more than 0")

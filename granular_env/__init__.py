@@ -1,1 +1,87 @@
 """Wave and fracture experiments in granular and heterogeneous media, as stepping components."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from .envs.registration import register_when_imported
+
+if TYPE_CHECKING:
+    from .components.catalogue import make
+    from .components.chain import Chain
+    from .components.contract import Component, Snapshot, Variable
+    from .components.errors import (
+        ExperimentError,
+        FmuError,
+        GranularError,
+        GranularWarning,
+        LogError,
+        MissingExtraError,
+        ParameterError,
+        StepError,
+    )
+    from .components.materials.elastic import Material
+    from .components.profiles import Profile
+    from .recording import open_log, record, recover, verify
+    from .running import run
+
+# Public name -> module. They come when they are asked for: numba alone takes most of a second to import.
+_HOMES = {
+    "Chain": "components.chain",
+    "Component": "components.contract",
+    "ExperimentError": "components.errors",
+    "FmuError": "components.errors",
+    "GranularError": "components.errors",
+    "GranularWarning": "components.errors",
+    "LogError": "components.errors",
+    "Material": "components.materials.elastic",
+    "MissingExtraError": "components.errors",
+    "ParameterError": "components.errors",
+    "Profile": "components.profiles",
+    "Snapshot": "components.contract",
+    "StepError": "components.errors",
+    "Variable": "components.contract",
+    "make": "components.catalogue",
+    "open_log": "recording",
+    "record": "recording",
+    "recover": "recording",
+    "run": "running",
+    "verify": "recording",
+}
+
+__all__ = [
+    "Chain",
+    "Component",
+    "ExperimentError",
+    "FmuError",
+    "GranularError",
+    "GranularWarning",
+    "LogError",
+    "Material",
+    "MissingExtraError",
+    "ParameterError",
+    "Profile",
+    "Snapshot",
+    "StepError",
+    "Variable",
+    "make",
+    "open_log",
+    "record",
+    "recover",
+    "run",
+    "verify",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+register_when_imported()

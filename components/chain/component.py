@@ -23,8 +23,7 @@ _WANTED_FORCES, _LEAST_FORCES = 60.0, 16.0
 _DURATION_TIMES_FREQUENCY = 4.0302
 
 _KINDS = {"free": kernels.FREE, "piston": kernels.PISTON} | dict.fromkeys(WALLS, kernels.WALL)
-# What holds for ever before a tick: a number given as an input.
-_ALWAYS = -1.0
+_NO_PIECES = np.zeros((0, 2))
 
 
 class Chain(Component):
@@ -44,37 +43,37 @@ class Chain(Component):
         self.geometry: Geometry = geometry(p)
         self.step_size = p.step_size if p.step_size is not None else suggested_step_size(p, self.geometry)
         self._scheme = SCHEMES[p.integrator]
+        self._kernel = self._scheme.advance
         self._grains = slice(1, p.grains + 1)
         width = kernels.row_width(p.grains)
-        self._block = Block(tally=("f8", (kernels.TALLY,)), rows=("f8", (self._scheme.state_rows, width)))
-        self._tally, self._rows = self._block["tally"], self._block["rows"]
-        self._memory = self._block.memory
-        self._scratch = np.zeros((self._scheme.scratch_rows, width))
-        self._constants = self._constant_rows(width)
+        state_rows = kernels.FREE_ROW - kernels.TALLY + self._scheme.history_rows
+        self._table = np.zeros((kernels.TALLY + state_rows + self._scheme.scratch_rows, width))
+        state = self._table[kernels.TALLY : kernels.TALLY + state_rows]
+        self._block = Block(state.reshape(-1), rows=("f8", state.shape))
+        self._fill_constants()
         self._wanted_overlap, self._refused_overlap = self._overlap_limits()
-        self._constants[kernels.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        self._table[kernels.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         self._left_input = "left_velocity" if p.left == "piston" else "left_force"
         self._right_input = "right_velocity" if p.right == "piston" else "right_force"
-        self._number_drive = np.array([[_ALWAYS, 0.0], [_ALWAYS, 0.0]])
-        self._drive, self._left_pieces = self._number_drive, 1
         self._sides: dict[str, Held] = {self._left_input: 0.0, self._right_input: 0.0}
+        self._left = self._right = 0.0
+        self._drive, self._left_pieces = _NO_PIECES, 0
 
-    def _constant_rows(self, width: int) -> FloatArray:
-        p, chain = self.parameters, self.geometry
-        rows = np.zeros((kernels.CONSTANT_ROWS, width))
+    def _fill_constants(self) -> None:
+        p, chain, table = self.parameters, self.geometry, self._table
         places = slice(0, p.grains + 1)
-        rows[kernels.STIFFNESS, places] = chain.stiffness
-        rows[kernels.REST, places] = chain.rest_overlap
-        rows[kernels.INVERSE_MASS, self._grains] = 1.0 / chain.mass
+        table[kernels.STIFFNESS, places] = chain.stiffness
+        table[kernels.REST, places] = chain.rest_overlap
+        table[kernels.INVERSE_MASS, self._grains] = 1.0 / chain.mass
         if p.left == "piston":
-            rows[kernels.INVERSE_MASS, 1] = 0.0
+            table[kernels.INVERSE_MASS, 1] = 0.0
         if p.right == "piston":
-            rows[kernels.INVERSE_MASS, p.grains] = 0.0
-        rows[kernels.SCALARS, :9] = (
-            self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1], p.precompression,
-            min(one.longitudinal_speed for one in set(chain.materials)), p.tolerance, p.grains,
+            table[kernels.INVERSE_MASS, p.grains] = 0.0
+        slowest = min(one.longitudinal_speed for one in set(chain.materials))
+        table[kernels.SCALARS, :9] = (
+            self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1], p.precompression, slowest, p.tolerance,
+            p.grains,
         )  # fmt: skip
-        return rows
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
         """Overlaps at which a contact is seen too seldom (warn), and at which a step is refused; infinite where there is no contact."""
@@ -113,9 +112,9 @@ class Chain(Component):
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         return {
-            "position": lambda: self.geometry.position + self._rows[kernels.U, self._grains],
-            "displacement": lambda: self._rows[kernels.U, self._grains].copy(),
-            "velocity": lambda: self._rows[kernels.V, self._grains].copy(),
+            "position": lambda: self.geometry.position + self._table[kernels.U, self._grains],
+            "displacement": lambda: self._table[kernels.U, self._grains].copy(),
+            "velocity": lambda: self._table[kernels.V, self._grains].copy(),
             "overlap": lambda: self._overlap()[self.geometry.real],
             "contact_force": lambda: self._contact_force()[self.geometry.real],
             "left_wall_force": lambda: float(self._contact_force()[0]),
@@ -125,42 +124,44 @@ class Chain(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
         velocity, displacement = values.get("velocity"), values.get("displacement")
         if velocity is not None:
-            self._rows[kernels.V, self._grains] = velocity
+            self._table[kernels.V, self._grains] = velocity
         if displacement is not None:
-            self._rows[kernels.U, self._grains] = displacement
+            self._table[kernels.U, self._grains] = displacement
         self._refuse_start()
         kinetic, potential, momentum = self._sums()
-        self._tally[kernels.START_ENERGY], self._tally[kernels.START_MOMENTUM] = kinetic + potential, momentum
-        ends = {"left_velocity": float(self._rows[kernels.V, 1]), "right_velocity": float(self._rows[kernels.V, self.parameters.grains])}
+        self._table[kernels.TALLY, kernels.START_ENERGY], self._table[kernels.TALLY, kernels.START_MOMENTUM] = kinetic + potential, momentum
+        ends = {"left_velocity": float(self._table[kernels.V, 1]), "right_velocity": float(self._table[kernels.V, self.parameters.grains])}
         return {name: speed for name, speed in ends.items() if name in (self._left_input, self._right_input)}
 
     def _refuse_start(self) -> None:
         """A start that the first step would refuse is refused at once."""
         if np.any(self._overlap() > self._refused_overlap) or np.any(
-            np.abs(self._rows[kernels.V, self._grains]) > self._constants[kernels.SCALARS, kernels.SPEED_LIMIT]
+            np.abs(self._table[kernels.V, self._grains]) > self._table[kernels.SCALARS, kernels.SPEED_LIMIT]
         ):
             error = self._explain(0)
             raise ParameterError(f"start: {error}")
 
     def _apply(self, inputs: Mapping[str, Held]) -> None:
-        # The speed of a step from Python hangs on this function: two numbers are written in place.
+        # The speed of a step from Python hangs on these lines: two numbers are all that most steps change.
         sides = self._sides
-        for name, value in inputs.items():
-            if name in sides:
-                sides[name] = value
+        sides.update(inputs)
         left, right = sides[self._left_input], sides[self._right_input]
-        if type(left) is float and type(right) is float:
-            self._drive, self._left_pieces = self._number_drive, 1
-            self._number_drive[0, 1] = left
-            self._number_drive[1, 1] = right
-            return
+        if left.__class__ is float and right.__class__ is float:
+            self._left, self._right = left, right
+            self._drive, self._left_pieces = _NO_PIECES, 0
+        else:
+            self._apply_profiles(left, right)
+
+    def _apply_profiles(self, left: Held, right: Held) -> None:
+        """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""
+        self._left, self._right = (side if isinstance(side, float) else 0.0 for side in (left, right))
         pieces = [_pieces(left), _pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
         self._left_pieces = len(pieces[0])
         self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
 
     def _advance(self, ticks: int) -> int:
-        done = self._scheme.advance(self._memory, self._constants, self._scratch, self._drive, self._left_pieces, self._tick, ticks)
+        done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 
     def _limit_passed(self, done: int, ticks: int) -> int:
@@ -168,7 +169,7 @@ class Chain(Component):
         self._failed_tick = self._tick + done
         if self._worst()[2] > 1.0:
             return 1
-        self._constants[kernels.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
+        self._table[kernels.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         warnings.warn(self._resolution_sentence(), GranularWarning, stacklevel=4)
         if done == ticks:
             return 0
@@ -181,13 +182,13 @@ class Chain(Component):
     def _worst(self) -> tuple[str, int, float]:
         """The variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
         worst = ("velocity", 0, 0.0)
-        fastest = self._constants[kernels.SCALARS, kernels.SPEED_LIMIT]
+        fastest = self._table[kernels.SCALARS, kernels.SPEED_LIMIT]
         with np.errstate(invalid="ignore"):
             places = self.geometry.real
             for name, ratio in (
-                ("overlap", np.maximum(self._overlap()[places], self._rows[kernels.PEAK][: self.parameters.grains + 1][places]) / self._refused_overlap[places]),
-                ("velocity", np.abs(self._rows[kernels.V, self._grains]) / fastest),
-                ("displacement", np.where(np.isfinite(self._rows[kernels.U, self._grains]), 0.0, np.inf)),
+                ("overlap", np.maximum(self._overlap()[places], self._table[kernels.PEAK][: self.parameters.grains + 1][places]) / self._refused_overlap[places]),
+                ("velocity", np.abs(self._table[kernels.V, self._grains]) / fastest),
+                ("displacement", np.where(np.isfinite(self._table[kernels.U, self._grains]), 0.0, np.inf)),
             ):
                 ratio = np.where(np.isnan(ratio), np.inf, ratio)
                 if ratio.size and ratio.max() > worst[2]:
@@ -199,7 +200,7 @@ class Chain(Component):
         name, index, _ = self._worst()
         if name == "overlap":
             value, limit = float(self._overlap()[self.geometry.real][index]), float(self._refused_overlap[self.geometry.real][index])
-            value = max(value, float(self._rows[kernels.PEAK][: self.parameters.grains + 1][self.geometry.real][index]))
+            value = max(value, float(self._table[kernels.PEAK][: self.parameters.grains + 1][self.geometry.real][index]))
             radius = float(self.geometry.smaller_radius[self.geometry.real][index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
@@ -209,7 +210,7 @@ class Chain(Component):
                 f"(now {self.step_size:g} s) or give the velocity_scale of the run"
             )
         else:
-            value, limit = float(self.get(name)[index]), float(self._constants[kernels.SCALARS, kernels.SPEED_LIMIT])
+            value, limit = float(self.get(name)[index]), float(self._table[kernels.SCALARS, kernels.SPEED_LIMIT])
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
         unit = self.variables[name].unit
         return StepError(
@@ -222,9 +223,9 @@ class Chain(Component):
     def ledger(self) -> Ledger:
         """Energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()
-        tally = self._tally
+        tally = self._table[kernels.TALLY]
         behind = self.parameters.grains + 2
-        carried = self._rows[kernels.V, behind : behind + 4]
+        carried = self._table[kernels.V, behind : behind + 4]
         work = float(tally[kernels.WORK_LEFT] + tally[kernels.WORK_RIGHT] + carried[0] + carried[1])
         impulse = float(tally[kernels.IMPULSE_LEFT] + tally[kernels.IMPULSE_RIGHT] + carried[2] + carried[3])
         return Ledger(
@@ -236,12 +237,10 @@ class Chain(Component):
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy, momentum."""
-        out = np.empty(3)
-        kernels.energies(self._rows, self._constants, self.geometry.mass, self.geometry.stiffness, out)
-        return float(out[0]), float(out[1]), float(out[2])
+        return kernels.energies(self._table, self.geometry.mass)
 
     def _overlap(self) -> FloatArray:
-        u = self._rows[kernels.U]
+        u = self._table[kernels.U]
         last = self.parameters.grains + 1
         return u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
 
@@ -259,7 +258,7 @@ class Chain(Component):
         """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
         places = self.geometry.real
         return Validity.of(
-            self.geometry, self._rows[kernels.PEAK][: self.parameters.grains + 1][places], self._scheme.forces / self.step_size,
+            self.geometry, self._table[kernels.PEAK][: self.parameters.grains + 1][places], self._scheme.forces / self.step_size,
             wanted_forces=_WANTED_FORCES, adaptive=self.parameters.integrator == "dop853",
         )  # fmt: skip
 
@@ -282,7 +281,7 @@ class Chain(Component):
 def _pieces(held: Held) -> FloatArray:
     """An input as rows (first tick, coefficients)."""
     if isinstance(held, float):
-        return np.array([[_ALWAYS, held]])
+        return _NO_PIECES
     return np.column_stack([held.ticks.astype(np.float64), held.coefficients])
 
 

@@ -1,7 +1,13 @@
-"""What all integrators of the chain share: the memory's layout, Hertz's law, the ends, the tallies.
+"""What all integrators of the chain share: the table, Hertz's law, the ends, the tallies.
 
-Grains have indices 1..n in rows of width >= n + 6; 0 and n + 1 are the walls, which do not move. Contact j is between grains j and j + 1.
-Symbols: u displacement, v velocity, d overlap, k contact stiffness, m mass, h step, s ticks since a piece of the drive began.
+A chain is one table `a` of numbers: constants first, then the state (one contiguous piece, which is what a snapshot holds), then scratch.
+Grains have the columns 1..n; 0 and n + 1 are the walls, which do not move. Contact j lies between columns j and j + 1.
+One table instead of many arrays keeps a call from Python cheap, and row numbers instead of row views keep short chains fast (each view costs
+as much as several grains). Columns in the long loops are unsigned: numba must not look for negative indices there, or nothing vectorises.
+
+An end's drive is a number that holds, or `left_pieces` (or the rest) of the rows of `drive`, each (first tick, coefficients).
+
+Symbols: u displacement, v velocity, d overlap, k contact stiffness, h step, e part of a step, s ticks since a piece of the drive began.
 """
 
 from __future__ import annotations
@@ -12,35 +18,30 @@ import numpy as np
 
 from ..jit import jit
 
-# Rows of the state. The four columns behind the chain's in V hold work and impulse of the ends (left work, right work, left impulse,
-# right impulse) for integrators that carry them as unknowns of their own.
-U, V, PEAK = 0, 1, 2
-STATE_ROWS = 3
+# Constants.
+STIFFNESS, REST, INVERSE_MASS, LIMIT, SCALARS = range(5)
+# The drive's polynomials, re-centred at the present tick.
+LEFT_DRIVE, RIGHT_DRIVE = 5, 6
+# State. The four columns behind the chain's in V hold work and impulse of the ends (left work, right work, left impulse, right impulse)
+# for integrators that carry them as unknowns of their own. Rows from FREE_ROW on are an integrator's history, then its scratch.
+TALLY, U, V, PEAK, FREE_ROW = 7, 8, 9, 10, 11
 
-# Places in the tally that precedes the rows: compensated sums (value, compensation), and what was there at the reset.
-WORK_LEFT, WORK_RIGHT, IMPULSE_LEFT, IMPULSE_RIGHT = 0, 2, 4, 6
-START_ENERGY, START_MOMENTUM = 8, 9
-HISTORY_LENGTH, HISTORY_DRIVE = 10, 11
-TALLY = 16
-
-# Rows of the constants.
-STIFFNESS, REST, INVERSE_MASS, LIMIT, SCALARS = 0, 1, 2, 3, 4
-CONSTANT_ROWS = 5
 # Columns of the row SCALARS.
 STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, STATIC_FORCE, SPEED_LIMIT, TOLERANCE, GRAINS = range(9)
+# Columns of the row TALLY: compensated sums (value, compensation), what was there at the reset, the history's length and drive.
+WORK_LEFT, WORK_RIGHT, IMPULSE_LEFT, IMPULSE_RIGHT = 0, 2, 4, 6
+START_ENERGY, START_MOMENTUM, HISTORY_LENGTH, HISTORY_DRIVE = 8, 9, 10, 11
 # Kinds of an end.
 FREE, PISTON, WALL = 0, 1, 2
-
-# Scratch rows that hold the drive's polynomials, re-centred at the present tick.
-LEFT_DRIVE, RIGHT_DRIVE = 0, 1
-DRIVE_ROWS = 2
 
 # Overlaps below this count as open: their forces would be denormal numbers, which are slow.
 SMALLEST_OVERLAP = 1e-150
 
+_ONE = np.uint64(1)
+
 
 def row_width(grains: int) -> int:
-    """Columns of a row: the grains, two walls, four tallies; at least what the drive's polynomials need."""
+    """Columns of the table: the grains, two walls, four tallies; at least what the drive's polynomials need."""
     return max(40, -(-(grains + 6) // 8) * 8)
 
 
@@ -52,20 +53,29 @@ def hertz(d, k):
 
 
 @jit
-def accumulate(tally, place, x):
-    """Compensated summation (Kahan) into tally[place]."""
-    y = x - tally[place + 1]
-    t = tally[place] + y
-    tally[place + 1] = (t - tally[place]) - y
-    tally[place] = t
+def contact(a, u, j):
+    """Force in contact j, displacements in row u."""
+    return hertz(a[u, j] - a[u, j + 1] + a[REST, j], a[STIFFNESS, j])
 
 
 @jit
 def added(total, x):
-    """`accumulate` for a sum kept in registers: (sum, compensation) -> the same with x added."""
+    """Compensated summation (Kahan): (sum, compensation) -> the same with x added."""
     y = x - total[1]
     t = total[0] + y
     return t, (t - total[0]) - y
+
+
+@jit
+def tallied(a, place):
+    """A compensated sum of the tally."""
+    return a[TALLY, place], a[TALLY, place + 1]
+
+
+@jit
+def keep(a, place, total):
+    """Put a compensated sum back into the tally."""
+    a[TALLY, place], a[TALLY, place + 1] = total
 
 
 @jit
@@ -90,155 +100,56 @@ def next_piece(drive, piece, last, tick):
 
 
 @jit
-def recentre(drive, piece, first, tick, out):
-    """Write the coefficients of the drive's polynomial about a tick, in steps; returns their number."""
+def recentre(a, row, drive, piece, first, number, tick):
+    """Write the drive's polynomial about a tick, in steps, into a row; returns how many coefficients. Before any piece: `number`."""
     if piece < first:
-        out[0] = 0.0
+        a[row, 0] = number
         return 1
     n = drive.shape[1] - 1
     while n > 1 and drive[piece, n] == 0.0:
         n -= 1
     for i in range(n):
-        out[i] = drive[piece, i + 1]
+        a[row, i] = drive[piece, i + 1]
     s = tick - drive[piece, 0]
     for i in range(n - 1):
         for j in range(n - 2, i - 1, -1):
-            out[j] += s * out[j + 1]
+            a[row, j] += s * a[row, j + 1]
     return n
 
 
 @jit
-def value(c, n, e):
-    """The re-centred polynomial a part e of a step after the tick."""
+def value(a, row, n, e):
+    """A re-centred polynomial a part e of a step after the tick."""
     p = 0.0
     for i in range(n - 1, -1, -1):
-        p = p * e + c[i]
+        p = p * e + a[row, i]
     return p
 
 
 @jit
-def integral(c, n, e):
+def integral(a, row, n, e):
     """Its integral from the tick to e, in steps."""
     p = 0.0
     for i in range(n - 1, -1, -1):
-        p = p * e + c[i] / (i + 1)
+        p = p * e + a[row, i] / (i + 1)
     return p * e
 
 
 @jit
-def accelerations(u, constants, left_force, right_force, a_out):
-    """Accelerations of grains 1..n, and the forces in the outermost contacts 0, 1, n - 1, n."""
-    k, r, w = constants[STIFFNESS], constants[REST], constants[INVERSE_MASS]
-    n = int(constants[SCALARS, GRAINS])
-    f = hertz(u[0] - u[1] + r[0], k[0])
-    f0, f1, fm = f, 0.0, f
-    f += left_force
-    for i in range(1, n + 1):
-        g = hertz(u[i] - u[i + 1] + r[i], k[i])
-        if i == 1:
-            f1 = g
-        if i == n - 1:
-            fm = g
-        net = f - (g - right_force) if i == n else f - g
-        a_out[i] = w[i] * net
-        f = g
-    return f0, f1, fm, f
-
-
-@jit
-def derivative(u, v, constants, scratch, n_left, n_right, e, a_out):
-    """dv/dt at a part e of a step; behind the chain the powers and thrusts of the two ends, dW/dt and dI/dt."""
-    n = int(constants[SCALARS, GRAINS])
-    left_kind, right_kind = constants[SCALARS, LEFT_KIND], constants[SCALARS, RIGHT_KIND]
-    left, right = value(scratch[LEFT_DRIVE], n_left, e), value(scratch[RIGHT_DRIVE], n_right, e)
-    static = constants[SCALARS, STATIC_FORCE]
-    left_force = static + left if left_kind == FREE else 0.0
-    right_force = right - static if right_kind == FREE else 0.0
-    f0, f1, fm, fn = accelerations(u, constants, left_force, right_force, a_out)
-    a_out[n + 2], a_out[n + 3], a_out[n + 4], a_out[n + 5] = 0.0, 0.0, f0, -fn
-    if left_kind == FREE:
-        a_out[n + 2], a_out[n + 4] = left_force * v[1], left_force
-    elif left_kind == PISTON:
-        a_out[n + 2], a_out[n + 4] = f1 * left, f1
-    if right_kind == FREE:
-        a_out[n + 3], a_out[n + 5] = right_force * v[n], right_force
-    elif right_kind == PISTON:
-        a_out[n + 3], a_out[n + 5] = -fm * right, -fm
-
-
-@jit
-def place_pistons(u, v, constants, scratch, n_left, n_right, left_base, right_base, e):
-    """Put prescribed grains where they are a part e of a step after the tick: the drive's integral, exactly."""
-    n = int(constants[SCALARS, GRAINS])
-    h = constants[SCALARS, STEP]
-    if constants[SCALARS, LEFT_KIND] == PISTON:
-        u[1] = left_base + h * integral(scratch[LEFT_DRIVE], n_left, e)
-        v[1] = value(scratch[LEFT_DRIVE], n_left, e)
-    if constants[SCALARS, RIGHT_KIND] == PISTON:
-        u[n] = right_base + h * integral(scratch[RIGHT_DRIVE], n_right, e)
-        v[n] = value(scratch[RIGHT_DRIVE], n_right, e)
-
-
-@jit
-def tally_piston(tally, mass, before, after, work_place, impulse_place):
-    """Work and impulse that change a prescribed grain's own velocity."""
-    if after != before:
-        accumulate(tally, work_place, 0.5 * mass * (after - before) * (after + before))
-        accumulate(tally, impulse_place, mass * (after - before))
-
-
-@jit
-def tally_pistons(tally, constants, v, left_before, right_before):
-    """`tally_piston` for both ends, once a step."""
-    n = int(constants[SCALARS, GRAINS])
-    if constants[SCALARS, LEFT_KIND] == PISTON:
-        tally_piston(tally, constants[SCALARS, LEFT_MASS], left_before, v[1], WORK_LEFT, IMPULSE_LEFT)
-    if constants[SCALARS, RIGHT_KIND] == PISTON:
-        tally_piston(tally, constants[SCALARS, RIGHT_MASS], right_before, v[n], WORK_RIGHT, IMPULSE_RIGHT)
-
-
-@jit
-def parts(memory, rows, width):
-    """Tally and rows of a component's memory."""
-    return memory[:TALLY], memory[TALLY : TALLY + rows * width].reshape((rows, width))
-
-
-@jit
-def finish(tally, state, constants, left_before, right_before):
-    """The end of a step for integrators that keep no tallies themselves; True where a limit was passed."""
-    tally_pistons(tally, constants, state[V], left_before, right_before)
-    return note_peaks(state[U], constants, state[PEAK])
-
-
-@jit
-def note_peaks(u, constants, peak):
-    """Keep the largest overlap of each contact; True where one is above its limit or not a number."""
-    n = int(constants[SCALARS, GRAINS])
-    r, limit = constants[REST], constants[LIMIT]
-    passed = False
-    for j in range(n + 1):
-        d = u[j] - u[j + 1] + r[j]
-        d = 0.0 if d < SMALLEST_OVERLAP else d
-        peak[j] = d if d > peak[j] else peak[j]
-        passed |= not (d <= limit[j])
-    return passed
-
-
-@jit
-def turn(drive, left_pieces, left_piece, right_piece, tick, scratch):
+def turn(a, drive, left_pieces, left_piece, right_piece, left, right, tick):
     """The pieces in force at a tick, their polynomials re-centred there, and a mark that tells one pair of pieces from another."""
     left_piece = next_piece(drive, left_piece, left_pieces, tick)
     right_piece = next_piece(drive, right_piece, drive.shape[0], tick)
-    n_left = recentre(drive, left_piece, 0, tick, scratch[LEFT_DRIVE])
-    n_right = recentre(drive, right_piece, left_pieces, tick, scratch[RIGHT_DRIVE])
-    mark = piece_mark(drive, left_piece, 0) + 3.0 * piece_mark(drive, right_piece, left_pieces)
+    n_left = recentre(a, LEFT_DRIVE, drive, left_piece, 0, left, tick)
+    n_right = recentre(a, RIGHT_DRIVE, drive, right_piece, left_pieces, right, tick)
+    mark = piece_mark(drive, left_piece, 0, left) + 3.0 * piece_mark(drive, right_piece, left_pieces, right)
     return left_piece, right_piece, n_left, n_right, mark
 
 
 @jit
-def piece_mark(drive, piece, first):
+def piece_mark(drive, piece, first, number):
     """A number that differs between pieces that differ: integrators with a memory start anew where it changes."""
-    mark = 0.0
+    mark = number
     if piece >= first:
         for i in range(drive.shape[1]):
             mark = mark * 1.6180339887498949 + drive[piece, i]
@@ -246,29 +157,102 @@ def piece_mark(drive, piece, first):
 
 
 @jit
-def unsound(state, constants):
+def accelerations(a, u, left_force, right_force, out):
+    """Accelerations of the grains into row `out`; returns the forces in the outermost contacts 0, 1, n - 1, n."""
+    n = int(a[SCALARS, GRAINS])
+    f = contact(a, u, 0)
+    f0, f1, fm = f, contact(a, u, 1), contact(a, u, n - 1)
+    f += left_force
+    for i in range(np.uint64(1), np.uint64(n)):
+        g = hertz(a[u, i] - a[u, i + _ONE] + a[REST, i], a[STIFFNESS, i])
+        a[out, i] = a[INVERSE_MASS, i] * (f - g)
+        f = g
+    g = contact(a, u, n)
+    a[out, n] = a[INVERSE_MASS, n] * (f - (g - right_force))
+    return f0, f1, fm, g
+
+
+@jit
+def derivative(a, u, v, n_left, n_right, e, out):
+    """dv/dt at a part e of a step into row `out`; behind the chain the powers and thrusts of the two ends, dW/dt and dI/dt."""
+    n = int(a[SCALARS, GRAINS])
+    left_kind, right_kind, static = a[SCALARS, LEFT_KIND], a[SCALARS, RIGHT_KIND], a[SCALARS, STATIC_FORCE]
+    left, right = value(a, LEFT_DRIVE, n_left, e), value(a, RIGHT_DRIVE, n_right, e)
+    left_force = static + left if left_kind == FREE else 0.0
+    right_force = right - static if right_kind == FREE else 0.0
+    f0, f1, fm, fn = accelerations(a, u, left_force, right_force, out)
+    a[out, n + 2], a[out, n + 3], a[out, n + 4], a[out, n + 5] = 0.0, 0.0, f0, -fn
+    if left_kind == FREE:
+        a[out, n + 2], a[out, n + 4] = left_force * a[v, 1], left_force
+    elif left_kind == PISTON:
+        a[out, n + 2], a[out, n + 4] = f1 * left, f1
+    if right_kind == FREE:
+        a[out, n + 3], a[out, n + 5] = right_force * a[v, n], right_force
+    elif right_kind == PISTON:
+        a[out, n + 3], a[out, n + 5] = -fm * right, -fm
+
+
+@jit
+def place_pistons(a, u, v, n_left, n_right, left_base, right_base, e):
+    """Put prescribed grains where they are a part e of a step after the tick: the drive's integral, exactly."""
+    n, h = int(a[SCALARS, GRAINS]), a[SCALARS, STEP]
+    if a[SCALARS, LEFT_KIND] == PISTON:
+        a[u, 1] = left_base + h * integral(a, LEFT_DRIVE, n_left, e)
+        a[v, 1] = value(a, LEFT_DRIVE, n_left, e)
+    if a[SCALARS, RIGHT_KIND] == PISTON:
+        a[u, n] = right_base + h * integral(a, RIGHT_DRIVE, n_right, e)
+        a[v, n] = value(a, RIGHT_DRIVE, n_right, e)
+
+
+@jit
+def finish(a, left_before, right_before):
+    """The end of a step for integrators that keep no tallies themselves; True where a limit was passed.
+
+    What changes a prescribed grain's own velocity is work and impulse too.
+    """
+    n = int(a[SCALARS, GRAINS])
+    if a[SCALARS, LEFT_KIND] == PISTON:
+        tally_piston(a, a[SCALARS, LEFT_MASS], left_before, a[V, 1], WORK_LEFT, IMPULSE_LEFT)
+    if a[SCALARS, RIGHT_KIND] == PISTON:
+        tally_piston(a, a[SCALARS, RIGHT_MASS], right_before, a[V, n], WORK_RIGHT, IMPULSE_RIGHT)
+    passed = False
+    for j in range(np.uint64(0), np.uint64(n + 1)):
+        d = a[U, j] - a[U, j + _ONE] + a[REST, j]
+        d = 0.0 if d < SMALLEST_OVERLAP else d
+        p = a[PEAK, j]
+        a[PEAK, j] = d if d > p else p
+        passed |= not (d <= a[LIMIT, j])
+    return passed
+
+
+@jit
+def tally_piston(a, mass, before, after, work, impulse):
+    """Work and impulse that take a prescribed grain from one velocity to another."""
+    keep(a, work, added(tallied(a, work), 0.5 * mass * (after - before) * (after + before)))
+    keep(a, impulse, added(tallied(a, impulse), mass * (after - before)))
+
+
+@jit
+def unsound(a):
     """True where a velocity is above its limit, or a velocity or displacement is not finite."""
-    n = int(constants[SCALARS, GRAINS])
-    fastest = constants[SCALARS, SPEED_LIMIT]
-    v, u = state[V][1 : n + 1], state[U][1 : n + 1]
+    fastest = a[SCALARS, SPEED_LIMIT]
     bad = False
-    for i in range(n):
-        bad |= not (abs(v[i]) <= fastest)
-        bad |= not (abs(u[i]) <= 1e300)
+    for i in range(np.uint64(1), np.uint64(a[SCALARS, GRAINS] + 1.0)):
+        bad |= not (abs(a[V, i]) <= fastest)
+        bad |= not (abs(a[U, i]) <= 1e300)
     return bad
 
 
 @jit
-def energies(state, constants, mass, k, out):
-    """Kinetic and potential energy and momentum, each summed in the order of the grains with compensation."""
-    n = int(constants[SCALARS, GRAINS])
-    sums = np.zeros(6)
-    u, v, r = state[U], state[V], constants[REST]
+def energies(a, mass):
+    """Kinetic energy, potential energy, momentum; each summed in the order of the grains, with compensation."""
+    n = int(a[SCALARS, GRAINS])
+    kinetic, potential, momentum = (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)
     for j in range(n + 1):
-        d = u[j] - u[j + 1] + r[j]
-        if d > 0.0 and k[j] > 0.0:
-            accumulate(sums, 2, 0.4 * k[j] * (d * d * sqrt(d)))
+        d = a[U, j] - a[U, j + 1] + a[REST, j]
+        if d > 0.0 and a[STIFFNESS, j] > 0.0:
+            potential = added(potential, 0.4 * a[STIFFNESS, j] * (d * d * sqrt(d)))
     for i in range(1, n + 1):
-        accumulate(sums, 0, 0.5 * mass[i - 1] * (v[i] * v[i]))
-        accumulate(sums, 4, mass[i - 1] * v[i])
-    out[0], out[1], out[2] = sums[0], sums[2], sums[4]
+        kinetic = added(kinetic, 0.5 * mass[i - 1] * (a[V, i] * a[V, i]))
+        momentum = added(momentum, mass[i - 1] * a[V, i])
+    return kinetic[0], potential[0], momentum[0]

@@ -52,7 +52,7 @@ class ChainParameters(Parameters):
 
     grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS)
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
-    material: Preset | Material | list[Preset | Material] = _field("steel", "preset name or material: one for all, or one each", "")
+    material: Preset | Material | list[Preset | Material] = _field("steel", "preset name or material: one for all, or one each", "1")
     mass: Positive | list[Positive] | dict[GrainIndex, Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
     )
@@ -61,11 +61,11 @@ class ChainParameters(Parameters):
     )
     gap: NotNegative | list[NotNegative] = _field(0.0, "gap at the start: one for all contacts, or one each", "m")
     precompression: float = _field(0.0, "static force that presses the chain together at the start", "N", ge=0.0)
-    left: Boundary = _field("free", "left end: free, piston (the end grain's velocity is prescribed), or a wall", "")
-    right: Boundary = _field("free", "right end: free, piston (the end grain's velocity is prescribed), or a wall", "")
-    left_wall_material: Preset | Material | None = _field(None, "material of the left wall; default the first grain's", "")
-    right_wall_material: Preset | Material | None = _field(None, "material of the right wall; default the last grain's", "")
-    integrator: Integrator = _field("pefrl", "pefrl, leapfrog, rk4, hamming or dop853 (reference)", "")
+    left: Boundary = _field("free", "left end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
+    right: Boundary = _field("free", "right end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
+    left_wall_material: Preset | Material | None = _field(None, "material of the left wall; default the first grain's", "1")
+    right_wall_material: Preset | Material | None = _field(None, "material of the right wall; default the last grain's", "1")
+    integrator: Integrator = _field("pefrl", "pefrl, leapfrog, rk4, hamming or dop853 (reference)", "1")
     step_size: Positive | None = _field(None, "internal step; default suggested from stiffness, mass and velocity_scale", "s")
     velocity_scale: float = _field(10.0, "largest relative speed of neighbours to expect, for the suggested step", "m/s", gt=0.0)
     tolerance: float = _field(1e-12, "relative error a step of dop853 may make", "1", ge=1e-15, le=1e-3)

@@ -1,12 +1,12 @@
-"""Symplectic compositions of drifts (u += c h v) and kicks (v += b h a): PEFRL and leapfrog.
+"""Symplectic compositions of drifts (u += c h v) and kicks (v += b h F/m): PEFRL and leapfrog.
 
 PEFRL: I. P. Omelyan, I. M. Mryglod, R. Folk, Comput. Phys. Commun. 146 (2002) 188, eq. (20): order 4, four forces a step.
 Leapfrog (position Verlet): order 2, one force a step.
 
 Work and impulse of the ends are advanced by the exact flow of each kick, so they have the order of the scheme.
 
-A step reads displacements from one row and writes them to another (a loop in place does not vectorise), velocities in place. A range of
-grains can be advanced through many stages before its neighbours are (`advance` does so for chains that do not fit the cache): the range
+A stage reads displacements from one row and writes them to another (a loop in place does not vectorise), velocities in place. A range of
+grains can be advanced through many stages before its neighbours are, which keeps chains that do not fit the cache in it: the range
 moves one grain to the left with every stage, so whatever a stage reads has been written by the stage before it. Tiled or not, each
 grain's arithmetic is the same, and so are the bits.
 """
@@ -14,6 +14,8 @@ grain's arithmetic is the same, and so are the bits.
 from __future__ import annotations
 
 from math import sqrt
+
+import numpy as np
 
 from ...jit import jit
 from .. import kernels
@@ -35,7 +37,6 @@ from ..kernels import (
     RIGHT_MASS,
     SCALARS,
     SMALLEST_OVERLAP,
-    STATE_ROWS,
     STATIC_FORCE,
     STEP,
     STIFFNESS,
@@ -52,202 +53,188 @@ _PEFRL_KICKS = ((1.0 - 2.0 * _LAMBDA) / 2.0, _LAMBDA, _LAMBDA, (1.0 - 2.0 * _LAM
 _PEFRL_PASSED = (_XI, _XI + _CHI, 1.0 - (_XI + _CHI), 1.0 - _XI)
 _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED = (0.5, 0.5), (1.0,), (0.5,)
 
-# Chains longer than this are advanced tile by tile: rows of 32768 grains fill a second-level cache.
-TILED_ABOVE = 24_576
+# Chains longer than this are advanced tile by tile: the table of a shorter one fits a second-level cache.
+TILED_ABOVE = 16_384
 _TILE_GRAINS = 4096
 _BLOCK_STAGES = 128
 
-SCRATCH_ROWS = kernels.DRIVE_ROWS + 1
-_OTHER_U = kernels.DRIVE_ROWS
+# The second row of displacements is the only scratch.
+_OTHER_U = kernels.FREE_ROW
+HISTORY_ROWS, SCRATCH_ROWS = 0, 1
+
+_ONE = np.uint64(1)
 
 
 @jit
-def _kick_and_drift(u, u_out, v, k, r, w, kick, drift, f, low, high):
-    """Grains low..high-1: v += kick (f_left - f_right) / m, u_out = u + drift v; f enters as the force left of `low`, returns the next."""
-    ui, uj, vi, ki, ri, wi, out = u[low:high], u[low + 1 : high + 1], v[low:high], k[low:high], r[low:high], w[low:high], u_out[low:high]
-    for i in range(high - low):
-        d = ui[i] - uj[i] + ri[i]
+def _kick_and_drift(a, here, there, kick, drift, f, low, high):
+    """Grains low..high-1: v += kick (f_left - f_right) / m, u_there = u_here + drift v; f enters as the force left of `low`."""
+    for i in range(np.uint64(low), np.uint64(high)):
+        d = a[here, i] - a[here, i + _ONE] + a[REST, i]
         d = 0.0 if d < SMALLEST_OVERLAP else d
-        g = ki[i] * (d * sqrt(d))
-        x = vi[i] + (kick * wi[i]) * (f - g)
-        vi[i] = x
-        out[i] = ui[i] + drift * x
+        g = a[STIFFNESS, i] * (d * sqrt(d))
+        v = a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)
+        a[V, i] = v
+        a[there, i] = a[here, i] + drift * v
         f = g
     return f
 
 
 @jit
-def _kick_and_drift_watched(u, u_out, v, k, r, w, peak, limit, kick, drift, f, low, high):
+def _kick_and_drift_watched(a, here, there, kick, drift, f, low, high):
     """The same bits, and the peaks kept: once a step. Returns whether an overlap is above its limit, and the force."""
-    ui, uj, vi, ki, ri, wi, out = u[low:high], u[low + 1 : high + 1], v[low:high], k[low:high], r[low:high], w[low:high], u_out[low:high]
-    pi, li = peak[low:high], limit[low:high]
     passed = False
-    for i in range(high - low):
-        d = ui[i] - uj[i] + ri[i]
+    for i in range(np.uint64(low), np.uint64(high)):
+        d = a[here, i] - a[here, i + _ONE] + a[REST, i]
         d = 0.0 if d < SMALLEST_OVERLAP else d
-        g = ki[i] * (d * sqrt(d))
-        x = vi[i] + (kick * wi[i]) * (f - g)
-        vi[i] = x
-        out[i] = ui[i] + drift * x
+        g = a[STIFFNESS, i] * (d * sqrt(d))
+        v = a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)
+        a[V, i] = v
+        a[there, i] = a[here, i] + drift * v
         f = g
-        p = pi[i]
-        pi[i] = d if d > p else p
-        passed |= not (d <= li[i])
+        p = a[PEAK, i]
+        a[PEAK, i] = d if d > p else p
+        passed |= not (d <= a[LIMIT, i])
     return passed, f
 
 
 @jit
-def _drift(u, v, drift, low, high):
-    ui, vi = u[low:high], v[low:high]
-    for i in range(high - low):
-        ui[i] += drift * vi[i]
+def _drift(a, here, drift, low, high):
+    for i in range(np.uint64(low), np.uint64(high)):
+        a[here, i] += drift * a[V, i]
 
 
 @jit
-def _sweep(
-    tally, state, constants, scratch, drive, left_pieces, tick, ticks, left_edge, right_edge, shift, drifts, kicks, passed
-):
+def _watch(a, here, j):
+    """Keep the peak of one contact; whether it is above its limit."""
+    d = a[here, j] - a[here, j + 1] + a[REST, j]
+    a[PEAK, j] = max(a[PEAK, j], d)
+    return not (d <= a[LIMIT, j])
+
+
+@jit
+def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edge, shift, drifts, kicks, passed):
     """Advance the grains from left_edge to right_edge - 1 by `ticks`, the range moving left by `shift` grains a stage."""
-    scalars = constants[SCALARS]
-    n, stages = int(scalars[GRAINS]), len(kicks)
-    h, left_kind, right_kind, static = scalars[STEP], scalars[LEFT_KIND], scalars[RIGHT_KIND], scalars[STATIC_FORCE]
-    k, r, w, limit = constants[STIFFNESS], constants[REST], constants[INVERSE_MASS], constants[LIMIT]
-    v, peak, here, there = state[V], state[PEAK], state[U], scratch[_OTHER_U]
-    left, right = scratch[LEFT_DRIVE], scratch[RIGHT_DRIVE]
+    n, stages = int(a[SCALARS, GRAINS]), len(kicks)
+    h, static = a[SCALARS, STEP], a[SCALARS, STATIC_FORCE]
+    left_piston, left_free = a[SCALARS, LEFT_KIND] == PISTON, a[SCALARS, LEFT_KIND] == FREE
+    right_piston, right_free = a[SCALARS, RIGHT_KIND] == PISTON, a[SCALARS, RIGHT_KIND] == FREE
+    here, there = U, _OTHER_U
     left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
-    # Tallies live in registers: (sum, compensation).
-    work_left, work_right = (tally[WORK_LEFT], tally[WORK_LEFT + 1]), (tally[WORK_RIGHT], tally[WORK_RIGHT + 1])
-    impulse_left, impulse_right = (tally[IMPULSE_LEFT], tally[IMPULSE_LEFT + 1]), (tally[IMPULSE_RIGHT], tally[IMPULSE_RIGHT + 1])
+    work_left, work_right = kernels.tallied(a, WORK_LEFT), kernels.tallied(a, WORK_RIGHT)
+    impulse_left, impulse_right = kernels.tallied(a, IMPULSE_LEFT), kernels.tallied(a, IMPULSE_RIGHT)
     left_base, right_base = 0.0, 0.0
     bad, done, stage = False, 0, 0
     for t in range(tick, tick + ticks):
         left_piece = kernels.next_piece(drive, left_piece, left_pieces, t)
         right_piece = kernels.next_piece(drive, right_piece, drive.shape[0], t)
         low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
-        has_first, has_last = low == 1, high == n + 1 and low <= n
-        n_left = kernels.recentre(drive, left_piece, 0, t, left) if has_first else 1
-        n_right = kernels.recentre(drive, right_piece, left_pieces, t, right) if right_edge > n else 1
-        first_piston, last_piston = has_first and left_kind == PISTON, right_kind == PISTON
-        if first_piston:
-            left_base = here[1]
-        if has_last:
-            right_base = here[n]
-        _drift(here, v, drifts[0] * h, low, max(low, high))
-        if first_piston:
-            here[1] = left_base + h * kernels.integral(left, n_left, drifts[0])
-        if last_piston and has_last:
-            here[n] = right_base + h * kernels.integral(right, n_right, drifts[0])
+        has_first, has_last = low == 1, right_edge > n
+        n_left = kernels.recentre(a, LEFT_DRIVE, drive, left_piece, 0, left, t) if has_first else 1
+        n_right = kernels.recentre(a, RIGHT_DRIVE, drive, right_piece, left_pieces, right, t) if has_last else 1
+        if has_first:
+            left_base = a[here, 1]
+        if high == n + 1 and low <= n:
+            right_base = a[here, n]
+        _drift(a, here, drifts[0] * h, low, max(low, high))
+        if has_first and left_piston:
+            a[here, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, drifts[0])
+        if high == n + 1 and low <= n and right_piston:
+            a[here, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, drifts[0])
         stage += 1
         for s in range(stages):
             low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
             stage += 1
-            if low >= high:
-                here, there = there, here
-                continue
-            e, kick, drift = passed[s], kicks[s] * h, drifts[s + 1] * h
-            f = kernels.hertz(here[low - 1] - here[low] + r[low - 1], k[low - 1])
-            force, before = 0.0, v[1]
-            if has_first:
-                if left_kind == FREE:
-                    force = static + kernels.value(left, n_left, e)
-                    f = force
-                impulse_left = kernels.added(impulse_left, kick * f)
+            if low < high:
+                e, kick, drift = passed[s], kicks[s] * h, drifts[s + 1] * h
+                f, push, first = kernels.contact(a, here, low - 1), 0.0, a[V, 1]
+                if has_first:
+                    if left_free:
+                        push = static + kernels.value(a, LEFT_DRIVE, n_left, e)
+                        f = push
+                    impulse_left = kernels.added(impulse_left, kick * f)
+                    bad |= s == 0 and _watch(a, here, 0)
                 if s == 0:
-                    d = here[0] - here[1] + r[0]
-                    peak[0] = max(peak[0], d)
-                    bad |= not (d <= limit[0])
-            end = min(high, n)
-            if s == 0:
-                over, f = _kick_and_drift_watched(here, there, v, k, r, w, peak, limit, kick, drift, f, low, end)
-                bad |= over
-            else:
-                f = _kick_and_drift(here, there, v, k, r, w, kick, drift, f, low, end)
-            if high == n + 1:
-                d = here[n] - here[n + 1] + r[n]
-                g = kernels.hertz(d, k[n])
-                pull, last = 0.0, v[n]
-                if right_kind == FREE:
-                    pull = kernels.value(right, n_right, e) - static
-                v[n] = last + (kick * w[n]) * (f - (g - pull))
-                there[n] = here[n] + drift * v[n]
-                if s == 0:
-                    peak[n] = max(peak[n], d)
-                    bad |= not (d <= limit[n])
-                if right_kind == PISTON:
-                    impulse_right = kernels.added(impulse_right, -kick * f)
-                    work_right = kernels.added(work_right, -kick * f * kernels.value(right, n_right, e))
-                    there[n] = right_base + h * kernels.integral(right, n_right, e + drifts[s + 1])
+                    over, f = _kick_and_drift_watched(a, here, there, kick, drift, f, low, min(high, n))
+                    bad |= over
                 else:
-                    impulse_right = kernels.added(impulse_right, kick * (pull - g))
-                    work_right = kernels.added(work_right, kick * pull * (0.5 * (last + v[n])))
-            if has_first:
-                if left_kind == PISTON:
-                    g = kernels.hertz(here[1] - here[2] + r[1], k[1])
-                    impulse_left = kernels.added(impulse_left, kick * g)
-                    work_left = kernels.added(work_left, kick * g * kernels.value(left, n_left, e))
-                    there[1] = left_base + h * kernels.integral(left, n_left, e + drifts[s + 1])
-                else:
-                    work_left = kernels.added(work_left, kick * force * (0.5 * (before + v[1])))
+                    f = _kick_and_drift(a, here, there, kick, drift, f, low, min(high, n))
+                if high == n + 1:
+                    g, pull, last = kernels.contact(a, here, n), 0.0, a[V, n]
+                    if right_free:
+                        pull = kernels.value(a, RIGHT_DRIVE, n_right, e) - static
+                    a[V, n] = last + (kick * a[INVERSE_MASS, n]) * (f - (g - pull))
+                    a[there, n] = a[here, n] + drift * a[V, n]
+                    bad |= s == 0 and _watch(a, here, n)
+                    if right_piston:
+                        impulse_right = kernels.added(impulse_right, -kick * f)
+                        work_right = kernels.added(work_right, -kick * f * kernels.value(a, RIGHT_DRIVE, n_right, e))
+                        a[there, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, e + drifts[s + 1])
+                    else:
+                        impulse_right = kernels.added(impulse_right, kick * (pull - g))
+                        work_right = kernels.added(work_right, kick * pull * (0.5 * (last + a[V, n])))
+                if has_first:
+                    if left_piston:
+                        g = kernels.contact(a, here, 1)
+                        impulse_left = kernels.added(impulse_left, kick * g)
+                        work_left = kernels.added(work_left, kick * g * kernels.value(a, LEFT_DRIVE, n_left, e))
+                        a[there, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, e + drifts[s + 1])
+                    else:
+                        work_left = kernels.added(work_left, kick * push * (0.5 * (first + a[V, 1])))
             here, there = there, here
-        # A prescribed grain's velocity is that at the end of the step.
-        if first_piston:
-            after = kernels.value(left, n_left, 1.0)
-            work_left = kernels.added(work_left, 0.5 * scalars[LEFT_MASS] * (after - v[1]) * (after + v[1]))
-            impulse_left = kernels.added(impulse_left, scalars[LEFT_MASS] * (after - v[1]))
-            v[1] = after
-        if last_piston and high == n + 1 and low < high:
-            after = kernels.value(right, n_right, 1.0)
-            work_right = kernels.added(work_right, 0.5 * scalars[RIGHT_MASS] * (after - v[n]) * (after + v[n]))
-            impulse_right = kernels.added(impulse_right, scalars[RIGHT_MASS] * (after - v[n]))
-            v[n] = after
+        # A prescribed grain's velocity is that at the end of the step; its change is work and impulse of the piston.
+        if has_first and left_piston:
+            first, last = a[V, 1], kernels.value(a, LEFT_DRIVE, n_left, 1.0)
+            work_left = kernels.added(work_left, 0.5 * a[SCALARS, LEFT_MASS] * (last - first) * (last + first))
+            impulse_left = kernels.added(impulse_left, a[SCALARS, LEFT_MASS] * (last - first))
+            a[V, 1] = last
+        if high == n + 1 and low <= n and right_piston:
+            first, last = a[V, n], kernels.value(a, RIGHT_DRIVE, n_right, 1.0)
+            work_right = kernels.added(work_right, 0.5 * a[SCALARS, RIGHT_MASS] * (last - first) * (last + first))
+            impulse_right = kernels.added(impulse_right, a[SCALARS, RIGHT_MASS] * (last - first))
+            a[V, n] = last
         done += 1
         if bad and shift == 0:
             break
-    tally[WORK_LEFT], tally[WORK_LEFT + 1] = work_left
-    tally[WORK_RIGHT], tally[WORK_RIGHT + 1] = work_right
-    tally[IMPULSE_LEFT], tally[IMPULSE_LEFT + 1] = impulse_left
-    tally[IMPULSE_RIGHT], tally[IMPULSE_RIGHT + 1] = impulse_right
+    kernels.keep(a, WORK_LEFT, work_left)
+    kernels.keep(a, WORK_RIGHT, work_right)
+    kernels.keep(a, IMPULSE_LEFT, impulse_left)
+    kernels.keep(a, IMPULSE_RIGHT, impulse_right)
     return done, bad
 
 
 @jit
-def _advance(memory, constants, scratch, drive, left_pieces, tick, ticks, drifts, kicks, passed):
-    width, n, stages = constants.shape[1], int(constants[SCALARS, GRAINS]), len(kicks)
-    tally, state = kernels.parts(memory, STATE_ROWS, width)
-    other = scratch[_OTHER_U]
-    other[0], other[n + 1] = 0.0, 0.0
+def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, passed):
+    n, stages = int(a[SCALARS, GRAINS]), len(kicks)
+    a[_OTHER_U, 0], a[_OTHER_U, n + 1] = 0.0, 0.0
     done, bad = 0, False
     # A chain that fits the cache is one tile that stands still.
     tiled = n > TILED_ABOVE
     block = max(1, _BLOCK_STAGES // (stages + 1)) if tiled else ticks
     tile = _TILE_GRAINS if tiled else n
     while done < ticks and not bad:
-        some, edge = min(block, ticks - done), 1
+        some, edge, advanced = min(block, ticks - done), 1, 0
         last_edge = n + 1 + some * (stages + 1) if tiled else 2
-        advanced = 0
         while edge < last_edge:
             advanced, over = _sweep(
-                tally, state, constants, scratch, drive, left_pieces, tick + done, some, edge, edge + tile, int(tiled),
-                drifts, kicks, passed,
-            )  # fmt: skip
+                a, drive, left_pieces, left, right, tick + done, some, edge, edge + tile, int(tiled), drifts, kicks, passed
+            )
             bad |= over
             edge += tile
         if (advanced * stages) % 2:
-            state[U][:] = other
+            for i in range(np.uint64(n + 2)):
+                a[U, i] = a[_OTHER_U, i]
         done += advanced
-    return -done if bad or kernels.unsound(state, constants) else done
+    return -done if bad or kernels.unsound(a) else done
 
 
 @jit
-def advance_pefrl(memory, constants, scratch, drive, left_pieces, tick, ticks):
+def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
-    return _advance(memory, constants, scratch, drive, left_pieces, tick, ticks, _PEFRL_DRIFTS, _PEFRL_KICKS, _PEFRL_PASSED)
+    return _advance(a, drive, left_pieces, left, right, tick, ticks, _PEFRL_DRIFTS, _PEFRL_KICKS, _PEFRL_PASSED)
 
 
 @jit
-def advance_leapfrog(memory, constants, scratch, drive, left_pieces, tick, ticks):
+def advance_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
-    return _advance(
-        memory, constants, scratch, drive, left_pieces, tick, ticks, _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED
-    )
+    return _advance(a, drive, left_pieces, left, right, tick, ticks, _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED)

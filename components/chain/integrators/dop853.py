@@ -60,121 +60,113 @@ _STAGES = 12
 _SAFETY, _SMALLEST_FACTOR, _LARGEST_FACTOR = 0.9, 0.2, 5.0
 _SMALLEST_PART = 1e-9
 
-# Rows of the scratch behind the drive's: the twelve stages' v, then their a, then a stage's u and v.
-_SV, _SA = 2, 2 + _STAGES
-_SU, _SW = 2 + 2 * _STAGES, 3 + 2 * _STAGES
-SCRATCH_ROWS = 4 + 2 * _STAGES
-STATE_ROWS = kernels.STATE_ROWS
+# Scratch: the twelve stages' v, then their dv/dt, then a stage's u and v.
+_SV = kernels.FREE_ROW
+_SA = _SV + _STAGES
+_SU, _SW = _SA + _STAGES, _SA + _STAGES + 1
+HISTORY_ROWS, SCRATCH_ROWS = 0, 2 * _STAGES + 2
 
 
 @jit
-def _time_to_close(u, v, constants, n):
+def _parts_to_close(a, n):
     """Steps until the first open contact closes at the present speeds; infinite if none does."""
     soonest = np.inf
     for j in range(n + 1):
-        gap = -(u[j] - u[j + 1] + constants[REST, j])
-        speed = v[j] - v[j + 1]
-        if gap > 0.0 and speed > 0.0 and constants[STIFFNESS, j] > 0.0:
+        gap = -(a[U, j] - a[U, j + 1] + a[REST, j])
+        speed = a[V, j] - a[V, j + 1]
+        if gap > 0.0 and speed > 0.0 and a[STIFFNESS, j] > 0.0:
             soonest = min(soonest, gap / speed)
-    return soonest / constants[SCALARS, STEP]
+    return soonest / a[SCALARS, STEP]
 
 
 @jit
-def _stages(u, v, constants, scratch, n_left, n_right, left_base, right_base, e, part, n):
+def _stages(a, n, n_left, n_right, left_base, right_base, e, part):
     """The twelve derivatives of a trial from e to e + part."""
-    h = constants[SCALARS, STEP] * part
-    us, vs = scratch[_SU], scratch[_SW]
+    h = a[SCALARS, STEP] * part
     for s in range(_STAGES):
-        row = s * (s - 1) // 2
-        us[:], vs[:] = u, v
+        for i in range(n + 6):
+            a[_SU, i], a[_SW, i] = a[U, i], a[V, i]
         for q in range(s):
-            weight = h * _A[row + q]
+            weight = h * _A[s * (s - 1) // 2 + q]
             if weight != 0.0:
-                qv, qa = scratch[_SV + q], scratch[_SA + q]
                 for i in range(1, n + 1):
-                    us[i] += weight * qv[i]
+                    a[_SU, i] += weight * a[_SV + q, i]
                 for i in range(1, n + 6):
-                    vs[i] += weight * qa[i]
+                    a[_SW, i] += weight * a[_SA + q, i]
         at = e + _C[s] * part
-        kernels.place_pistons(us, vs, constants, scratch, n_left, n_right, left_base, right_base, at)
-        scratch[_SV + s][:] = vs
-        kernels.derivative(us, vs, constants, scratch, n_left, n_right, at, scratch[_SA + s])
+        kernels.place_pistons(a, _SU, _SW, n_left, n_right, left_base, right_base, at)
+        for i in range(1, n + 1):
+            a[_SV + s, i] = a[_SW, i]
+        kernels.derivative(a, _SU, _SW, n_left, n_right, at, _SA + s)
 
 
 @jit
-def _error(u, v, scratch, h, n, tolerance):
+def _error(a, n, h):
     """Hairer's combination of the two estimates, in the largest component, relative to the tolerance."""
     fastest = 0.0
     for i in range(1, n + 1):
-        fastest = max(fastest, abs(v[i]))
-    if fastest == 0.0:
-        for i in range(1, n + 1):
-            fastest = max(fastest, abs(scratch[_SA, i]) * h)
-    if fastest == 0.0:
+        fastest = max(fastest, abs(a[V, i]), abs(a[_SA, i]) * h)
+    if fastest < 1e-290:  # at rest: 1 / (tolerance fastest) would overflow
         return 0.0
     worst5, worst3 = 0.0, 0.0
     for i in range(1, n + 1):
         v5, v3, u5, u3 = 0.0, 0.0, 0.0, 0.0
         for s in range(_STAGES):
-            v5 += _E5[s] * scratch[_SA + s, i]
-            v3 += _E3[s] * scratch[_SA + s, i]
-            u5 += _E5[s] * scratch[_SV + s, i]
-            u3 += _E3[s] * scratch[_SV + s, i]
-        speed = tolerance * fastest
-        worst5 = max(worst5, abs(v5) * h / speed, abs(u5) / speed)
-        worst3 = max(worst3, abs(v3) * h / speed, abs(u3) / speed)
-    if worst5 == 0.0 and worst3 == 0.0:
-        return 0.0
-    return worst5 * worst5 / sqrt(worst5 * worst5 + 0.01 * worst3 * worst3)
+            v5 += _E5[s] * a[_SA + s, i]
+            v3 += _E3[s] * a[_SA + s, i]
+            u5 += _E5[s] * a[_SV + s, i]
+            u3 += _E3[s] * a[_SV + s, i]
+        # Displacements are measured by what the fastest grain does in a step.
+        worst5 = max(worst5, abs(v5) * h, abs(u5))
+        worst3 = max(worst3, abs(v3) * h, abs(u3))
+    scale = 1.0 / (a[SCALARS, TOLERANCE] * fastest)
+    worst5, worst3 = worst5 * scale, worst3 * scale
+    norm = sqrt(worst5 * worst5 + 0.01 * worst3 * worst3)
+    # 0 also where the squares underflow.
+    return worst5 * worst5 / norm if norm > 0.0 else 0.0
 
 
 @jit
-def dop853_step(state, constants, scratch, n_left, n_right):
+def _one_tick(a, n, n_left, n_right):
     """One tick in as many accepted steps as the tolerance asks for."""
-    n = int(constants[SCALARS, GRAINS])
-    step, tolerance = constants[SCALARS, STEP], constants[SCALARS, TOLERANCE]
-    u, v = state[U], state[V]
-    left_base, right_base = u[1], u[n]
-    kernels.place_pistons(u, v, constants, scratch, n_left, n_right, left_base, right_base, 0.0)
-    for s in range(_STAGES):
-        scratch[_SA + s][:] = 0.0
+    step = a[SCALARS, STEP]
+    left_base, right_base = a[U, 1], a[U, n]
+    kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 0.0)
     e, trial = 0.0, 1.0
     while e < 1.0:
         part = min(trial, 1.0 - e)
-        closing = _time_to_close(u, v, constants, n)
+        closing = _parts_to_close(a, n)
         if closing > _SMALLEST_PART:
             part = min(part, closing)
         last = part >= 1.0 - e
-        _stages(u, v, constants, scratch, n_left, n_right, left_base, right_base, e, part, n)
-        error = _error(u, v, scratch, step * part, n, tolerance)
+        _stages(a, n, n_left, n_right, left_base, right_base, e, part)
+        error = _error(a, n, step * part)
         if not (error <= 1.0) and part > _SMALLEST_PART:
             shrink = _SAFETY / sqrt(sqrt(sqrt(error))) if error < 1e100 else _SMALLEST_FACTOR
             trial = part * max(_SMALLEST_FACTOR, shrink)
             continue
         for s in range(_STAGES):
             weight = step * part * _B[s]
-            sv, sa = scratch[_SV + s], scratch[_SA + s]
             for i in range(1, n + 1):
-                u[i] += weight * sv[i]
+                a[U, i] += weight * a[_SV + s, i]
             for i in range(1, n + 6):
-                v[i] += weight * sa[i]
+                a[V, i] += weight * a[_SA + s, i]
         e = 1.0 if last else e + part
-        kernels.place_pistons(u, v, constants, scratch, n_left, n_right, left_base, right_base, e)
+        kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, e)
         grow = _SAFETY / sqrt(sqrt(sqrt(error))) if error > 1e-12 else _LARGEST_FACTOR
         trial = part * min(_LARGEST_FACTOR, grow)
 
 
 @jit
-def advance_dop853(memory, constants, scratch, drive, left_pieces, tick, ticks):
+def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
-    tally, state = kernels.parts(memory, STATE_ROWS, constants.shape[1])
-    n = int(constants[SCALARS, GRAINS])
+    n = int(a[SCALARS, GRAINS])
     left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
     for t in range(tick, tick + ticks):
-        left_piece, right_piece, n_left, n_right, _ = kernels.turn(drive, left_pieces, left_piece, right_piece, t, scratch)
-        left_before, right_before = state[V, 1], state[V, n]
-        dop853_step(state, constants, scratch, n_left, n_right)
-        if kernels.finish(tally, state, constants, left_before, right_before):
+        left_piece, right_piece, n_left, n_right, _ = kernels.turn(a, drive, left_pieces, left_piece, right_piece, left, right, t)
+        left_before, right_before = a[V, 1], a[V, n]
+        _one_tick(a, n, n_left, n_right)
+        if kernels.finish(a, left_before, right_before):
             return -(t + 1 - tick)
-    return -ticks if kernels.unsound(state, constants) else ticks
+    return -ticks if kernels.unsound(a) else ticks

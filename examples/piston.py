@@ -1,0 +1,27 @@
+"""Nesterenko's piston, step by step: how fast the last grain leaves, and how well the books are kept.
+
+Run it with `python examples/piston.py`; it takes a second.
+"""
+
+import granular_env as ge
+
+PISTON_VELOCITY = 5.0  # m/s
+
+
+def main() -> dict[str, float]:
+    chain = ge.make("chain", grains=100, radius=3e-3, material="steel", left="piston", step_size=1e-7)
+    chain.reset(velocity={0: PISTON_VELOCITY})
+    while chain.time < 1e-3:
+        chain.step(5e-6, left_velocity=PISTON_VELOCITY)  # inputs may change with every step
+
+    ledger = chain.ledger()
+    return {
+        "last grain / piston velocity": chain.get("velocity")[-1] / PISTON_VELOCITY,
+        "energy left over / work of the piston": ledger.energy_residual / ledger.input_work,
+        "momentum left over / impulse": ledger.momentum_residual / ledger.impulse,
+    }
+
+
+if __name__ == "__main__":
+    for name, value in main().items():
+        print(f"{name}: {value:.6g}")

@@ -1,0 +1,121 @@
+"""The command line: parses, calls, prints. What the commands do is in `commands`, imported once it is known which one."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from granular_env.components.errors import GranularError
+
+_INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Returns:
+        0: done. 1: a verification found a difference. 2: an error, told in one message. 130: ended by Ctrl-C.
+    """
+    parsed = _parser().parse_args(arguments)
+    try:
+        from granular_env.commands import COMMANDS
+
+        status = COMMANDS[parsed.command](parsed)
+        sys.stdout.flush()
+        return status
+    except GranularError as error:
+        print(f"granular-env {parsed.command}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"granular-env {parsed.command}: interrupted", file=sys.stderr)
+        return _INTERRUPTED
+    except BrokenPipeError:
+        # Whoever read our output has gone; what Python would still flush at exit has nowhere to go.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="granular-env",
+        description="Wave and fracture experiments in granular media: run, record, replay, branch, see.",
+        epilog="Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston",
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _experiment_commands(commands)
+    _log_commands(commands)
+    return parser
+
+
+def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    listing = commands.add_parser("list", help="the components and the experiments that come with the package")
+    listing.add_argument("--json", action="store_true", help="for programs")
+
+    describe = commands.add_parser("describe", help="a component's variables, or an experiment's file")
+    describe.add_argument("name", metavar="NAME", help="a component or an experiment of `granular-env list`, or a TOML file")
+    _set_option(describe, "a component's parameter, such as grains=5: shapes and inputs depend on them")
+
+    new = commands.add_parser("new", help="write an experiment file to start from")
+    new.add_argument("template", metavar="TEMPLATE", help="an experiment to copy, or a component to write all parameters of")
+    new.add_argument("-o", "--out", metavar="FILE", help="the TOML file to write (default: print it)")
+    new.add_argument("--force", action="store_true", help="replace the file if it exists")
+
+    run = commands.add_parser("run", help="run an experiment and record it")
+    run.add_argument("experiment", metavar="EXPERIMENT", help="a name of `granular-env list`, or a TOML file")
+    _set_option(run, "override any key, such as component.grains=500 or start.velocity.0=3")
+    where = run.add_mutually_exclusive_group()
+    where.add_argument("--log", metavar="PATH", help="where to record it (default: a new file in logs/)")
+    where.add_argument("--no-log", action="store_true", help="record nothing")
+    run.add_argument("--overwrite", action="store_true", help="replace the log if it exists")
+    run.add_argument(
+        "--hash-every", metavar="N", type=int, help="hash the state every N steps; 1 lets a verification name the step"
+    )
+    run.add_argument("--live", action="store_true", help="show the run in rerun while it goes on")
+    run.add_argument("--quiet", action="store_true", help="no progress bar; print only the log's path")
+
+    check = commands.add_parser("check", help="validate an experiment file or a log without running it")
+    check.add_argument("file", metavar="FILE", help="a TOML file, an experiment's name, or a log")
+    _set_option(check, "as in run")
+
+
+def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    replay = commands.add_parser("replay", help="run a log again")
+    replay.add_argument("log", metavar="LOG")
+    replay.add_argument("--verify", action="store_true", help="compare every hash, frame and snapshot bit for bit")
+
+    branch = commands.add_parser("branch", help="go on from any instant of a log, with other inputs or the same")
+    branch.add_argument("log", metavar="LOG")
+    branch.add_argument("--at", metavar="T", type=float, required=True, help="where to leave the log [s]")
+    _set_option(branch, "an input from there on, such as input.left_force=100; the others go on as in the log")
+    branch.add_argument("--until", metavar="T", type=float, help="where to end [s] (default: where the log ends)")
+    branch.add_argument("--log", metavar="PATH", dest="out", help="where to record it (default: a new file in logs/)")
+    branch.add_argument("--overwrite", action="store_true", help="replace the branch's log if it exists")
+    branch.add_argument("--quiet", action="store_true", help="no progress bar; print only the log's path")
+
+    recover = commands.add_parser("recover", help="make a whole log of one whose program was killed")
+    recover.add_argument("log", metavar="LOG")
+    recover.add_argument("-o", "--out", metavar="OUT", required=True, help="the log to write")
+
+    view = commands.add_parser("view", help="look at a log in rerun")
+    view.add_argument("log", metavar="LOG")
+    how = view.add_mutually_exclusive_group()
+    how.add_argument("--web", action="store_true", help="in the browser, served on this machine only")
+    how.add_argument("--save", metavar="RRD", help="write a file for rerun instead")
+    how.add_argument("--screenshot", metavar="PNG", help="write a picture instead; needs no screen")
+    view.add_argument(
+        "--exaggerate", metavar="F", type=float, help="draw displacements F times larger (default: so that they are seen)"
+    )
+
+    report = commands.add_parser("report", help="write a page with figures of a log")
+    report.add_argument("log", metavar="LOG")
+    report.add_argument("-o", "--out", metavar="FOLDER", help="where to write it (default: beside the log, by its name)")
+
+
+def _set_option(parser: argparse.ArgumentParser, text: str) -> None:
+    parser.add_argument("--set", metavar="KEY=VALUE", dest="overrides", action="append", default=[], help=text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,241 @@
+"""What each command of the command line does: call, print, return the exit status. The parser is in `cli`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shlex
+import warnings
+from pathlib import Path
+
+from granular_env.components.errors import GranularWarning
+from granular_env.experiments.load import load_experiment, parse_override
+
+_INTERRUPTED = 130
+
+
+# -- experiments ----------------------------------------------------------------------------------------------------
+
+
+def show_list(args: argparse.Namespace) -> int:
+    """Components and shipped experiments, one line each."""
+    from granular_env import describe
+
+    known = describe.overview()
+    if args.json:
+        print(json.dumps(known, indent=2))
+        return 0
+    for kind, entries in known.items():
+        print(f"{kind}\n{describe.columns(entries.items())}\n")
+    print("granular-env describe NAME tells more; granular-env run EXPERIMENT runs one.")
+    return 0
+
+
+def show_description(args: argparse.Namespace) -> int:
+    """A component's variables or an experiment's file."""
+    from granular_env import describe
+    from granular_env.components import catalogue
+    from granular_env.experiments.templates import template
+
+    if args.name in catalogue.names():
+        parameters = {}
+        for override in args.overrides:
+            parts, value = parse_override(override)
+            parameters[parts[-1]] = value
+        print(describe.describe_component(args.name, parameters))
+    else:
+        print(template(args.name), end="")
+    return 0
+
+
+def write_new(args: argparse.Namespace) -> int:
+    """An experiment file to start from, and the data files that it names."""
+    from granular_env.experiments import templates
+
+    if args.out is None:
+        print(templates.template(args.template), end="")
+        return 0
+    written = templates.write(args.template, Path(args.out), args.force)
+    print("\n".join(f"written: {path}" for path in written))
+    print(f"run it with: granular-env run {shlex.quote(args.out)}")
+    return 0
+
+
+def run_experiment(args: argparse.Namespace) -> int:
+    """Run an experiment, record it, tell where the log is and how far the model held."""
+    from granular_env.running import run
+
+    overrides = [*args.overrides, *([f"record.hash_every={args.hash_every}"] if args.hash_every is not None else [])]
+    experiment = load_experiment(args.experiment, overrides)
+    log = None if args.no_log else Path(args.log) if args.log else free_log_path(experiment.name)
+    with _told_by_us():
+        result = run(experiment, log=log, progress=not args.quiet, live=args.live, overwrite=args.overwrite)
+    _print_result(result, args.quiet)
+    return _INTERRUPTED if result.interrupted else 0
+
+
+def check_file(args: argparse.Namespace) -> int:
+    """Validate an experiment file or a log, without running it."""
+    if Path(args.file).suffix == ".mcap":
+        return _check_log(args.file)
+    from granular_env.experiments.prepare import prepare
+
+    experiment = load_experiment(args.file, args.overrides)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GranularWarning)
+        ready = prepare(experiment)
+    for warning in caught:
+        print(f"note: {warning.message}")
+    step = ready.component.step_size
+    print(
+        f"valid: {experiment.name}, a {ready.component.name} for {experiment.duration:g} s in {ready.ticks} steps of {step:g} s"
+    )
+    return 0
+
+
+# -- logs -----------------------------------------------------------------------------------------------------------
+
+
+def replay_log(args: argparse.Namespace) -> int:
+    """Run a log again; with --verify compare it bit for bit."""
+    if not args.verify:
+        from granular_env.running import replay
+
+        with _told_by_us():
+            result = replay(args.log, progress=True)
+        _print_result(result, quiet=False)
+        return _INTERRUPTED if result.interrupted else 0
+    from granular_env.recording import verify
+
+    found = verify(args.log)
+    kinds = f"{found.frames} frames, {found.hashes} hashes, {found.snapshots} snapshots"
+    outcome = "identical" if found.identical else "different"
+    print(f"{found.steps} calls of step, {found.ticks} steps compared ({kinds}): {outcome}")
+    for text in (*([found.message] if found.message and not found.identical else []), *found.notes):
+        print(text)
+    return 0 if found.identical else 1
+
+
+def branch_off(args: argparse.Namespace) -> int:
+    """Go on from an instant of a log."""
+    from granular_env.experiments.prepare import inputs_from
+    from granular_env.recording import open_log
+
+    out = Path(args.out) if args.out else free_log_path(f"{Path(args.log).stem}-branch")
+    with open_log(args.log) as log:
+        begun = log.branch(args.at)
+        inputs = inputs_from(args.overrides, begun.component)
+        with begun.run(out, inputs, args.until, overwrite=args.overwrite) as child:
+            _print_log(args.quiet, child.path, f"branched at {args.at:g} s, {child.duration:.9g} s long")
+    return 0
+
+
+def recover_log(args: argparse.Namespace) -> int:
+    """Make a whole log of a broken one."""
+    from granular_env.recording import recover
+
+    log = recover(args.log, args.out)
+    print(f"recovered: {args.out}, {log.duration:g} s, {log.end_tick - log.start_tick} steps")
+    return 0
+
+
+def view_log(args: argparse.Namespace) -> int:
+    """Look at a log in rerun, or write what rerun shows."""
+    from granular_env import viewing
+    from granular_env.recording import open_log
+
+    log = open_log(args.log)
+    if args.save:
+        print(f"written: {viewing.save_rrd(log, args.save, exaggerate=args.exaggerate)}")
+    elif args.screenshot:
+        print(f"written: {viewing.screenshot(log, args.screenshot, exaggerate=args.exaggerate)}")
+    else:
+        viewing.view(log, web=args.web, exaggerate=args.exaggerate)
+    return 0
+
+
+def report_log(args: argparse.Namespace) -> int:
+    """A page with figures of a log."""
+    from granular_env import viewing
+    from granular_env.recording import open_log
+
+    folder = Path(args.out) if args.out else Path(args.log).with_suffix("")
+    print(f"written: {viewing.report(open_log(args.log), folder)}")
+    return 0
+
+
+# -- details --------------------------------------------------------------------------------------------------------
+
+
+def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
+    """The first of logs/<name>-1.mcap, -2, ... that does not exist."""
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "run"
+    number = 1
+    while (path := folder / f"{stem}-{number}.mcap").exists():
+        number += 1
+    return path
+
+
+def _told_by_us() -> warnings.catch_warnings:
+    """The run's warnings are printed with its result, in our own words."""
+    return warnings.catch_warnings(action="ignore", category=GranularWarning)
+
+
+def _check_log(path: str) -> int:
+    from granular_env.recording import open_log
+
+    log = open_log(path)
+    facts = log.metadata
+    state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
+    print(
+        f"{path}: a {facts['component']}, {log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables; {state}"
+    )
+    for name in log.variables:
+        log.series(name)
+    return 0 if log.complete else 1
+
+
+def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
+    from granular_env.progress import residual
+
+    if quiet:
+        if result.log is not None:
+            _print_log(True, result.log)
+        return
+    component = result.component
+    print(f"{result.steps} steps, to {component.time:.9g} s, in {result.seconds:.2f} s of wall time; {residual(component)}")
+    if result.stopped_by is not None:
+        print(f"stopped: {result.stopped_by}")
+    if result.interrupted:
+        print("interrupted: the log is complete up to there" if result.log else "interrupted")
+    for text in (*result.warnings, *result.cautions):
+        print(f"note: {text}")
+    for name, value in result.report.items():
+        print(f"  {name}: {value:.4g}")
+    if result.log is not None:
+        _print_log(False, result.log)
+
+
+def _print_log(quiet: bool, path: Path, text: str = "") -> None:
+    log = shlex.quote(str(path))
+    if quiet:
+        print(log)
+        return
+    print(f"log: {log}{', ' + text if text else ''}")
+    print(f"  granular-env view {log}              (or --web, or --screenshot FILE.png)")
+    print(f"  granular-env replay {log} --verify")
+
+
+COMMANDS = {
+    "list": show_list,
+    "describe": show_description,
+    "new": write_new,
+    "run": run_experiment,
+    "check": check_file,
+    "replay": replay_log,
+    "branch": branch_off,
+    "recover": recover_log,
+    "view": view_log,
+    "report": report_log,
+}

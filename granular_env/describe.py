@@ -1,0 +1,71 @@
+"""Components and experiments as text: for `granular-env list` and `granular-env describe`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from granular_env.components import catalogue
+from granular_env.experiments.load import experiment_path, read_document, shipped_experiments
+from granular_env.experiments.templates import default_of, example_of, first_sentence, unit_of
+
+
+def overview() -> dict[str, dict[str, str]]:
+    """Components and shipped experiments: name -> one line."""
+    components = {name: first_sentence(catalogue.component_class(name).__doc__ or "") for name in catalogue.names()}
+    experiments = {name: title(experiment_path(name)) for name in shipped_experiments()}
+    return {"components": components, "experiments": experiments}
+
+
+def title(path: Path) -> str:
+    """An experiment's first comment, or its description's first sentence."""
+    first = path.read_text(encoding="utf-8").partition("\n")[0]
+    return (
+        first.removeprefix("#").strip()
+        if first.startswith("#")
+        else first_sentence(str(read_document(path).get("description", "")))
+    )
+
+
+def columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
+    """Rows of cells, aligned."""
+    table = [tuple(row) for row in rows]
+    widths = [max(len(row[place]) for row in table) for place in range(len(table[0]))] if table else []
+    lines = (indent + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table)
+    return "\n".join(lines)
+
+
+def describe_component(name: str, parameters: dict[str, Any]) -> str:
+    """A component's parameters, inputs and outputs with units, shapes and meaning."""
+    kind = catalogue.component_class(name)
+    parts = [f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}", "", "parameters"]
+    parts.append(
+        columns(
+            (key, unit_of(field), default_of(field), field.description or "")
+            for key, field in kind.Parameters.model_fields.items()
+        )
+    )
+    component = example_of(name, parameters)
+    variables = [v for v in component.variables.values() if v.causality != "parameter"]
+    for causality in ("input", "output"):
+        parts += ["", f"{causality}s"]
+        chosen = (v for v in variables if v.causality == causality)
+        parts.append(
+            columns(
+                (v.name, v.unit, str(v.shape) if v.shape else "number", v.description + (" (state)" if v.state else ""))
+                for v in chosen
+            )
+        )
+    given = ", ".join(
+        f"{key} = {getattr(component.parameters, key)}"
+        for key, field in kind.Parameters.model_fields.items()
+        if field.is_required()
+    )
+    parts += [
+        "",
+        f"Shapes and inputs are those for {given}; see others with --set."
+        if given
+        else "A (state) can be given to reset and [start].",
+    ]
+    return "\n".join(parts)

@@ -1,0 +1,239 @@
+"""A Gymnasium environment from any component and any task."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, SupportsFloat
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from ..components.contract import Component, Snapshot
+from ..components.errors import ParameterError, StepError, nearest, shortened
+from ..components.profiles import finite_number
+from .drawing import draw
+from .task import Task
+
+Observation = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class EnvState:
+    """An environment in mid-episode: what `ComponentEnv.save` gives and `restore` takes.
+
+    Attributes:
+        snapshot: the component's state.
+        task: name of the task.
+        elapsed: control steps since the reset.
+        running: whether the episode goes on.
+        counters: the task's own memory.
+        random: state of the environment's random numbers.
+    """
+
+    snapshot: Snapshot
+    task: str
+    elapsed: int
+    running: bool
+    counters: Mapping[str, float]
+    random: Mapping[str, Any] | None
+
+
+class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
+    """A component driven by an agent, as a task sees it.
+
+    ## Action space
+    `Box(-1, 1, (number of inputs,), float32)`. Each entry times the task's declared scale (`env.unwrapped.task.actions`, in the
+    input's unit) is held over the control step. Entries outside [-1, 1] are clipped; NaN, infinity and wrong shapes are refused
+    with `ParameterError`, and nothing has moved.
+
+    ## Observation space
+    `Box(-limit, limit, (size,), float32)`: the task's outputs one after the other, each divided by its declared scale
+    (`env.unwrapped.task.observations`) and clipped to +- `task.observation_limit`. The unscaled float64 values are in `info`,
+    as fresh arrays.
+
+    ## Rewards, start and end
+    The task's. A step that the component refuses (`StepError`: the physics would break down) ends the episode: the reward is
+    `step_error_reward`, `terminated` is true, `info["step_error"]` holds the message, the state is that from before the step.
+    `truncated` is true after `deadline` control steps.
+
+    ## Arguments
+    * `component`: any `Component`.
+    * `task`: any `Task` whose inputs and outputs the component has.
+    * `internal_steps`: internal steps of the component in a control step.
+    * `deadline`: control steps after which the episode is truncated; None for no end.
+    * `step_error_reward`: reward of a step that the component refuses; make it less than what an episode can cost.
+    * `render_mode`: None or "rgb_array".
+
+    `reset(options={"velocity": {0: 5.0}})` gives start values, as `Component.reset` takes them.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
+    _modes: ClassVar[tuple[str | None, ...]] = (None, "rgb_array")
+
+    def __init__(
+        self,
+        component: Component,
+        task: Task,
+        *,
+        internal_steps: int = 3,
+        deadline: int | None = None,
+        step_error_reward: float = -10.0,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode not in self._modes:
+            raise ParameterError(f'render_mode: got {render_mode!r}, expected None or "rgb_array"')
+        self.component, self.task, self.render_mode = component, task, render_mode
+        self.internal_steps = _count("internal_steps", internal_steps)
+        self.deadline = math.inf if deadline is None else _count("deadline", deadline)
+        self.step_error_reward = finite_number("step_error_reward", step_error_reward)
+        self.duration = self.internal_steps * component.step_size
+        self._scales = _checked_scales("actions", task.actions, component, "input")
+        self._readings = _checked_scales("observations", task.observations, component, "output")
+        self._lay_out_observation()
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self._scales),), np.float32)
+        limit = np.float32(task.observation_limit)
+        self.observation_space = gymnasium.spaces.Box(-limit, limit, (self._size,), np.float32)
+        self._elapsed, self._running = 0, False
+        self._random_state: Mapping[str, Any] | None = None
+
+    def _lay_out_observation(self) -> None:
+        parts, begin = [], 0  # of each output: its place in the observation, and the factor that scales it
+        for name, scale in self._readings:
+            size = math.prod(self.component.variables[name].shape)
+            parts.append((name, slice(begin, begin + size), np.array(1.0 / scale)))
+            begin += size
+        self._size, self._scaled = begin, np.empty(begin)
+        self._parts = [(name, self._scaled[part], factor) for name, part, factor in parts]
+        self._low, self._high = np.array(-self.task.observation_limit), np.array(self.task.observation_limit)
+
+    # -- Gymnasium --------------------------------------------------------------------------------------------------
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode; see the class.
+
+        Raises:
+            ParameterError: a start value in `options` is not valid.
+        """
+        if not isinstance(options, Mapping | None) or "seed" in (options or {}):
+            raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
+        super().reset(seed=seed)
+        start = {**self.task.start(self.np_random), **(options or {})}
+        self.component.reset(seed=int(self.np_random.integers(2**31)), **start)
+        self._random_state = copy.deepcopy(self.np_random.bit_generator.state)
+        self._elapsed, self._running = 0, True
+        seen = self._see()
+        self.task.begin(self.component, seen)
+        return self._observation(), self._info(seen)
+
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
+        """One control step; see the class.
+
+        Raises:
+            ParameterError: the action is not one, or the episode is over.
+        """
+        if not self._running:
+            raise ParameterError("step: the episode is over or has not begun; call reset() first")
+        inputs = self._inputs(action)
+        try:
+            self.component.step(self.duration, **inputs)
+        except StepError as error:
+            return self._broken(error)
+        self._elapsed += 1
+        seen = self._see()
+        reward, terminated = self.task.judge(self.component, seen, self.duration)
+        truncated = not terminated and self._elapsed >= self.deadline
+        self._running = not (terminated or truncated)
+        return self._observation(), reward, terminated, truncated, self._info(seen)
+
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """The present state as a picture, shape (360, 960, 3); None without a render mode."""
+        return draw(self.component, self.task) if self.render_mode == "rgb_array" else None
+
+    # -- mid-episode ------------------------------------------------------------------------------------------------
+
+    def save(self) -> EnvState:
+        """Everything that changes in an episode; restoring it gives the same bits from there on."""
+        snapshot, counters = self.component.save(), dict(self.task.counters)
+        return EnvState(snapshot, self.task.name, self._elapsed, self._running, counters, self._random_state)
+
+    def restore(self, state: EnvState) -> tuple[Observation, dict[str, Any]]:
+        """Go on from a saved state, of this environment or of one made in the same way; gives what `reset` gives.
+
+        Raises:
+            ParameterError: the state belongs to another component or task; nothing has changed.
+        """
+        if not isinstance(state, EnvState) or state.task != self.task.name:
+            raise ParameterError(
+                f"state: got {shortened(state)}, expected what save() of an environment of {self.task.name!r} gave"
+            )
+        self.component.restore(state.snapshot)
+        self.task.counters = dict(state.counters)
+        self._elapsed, self._running = state.elapsed, state.running
+        if state.random is not None and state.random is not self._random_state:
+            self.np_random.bit_generator.state = state.random
+            self._random_state = state.random
+        seen = self._see()
+        return self._observation(), self._info(seen)
+
+    # -- details ----------------------------------------------------------------------------------------------------
+
+    def _inputs(self, action: npt.ArrayLike) -> dict[str, float]:
+        try:
+            given = np.asarray(action)
+        except ValueError as error:  # rows of unlike length
+            raise ParameterError(f"action: got {shortened(action)}, expected {len(self._scales)} numbers") from error
+        if given.shape != (len(self._scales),) or given.dtype.kind not in "fiu":
+            raise ParameterError(f"action: got {shortened(action)}, expected {len(self._scales)} numbers from -1 to 1")
+        inputs = {}
+        for (name, scale), number in zip(self._scales, given.tolist(), strict=True):
+            if not math.isfinite(number):
+                raise ParameterError(f"action: got {number} for {name}, expected a number from -1 to 1")
+            inputs[name] = scale * (-1.0 if number < -1.0 else 1.0 if number > 1.0 else float(number))
+        return inputs
+
+    def _see(self) -> dict[str, Any]:
+        """The observed outputs, fresh; scaled, they are in `_scaled` then."""
+        seen = {}
+        for name, scaled, factor in self._parts:
+            value = seen[name] = self.component.get(name)
+            np.multiply(value, factor, out=scaled)
+        return seen
+
+    def _observation(self) -> Observation:
+        np.minimum(self._scaled, self._high, out=self._scaled)
+        np.maximum(self._scaled, self._low, out=self._scaled)
+        return self._scaled.astype(np.float32)
+
+    def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
+        return {"time": self.component.time, **seen, **self.task.counters}
+
+    def _broken(self, error: StepError) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        self._running = False
+        info = self._info(self._see())
+        info["step_error"] = str(error)
+        return self._observation(), self.step_error_reward, True, False, info
+
+
+def _count(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+        raise ParameterError(f"{name}: got {shortened(value)}, expected a whole number from 1")
+    return int(value)
+
+
+def _checked_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[str, float]]:
+    known = [variable.name for variable in component.variables.values() if variable.causality == causality]
+    checked = []
+    for name, scale in scales.items():
+        if name not in known:
+            raise ParameterError(f"{what}: {name!r} is no {causality} of this {component.name}; {nearest(name, known)}")
+        number = finite_number(f"{what}.{name}", scale)
+        if number <= 0.0:
+            raise ParameterError(f"{what}.{name}: got {number:g}, expected more than 0")
+        checked.append((name, number))
+    if not checked:
+        raise ParameterError(f"{what}: the task names none, expected at least one {causality}")
+    return checked

@@ -1,0 +1,54 @@
+"""What an agent may do, what it sees and what it is rewarded for.
+
+A task knows a component only by its contract, and knows nothing of Gymnasium. Tasks live one a file in ``tasks/``.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from numpy.random import Generator
+
+from ..components.contract import Component
+
+Seen = Mapping[str, npt.NDArray[np.float64]]
+"""The observed outputs, unscaled, name -> value."""
+
+
+class Task(ABC):
+    """Base of every task.
+
+    Attributes:
+        name: for messages and pictures.
+        actions: input -> its value at action 1, in the unit of the input; action -1 is the opposite. The order is that of the
+            action's entries.
+        observations: output -> its value that is observed as 1, in the unit of the output. The order is that of the
+            observation's parts.
+        observation_limit: observations are clipped to +- this.
+        counters: what the task itself remembers of the episode, name -> number. It is saved and restored with the environment
+            and shown in ``info``.
+    """
+
+    name: ClassVar[str]
+    actions: Mapping[str, float]
+    observations: Mapping[str, float]
+    observation_limit: float = 10.0
+
+    def __init__(self) -> None:
+        self.counters: dict[str, float] = {}
+
+    def start(self, random: Generator) -> Mapping[str, Any]:
+        """Start values for `Component.reset`; the default is the component's own start."""
+        return {}
+
+    @abstractmethod
+    def begin(self, component: Component, seen: Seen) -> None:
+        """Set the counters at the start of an episode."""
+
+    @abstractmethod
+    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
+        """Reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""

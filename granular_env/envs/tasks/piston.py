@@ -1,0 +1,129 @@
+"""Piston-v0: send the last grain off at a wanted speed, at little cost."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...components.catalogue import make
+from ...components.contract import Component
+from ...components.profiles import finite_number, positive_number
+from ..environment import ComponentEnv
+from ..task import Seen, Task
+
+# The last grain has left when it has flown free by this part of its radius.
+_FREE_FLIGHT = 0.01
+
+
+class PistonTask(Task):
+    """The last grain's speed shall be right when it leaves; the piston's work costs. See `PistonEnv`.
+
+    Args:
+        target_velocity: wanted speed of the last grain [m/s].
+        price: what work as great as `energy` costs.
+        energy: the work that is charged `price` [J].
+        clearance: distance of free flight at which the last grain has left [m].
+        velocity_scale: piston velocity at action 1, and velocity observed as 1 [m/s].
+        displacement_scale: displacement observed as 1 [m].
+    """
+
+    name = "piston"
+
+    def __init__(
+        self,
+        target_velocity: float,
+        price: float,
+        energy: float,
+        clearance: float,
+        velocity_scale: float,
+        displacement_scale: float,
+    ) -> None:
+        super().__init__()
+        self.target_velocity, self.price, self.energy, self.clearance = target_velocity, price, energy, clearance
+        self.actions = {"left_velocity": velocity_scale}
+        self.observations = {"displacement": displacement_scale, "velocity": velocity_scale}
+
+    def begin(self, component: Component, seen: Seen) -> None:
+        """No work is done, and the last grain moves as it was started."""
+        self.counters = {"closeness": self._closeness(seen), "work": 0.0}
+
+    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
+        """Gain in closeness, less the price of this step's work; the end is the last grain's free flight."""
+        closeness, work = self._closeness(seen), component.get("input_work")
+        reward = closeness - self.counters["closeness"] - self.price * (work - self.counters["work"]) / self.energy
+        self.counters = {"closeness": closeness, "work": work}
+        before_last, last = seen["displacement"][-2:].tolist()
+        return reward, last - before_last > self.clearance
+
+    def _closeness(self, seen: Seen) -> float:
+        return 1.0 - min(abs(float(seen["velocity"][-1]) / self.target_velocity - 1.0), 1.0)
+
+
+class PistonEnv(ComponentEnv):
+    """Shape a pulse with a piston so that the last grain of a chain flies off at a wanted speed.
+
+    A row of equal elastic spheres touches a piston at its left end; the right end is free (Nesterenko 1983, section 3.4). What
+    the piston does travels through the chain as solitary waves; the grain at the far end leaves at about 1.45 times the
+    velocity of the first wave that reaches it.
+
+    ## Action space
+    `Box(-1, 1, (1,), float32)`: the piston's velocity over the next control step, in units of `velocity_scale` (10 m/s);
+    clipped. NaN, infinity and wrong shapes raise `ParameterError`.
+
+    ## Observation space
+    `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
+    `velocity_scale`, clipped to +-10. `info` has both in SI units and float64 ("displacement", "velocity"), with "time" [s],
+    "closeness" and "work" [J].
+
+    ## Rewards
+    closeness = 1 - min(|v_last / target_velocity - 1|, 1), v_last being the last grain's velocity. A step's reward is its gain
+    in closeness, less `work_price` x the piston's work in that step / E, with E = m target_velocity^2 / 2. So the return is the
+    closeness at the end less `work_price` x work / E. Doing nothing returns 0; one solitary wave of the right height carries
+    1.02 E, and would return .8; 2.4 m/s for 18 us returns .77. A step that would break the
+    physics gives -10 and ends the episode.
+
+    ## Start state
+    Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
+
+    ## End of the episode
+    Terminated when the last grain has flown free, .01 radius further than at the start from its neighbour, whatever its speed:
+    a forerunner spoils the shot. Truncated after `deadline` control steps.
+
+    ## Arguments
+    * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain.
+    * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step; a wave crosses 64 grains in some 450 us.
+    * `deadline` (600): control steps, 0.9 ms.
+    * `target_velocity` (5.0 m/s), `work_price` (.2), `velocity_scale` (10.0 m/s).
+    * `chain`: further parameters of the chain component, e.g. `{"right": "free", "precompression": 10.0}`.
+    * `render_mode`: None or "rgb_array".
+
+    ## Version history
+    * v0: first version.
+    """
+
+    def __init__(
+        self,
+        grains: int = 64,
+        radius: float = 3e-3,
+        material: Any = "steel",
+        *,
+        step_size: float = 5e-7,
+        internal_steps: int = 3,
+        deadline: int | None = 600,
+        target_velocity: float = 5.0,
+        work_price: float = 0.2,
+        velocity_scale: float = 10.0,
+        chain: dict[str, Any] | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
+        component: Any = make("chain", **{**parameters, "velocity_scale": velocity_scale, **(chain or {})})
+        target = positive_number("target_velocity", target_velocity)
+        task = PistonTask(
+            target,
+            finite_number("work_price", work_price),
+            energy=0.5 * float(component.geometry.mass[-1]) * target**2,
+            clearance=_FREE_FLIGHT * float(component.geometry.radius[-1]),
+            velocity_scale=velocity_scale,
+            displacement_scale=1e-3,
+        )
+        super().__init__(component, task, internal_steps=internal_steps, deadline=deadline, render_mode=render_mode)

@@ -1,0 +1,136 @@
+"""Finding and reading experiments: a shipped name, a file, or a dict; with single keys overridden."""
+
+from __future__ import annotations
+
+import copy
+import os
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from granular_env.components.errors import ExperimentError, nearest
+
+from .faults import shortened
+from .schema import Experiment, known_keys, parse, refuse_unknown
+
+Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
+
+_SHIPPED = Path(__file__).parent
+_LARGEST_FILE = 64 * 2**20
+_BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
+
+
+def shipped_experiments() -> list[str]:
+    """Names of the experiments that come with the package, such as ``nesterenko-1983/3.4-piston``."""
+    return sorted(path.relative_to(_SHIPPED).as_posix().removesuffix(".toml") for path in _SHIPPED.rglob("*.toml"))
+
+
+def load_experiment(source: Source, overrides: Iterable[str] = ()) -> Experiment:
+    """An experiment, checked as far as that goes without building its component.
+
+    Args:
+        source: a shipped experiment's name, the path of a TOML file, the content of one as a dict, or an experiment.
+        overrides: ``"a.b=value"`` each, the value as in TOML (a bare word is a string too): ``"duration=1e-3"``,
+            ``"component.grains=500"``, ``"start.velocity.0=3"``, ``"stop.0.above=2"``.
+
+    Raises:
+        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+    """
+    overrides = list(overrides)
+    if isinstance(source, Experiment):
+        if not overrides:
+            return source
+        document, origin, folder = source.to_dict(), source.origin, source.folder
+    elif isinstance(source, Mapping):
+        document, origin, folder = copy.deepcopy(dict(source)), "experiment", Path()
+    else:
+        path = experiment_path(source)
+        document, origin, folder = read_document(path), str(path), path.parent
+    for override in overrides:
+        _override(document, override)
+    return parse(document, origin, folder)
+
+
+def experiment_path(source: str | os.PathLike[str]) -> Path:
+    """The file behind a shipped name or a path; `ExperimentError` where there is none."""
+    try:
+        path = Path(source)
+        if path.is_file():
+            return path
+    except (TypeError, ValueError, OSError) as error:
+        raise ExperimentError(f"experiment {shortened(source)}: no name and no path: {error}") from None
+    names = shipped_experiments()
+    if str(source) in names:
+        return _SHIPPED / f"{source}.toml"
+    if path.suffix == ".toml":
+        raise ExperimentError(f"{path}: there is no such file")
+    short = {name.rpartition("/")[2]: name for name in names}
+    advice = f"did you mean {short[str(source)]!r}?" if str(source) in short else nearest(str(source), names)
+    raise ExperimentError(f"experiment {str(source)!r}: no shipped experiment and no file; {advice}")
+
+
+def read_document(path: Path) -> dict[str, Any]:
+    """The content of a TOML file; `ExperimentError` with the line where it is none."""
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            raise ExperimentError(f"{path}: larger than {_LARGEST_FILE} bytes; put long histories into a CSV file")
+        text = path.read_bytes().decode("utf-8")
+        return tomllib.loads(text)
+    except OSError as error:
+        raise ExperimentError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise ExperimentError(f"{path}: byte {error.start} is no UTF-8 text; save the file as plain text") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ExperimentError(f"{path}: not valid TOML: {error}") from None
+    except (RecursionError, ValueError, ArithmeticError) as error:
+        raise ExperimentError(f"{path}: not readable as TOML: {error}") from None
+
+
+def parse_override(override: str) -> tuple[list[str], Any]:
+    """The key's parts and the value of ``"a.b=value"``."""
+    key, equals, text = override.partition("=")
+    parts = [part.strip().strip("\"'") for part in key.split(".")]
+    if not equals or not all(parts):
+        raise ExperimentError(f"override {override!r}: expected key=value, such as component.grains=500")
+    return parts, _value(override, text.strip())
+
+
+def _value(override: str, text: str) -> Any:
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+        if parsed.keys() == {"value"}:
+            return parsed["value"]
+    except (ValueError, RecursionError, ArithmeticError):
+        if _BARE_WORD.fullmatch(text):
+            return text
+    raise ExperimentError(f"override {override!r}: {text!r} is no TOML value; write a number, a list, or a string in quotes")
+
+
+def _override(document: dict[str, Any], override: str) -> None:
+    parts, value = parse_override(override)
+    place = f"override {override!r}"
+    node: Any = document
+    for depth, part in enumerate(parts):
+        refuse_unknown(part, known_keys(".".join(parts[:depth]), document), place)
+        last = depth == len(parts) - 1
+        if isinstance(node, list):
+            key: Any = _index(part, node, place)
+        elif isinstance(node, dict):
+            key = part
+            if not last:
+                node.setdefault(key, {})
+        else:
+            above = ".".join(parts[:depth])
+            raise ExperimentError(f"{place}: {above} is {shortened(node)}, so it has no {part!r}; set {above} as a whole")
+        if last:
+            node[key] = value
+        else:
+            node = node[key]
+
+
+def _index(part: str, items: list[Any], place: str) -> int:
+    if not part.isdecimal() or int(part) >= len(items):
+        raise ExperimentError(f"{place}: got the index {part!r}, expected 0 to {len(items) - 1}")
+    return int(part)

@@ -1,0 +1,174 @@
+"""Experiment files to start from: a copy of an experiment, or every parameter of a component with its default."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic.fields import FieldInfo
+
+from granular_env.components import catalogue
+from granular_env.components.contract import Component
+from granular_env.components.errors import ExperimentError, nearest
+
+from .inputs import CsvTable, ProfileTable, SumTable
+from .load import experiment_path, load_experiment, shipped_experiments
+
+_KEY_WIDTH = 40
+
+
+def template(name: str, new_name: str | None = None) -> str:
+    """The text of an experiment file: a component's with all parameters, or an experiment's as it is.
+
+    Args:
+        name: a component, a shipped experiment, or a TOML file.
+        new_name: what an experiment's copy is called.
+
+    Raises:
+        ExperimentError: there is nothing of that name; the nearest is named.
+    """
+    if name in catalogue.names():
+        return _of_component(name)
+    try:
+        text = experiment_path(name).read_text(encoding="utf-8")
+    except ExperimentError as error:
+        if Path(name).suffix == ".toml":
+            raise
+        known = [*catalogue.names(), *shipped_experiments()]
+        raise ExperimentError(f"{name!r} is no component, no shipped experiment and no file; {nearest(name, known)}") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise ExperimentError(f"{name}: cannot be read as text: {error}") from error
+    if new_name is None:
+        return text
+    return re.sub(r'^name\s*=\s*"[^"\n]*"', lambda _: f"name = {json.dumps(new_name)}", text, count=1, flags=re.MULTILINE)
+
+
+def write(name: str, target: Path, force: bool = False) -> list[Path]:
+    """Write a template, and beside it copies of the CSV files that it names; nothing is replaced without `force`.
+
+    Returns:
+        The files that were written.
+    """
+    text = template(name, target.stem)
+    copies = {} if name in catalogue.names() else _data_files(name, target.parent)
+    for path in (target, *copies):
+        if path.exists() and not force:
+            raise ExperimentError(f"{path} exists; choose another name, or replace it with --force")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        for copied, original in copies.items():
+            copied.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(original, copied)
+        target.write_text(text, encoding="utf-8")
+    except (OSError, shutil.Error) as error:
+        raise ExperimentError(f"{target}: cannot be written: {error}") from error
+    return [target, *copies]
+
+
+def _data_files(name: str, folder: Path) -> dict[Path, Path]:
+    """Where each CSV file of an experiment goes -> where it is; those named by absolute paths stay where they are."""
+    experiment = load_experiment(name)
+    named = [table.path for value in experiment.input.values() for table in _csv_tables(value)]
+    found = {folder / path: experiment.folder / path for path in named if not Path(path).is_absolute()}
+    return {copy: original for copy, original in found.items() if copy.resolve() != original.resolve()}
+
+
+def _csv_tables(value: float | ProfileTable) -> Iterable[CsvTable]:
+    if isinstance(value, CsvTable):
+        yield value
+    elif isinstance(value, SumTable):
+        for part in value.profiles:
+            yield from _csv_tables(part)
+
+
+def _of_component(name: str) -> str:
+    """A commented experiment file with every parameter of a component, its inputs and its state variables."""
+    kind = catalogue.component_class(name)
+    component = example_of(name, {})
+    step = component.step_size
+    lines = [
+        f"# An experiment with the component {name!r}: {first_sentence(kind.__doc__ or '')}",
+        '# Lines that begin with "# " and a key hold the default; take the mark away to change it.',
+        f'name = "my-{name}"',
+        'description = "what it shows"',
+        _line(f"duration = {_tidy(1000 * step)}", "s"),
+        "",
+        "[component]",
+        f'type = "{name}"',
+    ]
+    for key, field in kind.Parameters.model_fields.items():
+        value = f"{key} = {_smallest(field)}" if field.is_required() else f"# {key} = {default_of(field)}"
+        lines.append(_line(value, ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))))
+    states = [v for v in component.variables.values() if v.state]
+    lines += ["", "[start]                # a number for all, a list, or { index = value }"]
+    lines += [_line(f"# {v.name} = 0.0", f"{v.unit}, {v.description}") for v in states]
+    for variable in (v for v in component.variables.values() if v.causality == "input"):
+        lines += [
+            "",
+            _line(f"# [input.{variable.name}]", f"{variable.unit}, {variable.description}"),
+            _line('# profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
+            _line("# peak = 1.0", variable.unit),
+            _line(f"# duration = {_tidy(100 * step)}", "s"),
+        ]
+    kept = [v.name for v in states]
+    lines += [
+        "",
+        _line("# [[stop]]", "ends the run early; there may be several"),
+        f'# variable = "{kept[0] if kept else "kinetic_energy"}"',
+        _line("# above = 1.0", "or below; for arrays also index, or reduce"),
+        "",
+        "[record]",
+        _line(f"every = {_tidy(10 * step)}", "s between two frames"),
+        "variables = [" + ", ".join(f'"{one}"' for one in kept) + "]",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _line(text: str, comment: str) -> str:
+    return f"{text.ljust(_KEY_WIDTH)} # {comment}"
+
+
+def _tidy(number: float) -> str:
+    """A float as people write it: without the tail that decimal fractions have in binary."""
+    return f"{number:.12g}"
+
+
+def unit_of(field: FieldInfo) -> str:
+    """The unit that a parameter declares."""
+    extra = field.json_schema_extra
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
+def default_of(field: FieldInfo) -> str:
+    """A parameter's default as TOML writes it."""
+    if field.is_required():
+        return "required"
+    return "automatic" if field.default is None else _toml(field.default)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return repr(value)
+
+
+def example_of(name: str, parameters: dict[str, Any]) -> Component:
+    """A component of that type, with the smallest fitting values for the parameters that have no default."""
+    model = catalogue.component_class(name).Parameters
+    needed = {key: _smallest(field) for key, field in model.model_fields.items() if field.is_required()}
+    return catalogue.make(name, **{**needed, **parameters})
+
+
+def _smallest(field: FieldInfo) -> int | float:
+    return 4 if int in (field.annotation, *get_args(field.annotation)) else 1.0
+
+
+def first_sentence(text: str) -> str:
+    """Up to the first full stop."""
+    return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."

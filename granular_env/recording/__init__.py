@@ -1,0 +1,9 @@
+"""Logs: record what a component does, open it, re-run it, branch off it, repair it."""
+
+from .branch import Branch
+from .reader import Log, open_log
+from .recover import recover
+from .replay import Verification, verify
+from .writer import Recorder, record
+
+__all__ = ["Branch", "Log", "Recorder", "Verification", "open_log", "record", "recover", "verify"]

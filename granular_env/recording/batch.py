@@ -1,0 +1,188 @@
+"""What a recorder has gathered since it last wrote, and how that becomes records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..components.contract import Component, Snapshot
+from ..components.packing import digest
+from ..components.profiles import CompiledProfile
+from .format import FRAMES, HASHES, SNAPSHOTS, STEPS, Record, bits, words
+from .sink import CHUNK_BYTES, Sink
+
+# Compiled profiles that are remembered by object, so that one that is used again is stored once.
+_KNOWN_PROFILES = 256
+Held = float | CompiledProfile
+
+
+@dataclass(slots=True)
+class Batch:
+    """Everything of one segment between two writes.
+
+    Attributes:
+        segment: which segment.
+        first: tick before the first step.
+        elapsed: ticks of the whole log before this segment, minus the segment's first tick.
+        durations: ticks of each step.
+        sets: (index of the step, name of the input, value) for each input that was set.
+        frames: (tick, one value for each recorded variable).
+        hashes: (tick, one row).
+        snapshots: (tick, START, KEY or END, snapshot).
+        size: bytes, about.
+    """
+
+    segment: int
+    first: int
+    elapsed: int
+    durations: list[int] = field(default_factory=list)
+    sets: list[tuple[int, str, Held]] = field(default_factory=list)
+    frames: list[tuple[int, list[Any]]] = field(default_factory=list)
+    hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
+    size: int = 0
+
+    def __bool__(self) -> bool:
+        return bool(self.durations or self.frames or self.hashes or self.snapshots)
+
+    @property
+    def last(self) -> int:
+        """Tick after the last step."""
+        return self.first + sum(self.durations)
+
+    def take(self, other: Batch) -> None:
+        """Add what was gathered inside a step, once the step is whole."""
+        self.frames += other.frames
+        self.hashes += other.hashes
+        self.snapshots += other.snapshots
+        self.size += other.size
+
+
+class Profiles:
+    """Numbers for compiled profiles: the same object gets the same number while it is remembered."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[CompiledProfile, int]] = {}
+        self.count = 0
+        self._new: list[CompiledProfile] = []
+
+    def number(self, profile: CompiledProfile) -> int:
+        """Its number; a new one is stored with the next batch."""
+        known = self._known.pop(id(profile), None)
+        if known is None:
+            known = (profile, self.count)
+            self.count += 1
+            self._new.append(profile)
+            if len(self._known) >= _KNOWN_PROFILES:
+                self._known.pop(next(iter(self._known)))
+        self._known[id(profile)] = known
+        return known[1]
+
+    def new(self) -> dict[str, np.ndarray]:
+        """The profiles that have not been stored yet, laid end to end."""
+        profiles, self._new = self._new, []
+        return {
+            "profile_shapes": np.array([p.coefficients.shape for p in profiles], dtype=np.int64).reshape(-1, 2),
+            "profile_ticks": np.concatenate([p.ticks for p in profiles] or [np.zeros(0, np.int64)]),
+            "profile_coefficients": np.concatenate([p.coefficients.ravel() for p in profiles] or [np.zeros(0)]),
+        }
+
+
+def hash_row(component: Component, state: list[str], inputs: list[str]) -> np.ndarray:
+    """One word for each state variable, one for the whole state, one for each input now held; int64."""
+    row = [_word(digest(words(component.get(name)))) for name in state]
+    row.append(_word(digest(component.save().memory.tobytes())))
+    row += [held_word(component._held[name]) for name in inputs]
+    return np.array(row, dtype=np.int64)
+
+
+def held_word(value: Held) -> int:
+    """The bits of a number, or a digest of a profile's."""
+    if isinstance(value, CompiledProfile):
+        return _word(digest(value.ticks.tobytes() + value.coefficients.tobytes()))
+    return bits(value)
+
+
+def _word(data: bytes) -> int:
+    return int.from_bytes(data, "little", signed=True)
+
+
+def step_digests(durations: np.ndarray, sets: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, str]:
+    """Digests of what a batch of steps did: under "" its lengths, under each input's name when it was set and to what."""
+    found = {"": digest(durations.tobytes()).hex()}
+    for name, (places, values) in sets.items():
+        found[name] = digest(places.tobytes() + values.tobytes()).hex()
+    return found
+
+
+def write_batch(batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inputs: list[str], step_size: float) -> None:
+    """Write all that a batch holds."""
+    for record in _records(batch, sink, profiles, names, inputs):
+        sink.add(record, round((batch.elapsed + record.last) * step_size * 1e9))
+
+
+def _records(batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inputs: list[str]) -> Iterator[Record]:
+    starts = [item for item in batch.snapshots if item[1] == 0]
+    yield from _snapshots(batch, sink, starts)
+    if batch.durations:
+        yield from _steps(batch, sink, profiles, inputs)
+    if batch.frames:
+        yield from _frames(batch, sink, names)
+    if batch.hashes:
+        ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
+        arrays = {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])}
+        place = (batch.segment, int(ticks[0]), int(ticks[-1]), len(ticks))
+        yield Record(HASHES, 0, *place, sink.number(HASHES), {}, arrays)
+    yield from _snapshots(batch, sink, [item for item in batch.snapshots if item[1] != 0])
+
+
+def _snapshots(batch: Batch, sink: Sink, items: list[tuple[int, int, Snapshot]]) -> Iterator[Record]:
+    for tick, why, snapshot in items:
+        data = np.frombuffer(snapshot.to_bytes(), dtype=np.uint8)
+        yield Record(SNAPSHOTS, why, batch.segment, tick, tick, 1, sink.number(SNAPSHOTS), {}, {"snapshot": data})
+
+
+def _steps(batch: Batch, sink: Sink, profiles: Profiles, inputs: list[str]) -> Iterator[Record]:
+    durations = np.array(batch.durations, dtype=np.int64)
+    by_name: dict[str, tuple[list[int], list[int], list[float]]] = {}
+    for place, name, value in batch.sets:
+        if place >= len(durations):
+            continue  # Ctrl-C fell between noting the input and noting the step: then the step counts as not recorded
+        places, numbers, values = by_name.setdefault(name, ([], [], []))
+        is_profile = isinstance(value, CompiledProfile)
+        places.append(place)
+        numbers.append(profiles.number(value) if is_profile else -1)
+        values.append(0.0 if is_profile else value)
+    arrays = {"durations": durations}
+    content = {}
+    for name, lists in by_name.items():
+        places, numbers, values = (np.array(x, dtype=d) for x, d in zip(lists, (np.int64, np.int64, np.float64), strict=True))
+        content[name] = (places, np.where(numbers < 0, values.view(np.int64), numbers))
+        label = str(inputs.index(name))
+        arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": values}
+    arrays |= profiles.new()
+    last = batch.first + int(durations.sum())
+    header = {"profiles_before": profiles.count - len(arrays["profile_shapes"])}
+    place = (batch.segment, batch.first, last, len(durations))
+    yield Record(STEPS, 0, *place, sink.number(STEPS), header, arrays)
+    # A second account of the inputs, apart from the first: a changed one does not go unnoticed even where rounding hides it.
+    yield Record(HASHES, 1, *place, sink.number(HASHES), {"steps": step_digests(durations, content)}, {})
+
+
+def _frames(batch: Batch, sink: Sink, names: list[str]) -> Iterator[Record]:
+    for variable in range(len(names)):
+        values = [np.asarray(frame[variable], dtype=np.float64) for _, frame in batch.frames]
+        together = max(1, CHUNK_BYTES // max(values[0].nbytes, 1))
+        for begin in range(0, len(values), together):
+            ticks = np.array([tick for tick, _ in batch.frames[begin : begin + together]], dtype=np.int64)
+            arrays = {"ticks": ticks, "values": _stacked(values[begin : begin + together])}
+            place = (batch.segment, int(ticks[0]), int(ticks[-1]), len(ticks))
+            yield Record(FRAMES, variable, *place, sink.number(FRAMES), {}, arrays)
+
+
+def _stacked(values: list[np.ndarray]) -> np.ndarray:
+    """One array of all; a single large frame is not copied."""
+    return values[0][np.newaxis] if len(values) == 1 else np.stack(values)

@@ -1,0 +1,156 @@
+"""Go on from any instant of a log: with other inputs, or with the same ones for the same bits."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..components.contract import Component, Held
+from ..components.errors import LogError, ParameterError, nearest
+from ..components.profiles import Profile
+from .index import Segment
+from .options import checked_names, checked_schedule
+from .reader import Log, open_log, restore
+from .replay import advance
+from .schedule import Schedule
+from .sink import as_path, create
+from .writer import Recorder
+
+if TYPE_CHECKING:
+    from ..components.profiles import CompiledProfile
+
+
+@dataclass(slots=True)
+class Branch:
+    """A component in the state at one instant of a log.
+
+    Attributes:
+        parent: the log.
+        segment, tick: where in it.
+        component: step it as you like, or let `run` do it.
+        remaining: what the log did from there: for each step its ticks and the inputs that it set.
+    """
+
+    parent: Log
+    segment: Segment
+    tick: int
+    component: Component
+    remaining: list[tuple[int, dict[str, Held]]]
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What a child log says of its parent; for `record(..., parent=...)`."""
+        name = os.path.basename(str(self.parent.path))
+        return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
+                "tick": self.tick}  # fmt: skip
+
+    def run(
+        self,
+        log: str | os.PathLike[str],
+        inputs: Mapping[str, float | Profile | CompiledProfile] | None = None,
+        until: float | None = None,
+        *,
+        every: float | None = None,
+        variables: list[str] | None = None,
+        overwrite: bool = False,
+    ) -> Log:
+        """Go on as the log did, but for the inputs given, and record that.
+
+        Args:
+            log: path of the new log.
+            inputs: values or profiles that hold from here on instead of the log's own.
+            until: time at which to stop, on the component's clock [s]; default where the log's segment ends. Later than that,
+                the inputs last held are kept.
+            every: as for `record`; by default frames are taken where the parent's are.
+            variables: as for `record`; by default the parent's.
+            overwrite: whether an existing file may be replaced.
+
+        Returns:
+            The new log, opened.
+
+        Raises:
+            ParameterError: an argument is not valid; nothing has been written.
+            StepError: the physics would break down with these inputs; the log until then is complete.
+        """
+        component, given = self.component, dict(inputs or {})
+        self._check(given)
+        end = self.segment.end if until is None else component.ticks_in(until, "until")
+        if end < component.tick:
+            raise ParameterError(f"until: got {until:g} s, the branch begins at {component.time:g} s")
+        target = as_path(log)
+        if os.path.exists(target) and os.path.samefile(target, self.parent.path):
+            raise ParameterError(f"log: {str(target)!r} is the parent itself; choose another name")
+        with self._recorder(target, every, variables, overwrite):
+            self._go_on(given, end)
+        return open_log(target)
+
+    def _check(self, given: dict[str, Any]) -> None:
+        known = self.parent.input_variables
+        for name in given:
+            if name not in known:
+                raise ParameterError(f"inputs: {name!r} is no input of this {self.component.name}; {nearest(name, known)}")
+        if self.component.tick != self.tick:
+            raise ParameterError("the branch's component has been stepped already; take a new branch")
+        self.component._compiled(given)
+
+    def _recorder(self, target: Any, every: float | None, variables: list[str] | None, overwrite: bool) -> Recorder:
+        component = self.component
+        names = checked_names(component, list(self.parent.variables) if variables is None else variables)
+        if every is None:
+            schedule = self._parents_schedule()
+        else:
+            schedule = checked_schedule(component, every, None, None, None, names)
+        # The parent's age counts on: frames fall where the parent's do.
+        elapsed = self.segment.elapsed + self.tick - self.segment.start
+        experiment = self.parent._header.get("experiment")
+        return Recorder(component, target, create(target, overwrite), names, schedule, experiment, self.facts, elapsed)
+
+    def _parents_schedule(self) -> Schedule:
+        options = self.parent._header.get("options")
+        lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "key_every": 0}
+        if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
+            type(options[name]) is int and options[name] >= low for name, low in lowest.items()
+        ):  # fmt: skip
+            raise LogError("the parent's header does not say when frames were taken; pass every=")
+        return Schedule(**options)
+
+    def _go_on(self, given: dict[str, Any], end: int) -> None:
+        component = self.component
+        fresh = dict(given)
+        for ticks, sets in self.remaining:
+            left = min(ticks, end - component.tick)
+            if left <= 0:
+                break
+            own = {name: value for name, value in sets.items() if name not in given}
+            component.step(left * component.step_size, **own, **fresh)
+            fresh = {}
+        if component.tick < end:
+            component.step((end - component.tick) * component.step_size, **fresh)
+
+
+def branch_of(log: Log, at: float, components: Mapping[str, type[Component]] | None) -> Branch:
+    """The branch at a time [s] of a log: from the nearest snapshot before it, re-run to that instant."""
+    segment, tick = log.locate(at)
+    component = log.component(components)
+    snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
+    log._caps.work(tick - snapshot.tick, len(component._block.memory))
+    restore(component, snapshot)
+    start = log.snapshot(segment, segment.start)
+    changes = [change for change in steps.changes(start.inputs) if change[0] >= snapshot.tick]
+    changes.reverse()
+    advance(component, changes, tick)
+    return Branch(log, segment, tick, component, _remaining(steps, tick))
+
+
+def _remaining(steps: Any, tick: int) -> list[tuple[int, dict[str, Held]]]:
+    found, now = [], int(steps.marks[0])
+    for ticks, sets in steps:
+        if now >= tick:
+            found.append((ticks, sets))
+        elif now + ticks > tick:
+            # The instant lies inside this step: its inputs are held already.
+            found.append((now + ticks - tick, {}))
+        now += ticks
+    return found

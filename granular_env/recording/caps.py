@@ -1,0 +1,58 @@
+"""How much a log may ask for before it is believed: a file from a stranger must not fill the memory or run for days.
+
+`allow_large=True` (on the command line ``--allow-large``) lifts every cap but the one that no honest file can pass: an array
+is never larger than the bytes that hold it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel
+
+from ..components.errors import LogError
+
+_ADVICE = "open it with allow_large=True (--allow-large) if you trust where it comes from"
+# One chunk is decompressed as a whole; ours are near 1 MB or hold one array [bytes].
+_CHUNK_BYTES = 256 << 20
+# What reading one variable, or all the steps, may allocate [bytes].
+_SERIES_BYTES = 8 << 30
+# The largest whole number among a component's parameters: grains, nodes, cells.
+_COUNT = 10_000_000
+# Ticks in one log, and ticks times words of state: about a day's work.
+_TICKS = 10_000_000_000
+_WORK = 10**14
+
+
+@dataclass(frozen=True, slots=True)
+class Caps:
+    """Limits for one log; each check raises `LogError` with both numbers."""
+
+    path: str
+    lifted: bool = False
+
+    def _check(self, what: str, value: int, limit: int) -> None:
+        if value > limit and not self.lifted:
+            raise LogError(f"log {self.path!r}: {what} is {value}, the limit is {limit}; {_ADVICE}")
+
+    def chunk(self, size: int) -> None:
+        """Bytes that a chunk says it decompresses to."""
+        self._check("the decompressed size of a chunk, in bytes,", size, _CHUNK_BYTES)
+
+    def series(self, size: int) -> None:
+        """Bytes that the arrays asked for will take."""
+        self._check("the size of what was asked for, in bytes,", size, _SERIES_BYTES)
+
+    def work(self, ticks: int, words: int) -> None:
+        """Internal steps that a replay would take, for a state of so many 8-byte words."""
+        self._check("the number of internal steps", ticks, _TICKS)
+        self._check("the number of internal steps times the words of the state", ticks * max(words, 1), _WORK)
+
+    def parameters(self, given: Mapping[str, Any], model: type[BaseModel]) -> None:
+        """The whole numbers (grains, nodes, cells) among the parameters of a component that is about to be built."""
+        for name, field in model.model_fields.items():
+            value = given.get(name)
+            if field.annotation is int and isinstance(value, (int, float)) and not value <= _COUNT:
+                self._check(f"parameter {name!r}", int(min(value, 2.0**62)), _COUNT)

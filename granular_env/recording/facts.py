@@ -1,0 +1,121 @@
+"""What the header of a log says: which component, on which machine, with which versions, and what is recorded."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from ..components.contract import Component, Variable
+from ..components.errors import LogError, ParameterError
+from .format import FORMAT
+
+_PACKAGES = ("granular-env", "numpy", "numba", "llvmlite", "mcap")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that decide what bits come out."""
+    found = {"python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def machine() -> dict[str, Any]:
+    """CPU and threads."""
+    return {
+        "cpu": _cpu_model(),
+        "architecture": platform.machine(),
+        "system": platform.system(),
+        "cores": os.cpu_count() or 1,
+        "numba_threads": os.environ.get("NUMBA_NUM_THREADS", ""),
+        "numba_jit": os.environ.get("NUMBA_DISABLE_JIT", "0") != "1",
+    }
+
+
+def _cpu_model() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:
+            return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+    except OSError:
+        return platform.processor()
+
+
+def variable_facts(variable: Variable) -> dict[str, Any]:
+    """A variable as JSON values."""
+    return {
+        "name": variable.name,
+        "causality": variable.causality,
+        "unit": variable.unit,
+        "shape": list(variable.shape),
+        "dtype": variable.dtype,
+        "description": variable.description,
+        "state": variable.state,
+    }
+
+
+def variable_from(facts: Mapping[str, Any]) -> Variable:
+    """A variable from what `variable_facts` wrote; `LogError` otherwise."""
+    try:
+        shape = tuple(facts["shape"])
+        texts = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")]
+        if not all(type(extent) is int and 0 <= extent < 2**40 for extent in shape) or len(shape) > 4:
+            raise LogError(f"the log's header gives a variable the shape {shape!r}")
+        if not all(isinstance(text, str) for text in texts) or texts[4] not in ("float64", "int64"):
+            raise LogError("the log's header describes a variable wrongly")
+        name, causality, unit, description, dtype = texts
+        return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]))
+    except (KeyError, TypeError) as error:
+        raise LogError(f"the log's header describes a variable wrongly: {error}") from error
+
+
+def header_of(
+    component: Component, recorded: Sequence[Variable], options: Mapping[str, Any], experiment: Any, parent: Any
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The header's JSON values and arrays."""
+    particles = component.particles()
+    header = {
+        "format": FORMAT,
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "component": component.name,
+        "version": component.version,
+        "platform_bound": component.platform_bound,
+        "parameters": component.parameters.model_dump(mode="json"),
+        "identity": component.identity,
+        "step_size": component.step_size,
+        "state_words": len(component.save().memory),
+        "variables": [variable_facts(variable) for variable in recorded],
+        "inputs": [variable_facts(v) for v in component.variables.values() if v.causality == "input"],
+        "state": [v.name for v in component.variables.values() if v.state],
+        "particles": None if particles is None else {"displacement": particles.displacement, "colour": particles.colour},
+        "options": dict(options),
+        "experiment": experiment,
+        "parent": parent,
+        "versions": versions(),
+        "machine": machine(),
+        "command": "granular-env" if "granular-env" in os.path.basename(sys.argv[0] or "") else "script",
+    }
+    if particles is None:
+        return header, {}
+    return header, {
+        "reference": np.asarray(particles.reference, np.float64),
+        "radius": np.asarray(particles.radius, np.float64),
+    }
+
+
+def plain_json(name: str, value: Any) -> Any:
+    """The value as JSON holds it, or `ParameterError`."""
+    try:
+        return json.loads(json.dumps(value, allow_nan=False))
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ParameterError(f"{name}: {error}; expected dicts, lists, texts, finite numbers") from None

@@ -1,0 +1,401 @@
+"""A log, opened: what was recorded, by variable and time; and the program that it is, to be re-run or branched off."""
+
+from __future__ import annotations
+
+import os
+from collections import OrderedDict
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from ..components.contract import Component, Held, Particles, Snapshot, Variable
+from ..components.errors import GranularError, LogError, ParameterError, nearest
+from ..components.profiles import CompiledProfile
+from . import steps as step_records
+from .build import build
+from .caps import Caps
+from .container import Container
+from .facts import variable_from
+from .format import EVENTS, FORMAT, FRAMES, HEADER, PROFILE, SNAPSHOTS, START, STEPS, TOPICS, Record, decode, log_identity
+from .index import CHUNK, COUNT, DETAIL, FIRST, LAST, SEGMENT, Segment, find_index
+from .sink import as_path
+from .steps import Steps
+
+if TYPE_CHECKING:
+    from .branch import Branch
+
+_RECORDS_AT_HAND = 32
+
+
+def open_log(path: str | os.PathLike[str], *, allow_large: bool = False) -> Log:
+    """Open a log; nothing but its index is read until it is asked for.
+
+    Args:
+        path: an MCAP file that `record` wrote; one whose writer was killed opens as far as it is intact.
+        allow_large: lift the caps on sizes, for a file whose origin you trust.
+
+    Raises:
+        LogError: it is no log, or it is damaged.
+    """
+    return Log(as_path(path), allow_large)
+
+
+class Log:
+    """See `open_log`.
+
+    Times are those of the component. Where it was reset or restored in between, the log has several *segments*, laid end
+    to end: times go on from segment to segment, so every moment of the run has its own.
+
+    Attributes:
+        path: the file.
+        complete: False where the writer was killed before it could close the file.
+        variables: recorded name -> `Variable`.
+        step_size: length of a tick [s].
+    """
+
+    def __init__(self, path: Any, allow_large: bool = False, scan: bool = False) -> None:
+        """Use `open_log`; with `scan`, go through the file from the front even where it has a summary."""
+        self.path = path
+        self._caps = Caps(str(path), allow_large)
+        self._container = Container(path, self._caps, scan)
+        try:
+            self._read_header()
+            self._index, self._closing = find_index(self._container, self._log)
+        except GranularError:
+            self._container.close()
+            raise
+        self.complete = self._container.complete
+        rows = self._index.rows[:, CHUNK]
+        self._first_row = np.searchsorted(rows, np.arange(self._container.chunk_count + 1))
+        self._at_hand: OrderedDict[int, Record] = OrderedDict()
+
+    def _read_header(self) -> None:
+        messages = self._container.messages(0) if self._container.chunk_count else []
+        first = next((m for m in messages if m.topic in TOPICS), None)
+        if first is None or TOPICS[first.topic] != HEADER:
+            raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost")
+        self._log = log_identity(first.data)
+        record = decode(first.data, HEADER, None)
+        self._header, self._header_arrays = record.header, record.arrays
+        if self._header.get("format") != FORMAT:
+            raise LogError(
+                f"log {str(self.path)!r} has format {self._header.get('format')!r}, this program reads {FORMAT}; update {PROFILE}"
+            )
+        self.step_size = step_records.finite_step(self._header.get("step_size"))
+        recorded, inputs = self._header.get("variables"), self._header.get("inputs")
+        if not isinstance(recorded, list) or not isinstance(inputs, list):
+            raise LogError(f"log {str(self.path)!r}: its header does not say what was recorded")
+        self.variables: dict[str, Variable] = {v.name: v for v in map(variable_from, recorded)}
+        self.input_variables: dict[str, Variable] = {v.name: v for v in map(variable_from, inputs)}
+        self._numbers = {name: number for number, name in enumerate(self.variables)}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "complete" if self.complete else "incomplete"
+        return f"<Log {str(self.path)!r}: {self._header.get('component')}, {self.steps} steps, {self.duration:g} s, {state}>"
+
+    def close(self) -> None:
+        """Close the file."""
+        self._container.close()
+
+    # -- what it is -------------------------------------------------------------------------------------------------
+
+    @property
+    def identity(self) -> str:
+        """Eight bytes, in hex, that no other log shares; a branch names its parent by it."""
+        return self._log
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """Component, parameters, experiment, versions, machine, options, events; and report and cautions if it was closed."""
+        found = dict(self._header)
+        found["complete"] = self.complete
+        found["damage"] = self._container.damage
+        found["events"] = [dict(self._record(row).header) for row in self._rows(EVENTS) if row[DETAIL] == 0]
+        closing = self._closing.header if self._closing is not None else {}
+        found["report"], found["cautions"] = closing.get("report", {}), closing.get("cautions", [])
+        return found
+
+    @property
+    def segments(self) -> list[Segment]:
+        """Unbroken histories in which something happened."""
+        return self._index.segments
+
+    @property
+    def steps(self) -> int:
+        """How many calls of `step` it holds."""
+        return int(self._rows(STEPS)[:, COUNT].sum())
+
+    @property
+    def start_tick(self) -> int:
+        """Tick at which the log's time begins: 0, or later for a branch."""
+        return self.segments[0].start if self.segments else 0
+
+    @property
+    def end_tick(self) -> int:
+        """Tick at which the log's time ends, segments laid end to end."""
+        return self.start_tick + sum(segment.end - segment.start for segment in self.segments)
+
+    @property
+    def duration(self) -> float:
+        """Simulated time that it holds [s]."""
+        return (self.end_tick - self.start_tick) * self.step_size
+
+    @property
+    def particles(self) -> Particles | None:
+        """What a viewer can draw, or None."""
+        facts = self._header.get("particles")
+        if facts is None:
+            return None
+        try:
+            reference, radius = self._header_arrays["reference"], self._header_arrays["radius"]
+            names = facts["displacement"], facts["colour"]
+        except (KeyError, TypeError) as error:
+            raise LogError(f"log {str(self.path)!r}: its header describes its particles wrongly: {error}") from error
+        if reference.shape != (len(radius), 3) or radius.ndim != 1 or not all(isinstance(name, str) for name in names):
+            raise LogError(f"log {str(self.path)!r}: its header describes its particles wrongly")
+        return Particles(reference, radius, *names)
+
+    # -- frames -----------------------------------------------------------------------------------------------------
+
+    def ticks(self, name: str) -> np.ndarray:
+        """Ticks of the frames of a variable, in the log's time, shape (frames,), int64."""
+        rows = self._frame_rows(name)
+        parts = [self._log_tick(row[SEGMENT], self._frames(row, name)[0]) for row in rows]
+        return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
+
+    def times(self, name: str) -> np.ndarray:
+        """Times of the frames of a variable, shape (frames,) [s]."""
+        return self.ticks(name) * self.step_size
+
+    def series(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Times (frames,) [s] and values (frames, ...) of a variable."""
+        rows = self._frame_rows(name)
+        shape = self.variables[name].shape
+        count = int(rows[:, COUNT].sum())
+        self._caps.series(count * 8 * int(np.prod(shape, dtype=object)))
+        ticks, values, filled = np.empty(count, np.int64), None, 0
+        for row in rows:
+            own_ticks, own = self._frames(row, name)
+            # Allocated only once a frame of that shape has been seen to exist.
+            values = np.empty((count, *shape)) if values is None else values
+            place = slice(filled, filled + len(own))
+            ticks[place], values[place] = self._log_tick(row[SEGMENT], own_ticks), own
+            filled += len(own)
+        return ticks * self.step_size, np.empty((0, *shape)) if values is None else values
+
+    def get(self, name: str, time: float) -> Any:
+        """The frame of a variable at a time [s], or the last one before it: a number, or an array of its shape."""
+        tick = self._tick_at(time)
+        rows = self._frame_rows(name)
+        if not len(rows):
+            raise LogError(f"log {str(self.path)!r} holds no frame of {name!r}")
+        firsts = np.array([self._log_tick(row[SEGMENT], row[FIRST]) for row in rows])
+        place = int(np.searchsorted(firsts, tick, side="right")) - 1
+        if place < 0:
+            raise ParameterError(f"time: got {time:g} s, the first frame of {name!r} is at {firsts[0] * self.step_size:g} s")
+        ticks, values = self._frames(rows[place], name)
+        own = int(np.searchsorted(self._log_tick(rows[place][SEGMENT], ticks), tick, side="right")) - 1
+        value = values[own]
+        return float(value) if value.ndim == 0 else value.copy()
+
+    def to_numpy(self, name: str) -> np.ndarray:
+        """All frames of a variable, shape (frames, ...)."""
+        return self.series(name)[1]
+
+    def to_xarray(self) -> Any:
+        """All frames as an `xarray.Dataset` over time, units and descriptions in the attributes."""
+        try:
+            import xarray
+        except ImportError as error:
+            from ..components.errors import MissingExtraError
+
+            raise MissingExtraError("to_xarray needs the package xarray: pip install xarray") from error
+        data = {}
+        for name, variable in self.variables.items():
+            times, values = self.series(name)
+            axes = [f"{name}_{axis}" for axis in range(len(variable.shape))]
+            attributes = {"units": variable.unit, "description": variable.description}
+            data[name] = xarray.DataArray(values, dims=["time", *axes], coords={"time": times}, attrs=attributes)
+        found = xarray.Dataset(data)
+        if "time" in found.coords:
+            found["time"].attrs["units"] = "s"
+        found.attrs["component"] = str(self._header.get("component"))
+        return found
+
+    # -- inputs, steps, snapshots -----------------------------------------------------------------------------------
+
+    @property
+    def inputs(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Every input's course: times [s] and values, at each change; profiles are sampled. `steps_of` has them exactly."""
+        found = {}
+        for name in self.input_variables:
+            ticks, values = [], []
+            for segment in self.segments:
+                held = self.snapshot(segment, segment.start).inputs
+                own, samples = step_records.sampled(self.steps_of(segment), held, name, segment.end)
+                ticks.append(self._log_tick(segment.number, own))
+                values.append(samples)
+            found[name] = (np.concatenate(ticks) * self.step_size, np.concatenate(values)) if ticks else (np.zeros(0),) * 2
+        return found
+
+    def steps_of(self, segment: Segment) -> Steps:
+        """Every call of `step` in a segment, exactly."""
+        return self._steps[segment.number]
+
+    @property
+    def snapshots(self) -> list[tuple[Segment, int]]:
+        """Where snapshots are: segment and tick; `snapshot` reads one."""
+        by_number = {segment.number: segment for segment in self.segments}
+        return [(by_number[row[SEGMENT]], int(row[FIRST])) for row in self._rows(SNAPSHOTS).tolist()]
+
+    def snapshot(self, segment: Segment, tick: int) -> Snapshot:
+        """The snapshot of a segment at that tick, or the last one before."""
+        rows = self._rows(SNAPSHOTS)
+        rows = rows[(rows[:, SEGMENT] == segment.number) & (rows[:, FIRST] <= tick)]
+        if not len(rows):
+            raise LogError(f"log {str(self.path)!r}: no snapshot at or before tick {tick}")
+        return self._snapshot(rows[np.argmax(rows[:, FIRST])])
+
+    # -- the program ------------------------------------------------------------------------------------------------
+
+    def component(self, components: Mapping[str, type[Component]] | None = None) -> Component:
+        """A fresh component with the log's parameters, in the state at the log's start.
+
+        Args:
+            components: classes of components that are not ours, by name: a log alone never loads them.
+
+        Raises:
+            LogError: the parameters do not give the identity that the log claims.
+        """
+        component = self.rebuilt(components)
+        if component.identity != self._header.get("identity"):
+            raise LogError(
+                f"log {str(self.path)!r}: its parameters do not give the identity it claims; they were changed, or it is from "
+                f"another version of {component.name!r} (see `replay --verify`)"
+            )
+        if self.segments:
+            restore(component, self.snapshot(self.segments[0], self.segments[0].start))
+        return component
+
+    def rebuilt(self, components: Mapping[str, type[Component]] | None = None) -> Component:
+        """A fresh component with the log's parameters, its identity not compared and its state that of a reset."""
+        return build(self._header, self._caps, components)
+
+    def branch(self, at: float, components: Mapping[str, type[Component]] | None = None) -> Branch:
+        """A component in the state at a time [s] of the log, and what the log did from there.
+
+        Raises:
+            ParameterError: the time is outside of the log.
+            LogError: the log cannot be re-run.
+        """
+        from .branch import branch_of
+
+        return branch_of(self, at, components)
+
+    def locate(self, time: float) -> tuple[Segment, int]:
+        """Segment and its own tick at a time [s] of the log; where two segments meet, the later one."""
+        tick = self._tick_at(time)
+        if not self.start_tick <= tick <= self.end_tick or not self.segments:
+            first, last = self.start_tick * self.step_size, self.end_tick * self.step_size
+            raise ParameterError(f"time: got {time:g} s, the log goes from {first:.12g} s to {last:.12g} s")
+        segment = next(s for s in reversed(self.segments) if self._log_tick(s.number, s.start) <= tick)
+        return segment, tick - self._log_tick(segment.number, 0)
+
+    # -- details ----------------------------------------------------------------------------------------------------
+
+    def _tick_at(self, time: float) -> int:
+        try:
+            return round(float(time) / self.step_size)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ParameterError(f"time: got {time!r}, expected seconds") from error
+
+    def _log_tick(self, segment: int, tick: Any) -> Any:
+        own = self._index.all_segments[int(segment)]
+        return tick - own.start + own.elapsed + self.start_tick
+
+    def _rows(self, kind: int) -> np.ndarray:
+        """Rows of a kind in segments where something happened."""
+        rows = self._index.select(kind)
+        return rows[np.isin(rows[:, SEGMENT], [segment.number for segment in self.segments])] if kind != EVENTS else rows
+
+    def _frame_rows(self, name: str) -> np.ndarray:
+        if name not in self._numbers:
+            raise ParameterError(f"variable {name!r} was not recorded; {nearest(str(name), self._numbers)}")
+        rows = self._rows(FRAMES)
+        return rows[rows[:, DETAIL] == self._numbers[name]]
+
+    def _frames(self, row: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
+        record = self._record(row)
+        ticks, values = record.arrays.get("ticks"), record.arrays.get("values")
+        shape = self.variables[name].shape
+        if ticks is None or values is None or ticks.dtype != np.int64 or values.dtype != np.float64:
+            raise LogError(f"log {str(self.path)!r}: a record of frames of {name!r} has the wrong form")
+        if ticks.shape != (record.count,) or values.shape != (record.count, *shape) or (np.diff(ticks) <= 0).any():
+            raise LogError(f"log {str(self.path)!r}: a record of frames of {name!r} has the wrong form")
+        if ticks[0] != record.first or ticks[-1] != record.last:
+            raise LogError(f"log {str(self.path)!r}: a record of frames of {name!r} has other ticks than the index says")
+        return ticks, values
+
+    def _snapshot(self, row: np.ndarray) -> Snapshot:
+        data = self._record(row).arrays.get("snapshot")
+        if data is None or data.dtype != np.uint8 or data.ndim != 1:
+            raise LogError(f"log {str(self.path)!r}: a snapshot has the wrong form")
+        snapshot = Snapshot.from_bytes(data.tobytes())
+        if snapshot.tick != row[FIRST]:
+            raise LogError(f"log {str(self.path)!r}: a snapshot is of tick {snapshot.tick}, its place says {row[FIRST]}")
+        if not set(self.input_variables) <= snapshot.inputs.keys():
+            raise LogError(f"log {str(self.path)!r}: a snapshot lacks an input")
+        return snapshot
+
+    def _record(self, row: np.ndarray) -> Record:
+        """The record that a row of the index points at."""
+        chunk = int(row[CHUNK])
+        first, last = self._first_row[chunk : chunk + 2]
+        place = first + int(np.flatnonzero((self._index.rows[first:last] == row).all(axis=1))[0])
+        known = self._at_hand.get(int(place))
+        if known is None:
+            messages = [m for m in self._container.messages(chunk) if m.topic in TOPICS]
+            if len(messages) != last - first:
+                raise LogError(f"log {str(self.path)!r}: records are missing or doubled")
+            message = messages[place - first]
+            kind = TOPICS[message.topic]
+            known = decode(message.data, kind, self._log if kind != HEADER else None)
+            if known.row != tuple(row[:CHUNK].tolist()):
+                raise LogError(
+                    f"log {str(self.path)!r}: a record is not the one that the index names; the file was put together"
+                )
+            self._at_hand[int(place)] = known
+            if len(self._at_hand) > _RECORDS_AT_HAND:
+                self._at_hand.popitem(last=False)
+        return known
+
+    @cached_property
+    def _steps(self) -> dict[int, Steps]:
+        rows = self._index.select(STEPS)
+        self._caps.series(int(rows[:, COUNT].sum()) * 16)
+        profiles: list[CompiledProfile] = []
+        found = {}
+        for segment in self._index.all_segments:
+            records = [self._record(row) for row in rows[rows[:, SEGMENT] == segment.number]]
+            names = list(self.input_variables)
+            found[segment.number] = step_records.steps_of(records, segment.start, names, profiles, self.step_size)
+        return found
+
+
+def restore(component: Component, snapshot: Snapshot) -> None:
+    """Restore, with `LogError` where a log's snapshot does not fit its component."""
+    try:
+        component.restore(snapshot)
+    except GranularError as error:
+        raise LogError(f"a snapshot in the log does not fit its component: {error}") from error
+
+
+__all__ = ["Held", "Log", "LAST", "START", "open_log", "restore"]

@@ -1,0 +1,115 @@
+"""A complete log out of a killed or damaged one."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..components.errors import GranularError, LogError, ParameterError
+from .format import CLOSED, EVENTS, TOPICS, Record, decode
+from .reader import Log, open_log
+from .sink import Sink, as_path, create
+from .track import Track
+
+_PICTURES = 400
+
+
+def recover(
+    path: str | os.PathLike[str], out: str | os.PathLike[str], *, allow_large: bool = False, overwrite: bool = False
+) -> Log:
+    """Write a complete log with everything of `path` that is intact, from the front to the first damage.
+
+    Args:
+        path: the log of a killed process, or a damaged one; it is only read.
+        out: the new file.
+        allow_large: lift the caps on sizes.
+        overwrite: whether an existing `out` may be replaced.
+
+    Returns:
+        The new log, opened; the last of ``.metadata["events"]`` says what was lost.
+
+    Raises:
+        LogError: nothing is intact, or `out` cannot be written.
+        ParameterError: `out` exists, or is the damaged file itself.
+    """
+    source, target = as_path(path), as_path(out)
+    if target.exists() and not overwrite:
+        raise ParameterError(f"out: {str(target)!r} exists; choose another name, or pass overwrite=True")
+    if target.exists() and source.exists() and os.path.samefile(source, target):
+        raise ParameterError(f"out: {str(target)!r} is the damaged log itself; choose another name")
+    partial = target.with_name(target.name + ".part")
+    with Log(source, allow_large, scan=True) as log:
+        try:
+            _copy(log, Sink(partial, create(partial, overwrite=True)))
+            os.replace(partial, target)
+        except OSError as error:
+            raise LogError(f"log {str(target)!r} cannot be written: {error.strerror}") from error
+        finally:
+            partial.unlink(missing_ok=True)
+    return open_log(target, allow_large=allow_large)
+
+
+def _copy(log: Log, sink: Sink) -> None:
+    """Every record as it is, then the film for stock viewers, then what was lost."""
+    closing: Record | None = None
+    for chunk in range(log._container.chunk_count):
+        for message in log._container.messages(chunk):
+            kind = TOPICS.get(message.topic)
+            if kind is not None:
+                record = decode(message.data, kind, log.identity if chunk or sink.log else None)
+                if kind == EVENTS and record.detail == CLOSED:
+                    closing = record
+                else:
+                    sink.add(record, message.nanoseconds)
+    _film(log, sink)
+    _finish(log, sink, closing)
+
+
+def _finish(log: Log, sink: Sink, closing: Record | None) -> None:
+    segment = log._index.all_segments[-1] if log._index.all_segments else None
+    number, tick = (segment.number, segment.end) if segment else (0, 0)
+    nanoseconds = round((log.end_tick - log.start_tick) * log.step_size * 1e9)
+    lost = log._container.damage or (
+        "nothing but the summary" if closing else "what had not been written when the process ended"
+    )
+    bytes_lost = log._container.bytes_lost
+    told = {"event": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": bytes_lost}
+    sink.add(Record(EVENTS, 0, number, tick, tick, 1, sink.number(EVENTS), told, {}), nanoseconds)
+    sink.flush()
+    header = dict(closing.header) if closing else {"event": "closed", "report": {}, "cautions": []}
+    place = (number, tick, tick, 1, sink.number(EVENTS))
+    sink.add(Record(EVENTS, CLOSED, *place, header, {"index": sink.rows}), nanoseconds)
+    sink.finish()
+
+
+def _film(log: Log, sink: Sink) -> None:
+    """What stock viewers draw, from the frames that are there."""
+    particles = log.particles
+    if particles is not None and not {particles.displacement, particles.colour} <= set(log.variables):
+        particles = None
+    scalars = [name for name, variable in log.variables.items() if variable.shape == ()]
+    wanted = [*scalars, *((particles.displacement, particles.colour) if particles else ())]
+    if not wanted or not log.segments:
+        return
+    track = Track(particles, scalars)
+    times = _common_times(log, wanted)
+    for number, time in enumerate(times[:: max(1, -(-len(times) // _PICTURES))].tolist()):
+        values = [log.get(name, time) for name in scalars]
+        seen: tuple[Any, Any] = (None, None)
+        if particles is not None:
+            seen = log.get(particles.displacement, time), log.get(particles.colour, time)
+        track.add(number, round((time - log.start_tick * log.step_size) * 1e9), values, *seen)
+    track.write(sink)
+
+
+def _common_times(log: Log, names: list[str]) -> np.ndarray:
+    common = log.ticks(names[0])
+    for name in names[1:]:
+        common = np.intersect1d(common, log.ticks(name))
+    return np.unique(common) * log.step_size
+
+
+__all__ = ["GranularError", "recover"]

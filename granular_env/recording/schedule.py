@@ -1,0 +1,67 @@
+"""When frames, hashes and key snapshots are taken: rules in ticks only, so that the same run is recorded the same way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+NEVER = 2**62
+# Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
+HASH_EVERY = 4096
+_KEY_EVERY = 4096
+# Frames of an experiment whose duration is known: at most so many.
+_FRAMES = 400
+# Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
+_FRAMES_A_DOUBLING, _LARGE_FRAMES_A_DOUBLING = 64, 16
+_LARGE_FRAME = 8192
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """Intervals in ticks.
+
+    Attributes:
+        frame_every: ticks between frames; 0 for the doubling rule: one at every tick at first, half as many each time the
+            run has become twice as long.
+        doubling: frames per doubling.
+        hash_every: ticks between hashes.
+        key_every: ticks between key snapshots; 0 for one each time the run has become a sixteenth longer, but not more
+            often than every 4096 ticks.
+    """
+
+    frame_every: int
+    doubling: int
+    hash_every: int
+    key_every: int
+
+    def frame_after(self, tick: int, elapsed: int) -> int:
+        """The next tick for a frame; `elapsed` counts the ticks of the whole log."""
+        interval = self.frame_every or 1 << max((elapsed // self.doubling).bit_length() - 1, 0)
+        return (tick // interval + 1) * interval
+
+    def is_frame(self, tick: int, elapsed: int) -> bool:
+        """Whether a segment that starts at this tick starts with a frame."""
+        return self.frame_after(tick - 1, elapsed) == tick
+
+    def hash_after(self, tick: int) -> int:
+        """The next tick for a hash."""
+        return (tick // self.hash_every + 1) * self.hash_every
+
+    def key_after(self, tick: int, elapsed: int) -> int:
+        """The next tick for a key snapshot."""
+        interval = self.key_every or max(_KEY_EVERY, elapsed >> 4)
+        return tick + interval
+
+
+def frames_for(ticks: int) -> int:
+    """An interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks."""
+    scale = 1
+    while True:
+        for factor in (1, 2, 5):
+            if factor * scale * _FRAMES >= ticks:
+                return factor * scale
+        scale *= 10
+
+
+def doubling_for(values: int) -> int:
+    """Frames per doubling for frames of so many numbers."""
+    return _LARGE_FRAMES_A_DOUBLING if values > _LARGE_FRAME else _FRAMES_A_DOUBLING

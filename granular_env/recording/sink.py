@@ -1,0 +1,129 @@
+"""The file under a recorder: whole chunks of about a megabyte, an index of every message, errors that name the path."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from ..components.errors import LogError, ParameterError
+from . import schemas
+from .chunks import ChunkWriter, Part
+from .format import COLUMNS, HEADER, KINDS, PROFILE, TOPICS, Record, encode, log_identity
+
+CHUNK_BYTES = 1 << 20
+
+
+class Sink:
+    """Writes records to an MCAP file. One thread only; after an error nothing more is written."""
+
+    def __init__(self, path: Path, file: IO[bytes]) -> None:
+        """Write the head of the file."""
+        self.path, self._file = path, file
+        self.log = ""
+        self._rows: list[tuple[int, ...]] = []
+        self._numbers = [0] * len(KINDS)
+        self._sequences: dict[str, int] = {}
+        self._chunk = self._unfinished_bytes = 0
+        self._failed: LogError | None = None
+        self._topics = list(TOPICS)
+        self._guarded(self._start)
+
+    def _start(self) -> None:
+        self._writer = writer = ChunkWriter(self._file, PROFILE, PROFILE)
+        block = writer.add_schema("granular.Block", "protobuf", schemas.block_schema())
+        cloud = writer.add_schema("foxglove.PointCloud", "protobuf", schemas.point_cloud_schema())
+        joints = writer.add_schema(schemas.JOINT_STATE_NAME, "ros2msg", schemas.JOINT_STATE.encode())
+        self._channels = {topic: writer.add_channel(topic, "protobuf", block) for topic in TOPICS}
+        self._channels["/particles"] = writer.add_channel("/particles", "protobuf", cloud)
+        self._channels["/scalars"] = writer.add_channel("/scalars", "cdr", joints)
+
+    def number(self, kind: int) -> int:
+        """The number that the next record of a kind has to carry."""
+        return self._numbers[kind]
+
+    @property
+    def rows(self) -> np.ndarray:
+        """The index so far, shape (messages, columns), int64."""
+        return np.array(self._rows, dtype=np.int64).reshape(-1, len(COLUMNS))
+
+    def add(self, record: Record, nanoseconds: int) -> None:
+        """Write one record; a full chunk is ended and flushed."""
+        parts = encode(record, self.log)
+        if record.kind == HEADER:
+            self.log = log_identity(b"".join(parts))
+        self._rows.append((*record.row, self._chunk))
+        self._numbers[record.kind] += 1
+        self.add_message(self._topics[record.kind], parts, nanoseconds)
+
+    def add_message(self, topic: str, parts: Sequence[Part], nanoseconds: int) -> None:
+        """Write one message of any topic, given in parts."""
+        sequence = self._sequences.get(topic, 0)
+        self._sequences[topic] = sequence + 1
+        self._unfinished_bytes += sum(map(len, parts))
+        self._guarded(lambda: self._writer.add_message(self._channels[topic], sequence & 0xFFFFFFFF, nanoseconds, parts))
+        if self._unfinished_bytes >= CHUNK_BYTES:
+            self.flush()
+
+    def flush(self) -> None:
+        """End the chunk and hand everything to the operating system."""
+        if self._unfinished_bytes:
+            self._guarded(self._writer.flush)
+            self._chunk += 1
+            self._unfinished_bytes = 0
+
+    def finish(self) -> None:
+        """End the file with the summary that makes it complete, and close it."""
+        try:
+            self.flush()
+            self._guarded(self._writer.finish)
+        finally:
+            self.abandon()
+
+    def abandon(self) -> None:
+        """Close the file as it is."""
+        try:
+            self._file.close()
+        except OSError:
+            # What could not be written has been reported already, by the write itself.
+            pass
+
+    def _guarded(self, write) -> None:  # noqa: ANN001
+        if self._failed is not None:
+            raise self._failed
+        try:
+            write()
+        except (OSError, ValueError) as error:
+            self._failed = LogError(
+                f"log {str(self.path)!r} cannot be written any more: {_reason(error)}; free some space or choose another "
+                "folder. What was written until then can be opened, and `granular-env recover` makes it a complete log"
+            )
+            raise self._failed from error
+
+
+def create(path: Path, overwrite: bool) -> IO[bytes]:
+    """A fresh file at `path`, its folder made if need be; an existing one is refused unless `overwrite`."""
+    try:
+        if os.path.lexists(path) and not overwrite:
+            raise ParameterError(f"path: {str(path)!r} exists; choose another name, or pass overwrite=True")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return open(path, "wb" if overwrite else "xb")
+    except ParameterError:
+        raise
+    except (OSError, ValueError) as error:
+        raise LogError(f"log {str(path)!r} cannot be written: {_reason(error)}; choose a folder you may write to") from error
+
+
+def as_path(path: str | os.PathLike[str]) -> Path:
+    """A path argument, checked."""
+    try:
+        return Path(path)
+    except TypeError:
+        raise ParameterError(f"path: got {path!r}, expected the name of a file") from None
+
+
+def _reason(error: BaseException) -> str:
+    return getattr(error, "strerror", None) or str(error)

@@ -1,0 +1,359 @@
+"""The recorder: an observer that writes what a component does, without ever changing it.
+
+The stepping thread only appends to lists. One daemon thread does all the writing, every few hundredths of a second, also
+while the script sits idle: so a killed process loses at most the last tenth of a second, and Ctrl-C never cuts a write.
+"""
+
+from __future__ import annotations
+
+import atexit
+import dataclasses
+import os
+import threading
+from collections.abc import Mapping, Sequence
+from time import perf_counter
+from typing import IO, Any, Self
+
+import numpy as np
+
+from ..components.contract import Component, GranularError, Held, Ledger
+from ..components.errors import LogError
+from .batch import Batch, Profiles, hash_row, write_batch
+from .facts import header_of, plain_json
+from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record
+from .options import checked_names, checked_schedule, plain_values
+from .schedule import Schedule
+from .sink import Sink, as_path, create
+from .track import LEDGER, Track, scalar_names, scalar_values
+
+# Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
+# leaves the writing one too little of the interpreter, and what a kill may cost is promised to be less than 100 ms.
+_WRITE_SECONDS, _WAIT_SECONDS = 0.045, 0.075
+_LONGEST_WAIT = 0.5
+# Gathered bytes at which the writing thread is woken, and at which the stepping thread waits for it.
+_WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
+_STEP_BYTES, _SET_BYTES = 40, 100
+
+
+def record(
+    component: Component,
+    path: str | os.PathLike[str],
+    *,
+    every: float | None = None,
+    variables: Sequence[str] | None = None,
+    hash_every: int | None = None,
+    key_every: float | None = None,
+    experiment: Mapping[str, Any] | None = None,
+    parent: Mapping[str, Any] | None = None,
+    overwrite: bool = False,
+) -> Recorder:
+    """Record everything that `component` does from now until the recorder is closed.
+
+        with ge.record(chain, "logs/mine.mcap", every=1e-6, variables=["velocity"]):
+            chain.reset(velocity={0: 5.0})
+            chain.step(1e-4)
+
+    Every input and the state at the start are kept exactly, so that the log can be re-run; frames are for looking.
+
+    Args:
+        component: what to look at.
+        path: the file; by custom it ends in ``.mcap``.
+        every: time between frames [s], a whole number of internal steps. Default: for an experiment with a duration 160 to
+            400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
+        variables: names of outputs or inputs to keep in each frame. Default: the state variables and the ledger.
+        hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
+        key_every: time between key snapshots [s]. Default: each time the run has become a sixteenth longer.
+        experiment: JSON values to keep with the log.
+        parent: which log and tick this one branched off.
+        overwrite: whether an existing file may be replaced.
+
+    Raises:
+        ParameterError: an argument is not valid, or the file exists; nothing has been written.
+        LogError: the file cannot be written.
+    """
+    target = as_path(path)
+    names = checked_names(component, variables)
+    schedule = checked_schedule(component, every, hash_every, key_every, experiment, names)
+    facts = plain_json("experiment", experiment), plain_json("parent", parent)
+    return Recorder(component, target, create(target, overwrite), names, schedule, *facts)
+
+
+class Recorder:
+    """See `record`. Use it as a context manager, or call `close`.
+
+    Attributes:
+        path: where the log is.
+        next_tick: the tick at which it wants to look next.
+    """
+
+    def __init__(
+        self,
+        component: Component,
+        path: Any,
+        file: IO[bytes],
+        names: list[str],
+        schedule: Schedule,
+        experiment: Any = None,
+        parent: Any = None,
+        elapsed: int = 0,
+    ) -> None:
+        """Write the header and begin to look; use `record`, which checks its arguments."""
+        self.path, self.next_tick = path, 0
+        self._component, self._names, self._schedule = component, names, schedule
+        self._state = [v.name for v in component.variables.values() if v.state]
+        self._inputs = [v.name for v in component.variables.values() if v.causality == "input"]
+        self._needs_ledger = any(name in LEDGER for name in names)
+        self._before, self._segment, self._frames = elapsed, -1, 0
+        self._expected = self._next_frame = self._next_hash = self._next_key = 0
+        self._lock, self._wake, self._written = threading.Lock(), threading.Event(), threading.Condition()
+        self._closing = self._closed = False
+        self._waiting: list[Batch | Record] = []
+        self._backlog = 0
+        self._error: GranularError | None = None
+        self._track = Track(component.particles(), scalar_names(component))
+        self._profiles = Profiles()
+        self._batch = self._inside = Batch(-1, 0, 0)
+        self._sink = Sink(path, file)
+        self._write_header(experiment, parent)
+        self._due = perf_counter() + _WAIT_SECONDS
+        component.observe(self)
+        self._thread = threading.Thread(target=self._write_on, name=f"granular-env log {path}", daemon=True)
+        self._thread.start()
+        atexit.register(self.close)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        try:
+            self.close()
+        except LogError:
+            # What already went wrong matters more than that it could not be recorded.
+            if kind is None:
+                raise
+
+    @property
+    def tick(self) -> int:
+        """The component's integer time."""
+        return self._component.tick
+
+    # -- observing --------------------------------------------------------------------------------------------------
+
+    def began(self, component: Component) -> None:
+        """A new segment, unless nothing happened in the last one: then that one begins anew."""
+        with self._lock:
+            self._begin(component)
+
+    def look(self, component: Component) -> None:
+        """Take what is due at this tick; kept only if the step turns out whole."""
+        if not self._closed and self._error is None:
+            self._look(component, self._inside)
+        self._set_next(component.tick)
+
+    def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
+        """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""
+        if self._closed:
+            return
+        now = component._tick
+        with self._lock:
+            if now - ticks != self._expected:
+                # Ctrl-C fell between a step and its record: what is known for certain is the state now.
+                self._begin(component)
+                return
+            batch = self._batch
+            if inputs:
+                place = len(batch.durations)
+                for name, value in inputs.items():
+                    batch.sets.append((place, name, value))
+                batch.size += _SET_BYTES * len(inputs)
+            batch.durations.append(ticks)
+            batch.size += _STEP_BYTES
+            self._expected = now
+            if self._inside:
+                batch.take(self._inside)
+                self._inside = Batch(batch.segment, 0, 0)
+        if batch.size > _WAKE_BYTES or perf_counter() > self._due:
+            self._hurry()
+
+    def failed(self, component: Component, error: BaseException) -> None:
+        """Forget what was seen inside the step that failed; keep the reason."""
+        with self._lock:
+            self._inside = Batch(self._batch.segment, 0, 0)
+            self._set_all_next(component.tick)
+            self._note("interrupted" if isinstance(error, KeyboardInterrupt) else "failed", error)
+
+    # -- the end ----------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Write the rest and the summary that makes the file complete; a second call does nothing.
+
+        Raises:
+            LogError: something could not be written; the path is named.
+        """
+        if self._closed:
+            return
+        if not self._closing:
+            self._finish_batch()
+            self._component.ignore(self)
+            self._closing = True
+        self._wake.set()
+        self._thread.join()
+        self._closed = True
+        atexit.unregister(self.close)
+        if self._error is not None:
+            raise self._error
+
+    def _finish_batch(self) -> None:
+        with self._lock:
+            if self._component.tick != self._expected:
+                self._begin(self._component)
+            self._inside = Batch(self._batch.segment, 0, 0)
+            if self._batch.durations or not self._batch.snapshots:
+                self._batch.snapshots.append((self._expected, END, self._component.save()))
+            component = self._component
+            closing = {"event": "closed", "report": component.report(), "cautions": component.cautions()}
+            self._closing_event = {name: plain_values(value) for name, value in closing.items()}
+
+    # -- inside the stepping thread ---------------------------------------------------------------------------------
+
+    def _begin(self, component: Component) -> None:
+        tick, batch = component.tick, self._batch
+        if batch.durations or batch.segment < 0 or not batch.snapshots or batch.snapshots[0][1] != START:
+            self._before += batch.last - self._start_tick if batch.segment >= 0 else 0
+            self._segment += 1
+            if batch:
+                self._waiting.append(batch)
+                self._backlog += batch.size
+        else:
+            self._frames -= len(batch.frames)
+            self._track.forget_from(self._frames)
+        self._start_tick = self._expected = tick
+        self._batch = Batch(self._segment, tick, self._before - tick)
+        self._inside = Batch(self._segment, 0, 0)
+        self._batch.snapshots.append((tick, START, component.save()))
+        self._batch.size += component._block.memory.nbytes
+        self._batch.hashes.append((tick, hash_row(component, self._state, self._inputs)))
+        if self._schedule.is_frame(tick, self._before):
+            self._take_frame(component, self._batch)
+        self._set_all_next(tick)
+
+    def _look(self, component: Component, into: Batch) -> None:
+        tick = component.tick
+        if tick == self._next_frame:
+            self._take_frame(component, into)
+        if tick == self._next_hash:
+            into.hashes.append((tick, hash_row(component, self._state, self._inputs)))
+            into.size += 8 * len(self._state)
+        if tick == self._next_key:
+            into.snapshots.append((tick, KEY, component.save()))
+            into.size += component._block.memory.nbytes
+
+    def _take_frame(self, component: Component, into: Batch) -> None:
+        picture = self._track.wants(self._frames)
+        ledger = component.ledger() if self._needs_ledger or picture else None
+        values = [getattr(ledger, name) if name in LEDGER else component.get(name) for name in self._names]
+        into.frames.append((component.tick, values))
+        into.size += sum(8 * np.size(value) + 100 for value in values)
+        if picture and ledger is not None:
+            self._take_picture(component, ledger)
+        self._frames += 1
+
+    def _take_picture(self, component: Component, ledger: Ledger) -> None:
+        particles = self._track.particles
+        seen = (None, None) if particles is None else (component.get(particles.displacement), component.get(particles.colour))
+        scalars = scalar_values(component, self._track.names, ledger)
+        self._track.add(self._frames, self._nanoseconds(component.tick), scalars, *seen)
+
+    def _nanoseconds(self, tick: int) -> int:
+        return round((self._before + tick - self._start_tick) * self._component.step_size * 1e9)
+
+    def _set_all_next(self, tick: int) -> None:
+        elapsed = self._before + tick - self._start_tick
+        self._next_frame = self._schedule.frame_after(tick, elapsed)
+        self._next_hash = self._schedule.hash_after(tick)
+        self._next_key = self._schedule.key_after(tick, elapsed)
+        self.next_tick = min(self._next_frame, self._next_hash, self._next_key)
+
+    def _set_next(self, tick: int) -> None:
+        elapsed = self._before + tick - self._start_tick
+        if self._next_frame <= tick:
+            self._next_frame = self._schedule.frame_after(tick, elapsed)
+        if self._next_hash <= tick:
+            self._next_hash = self._schedule.hash_after(tick)
+        if self._next_key <= tick:
+            self._next_key = self._schedule.key_after(tick, elapsed)
+        self.next_tick = min(self._next_frame, self._next_hash, self._next_key)
+
+    def _note(self, event: str, error: BaseException) -> None:
+        tick = self._expected
+        content = {"event": event, "kind": type(error).__name__, "message": str(error)[:4000]}
+        self._waiting.append(Record(EVENTS, 0, self._segment, tick, tick, 1, 0, content, {}))
+
+    def _hurry(self) -> None:
+        if self._error is not None:
+            self._component.ignore(self)
+            raise self._error
+        self._wake.set()
+        with self._written:
+            self._written.wait_for(self._kept_up, _LONGEST_WAIT)
+
+    def _kept_up(self) -> bool:
+        behind = perf_counter() > self._due or self._backlog > _WAIT_BYTES
+        return not behind or self._error is not None or not self._thread.is_alive()
+
+    # -- the writing thread -----------------------------------------------------------------------------------------
+
+    def _write_header(self, experiment: Any, parent: Any) -> None:
+        recorded = [self._component.variables[name] for name in self._names]
+        header, arrays = header_of(self._component, recorded, dataclasses.asdict(self._schedule), experiment, parent)
+        self._sink.add(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays), 0)
+        self._sink.flush()
+
+    def _write_on(self) -> None:
+        try:
+            while not self._closing:
+                self._wake.wait(_WRITE_SECONDS)
+                self._wake.clear()
+                self._write_gathered()
+            self._write_gathered()
+            self._write_end()
+        except GranularError as error:
+            self._error = error
+        except Exception as error:  # the stepping thread has to hear of everything that stops this one
+            self._error = LogError(f"log {str(self.path)!r} cannot be written any more: {type(error).__name__}: {error}")
+        finally:
+            if self._error is not None:
+                self._sink.abandon()
+                self._due = 0.0
+            with self._written:
+                self._written.notify_all()
+
+    def _write_gathered(self) -> None:
+        with self._lock:
+            waiting, self._waiting = self._waiting, []
+            if self._batch:
+                batch = self._batch
+                waiting.append(batch)
+                self._batch = Batch(batch.segment, batch.last, batch.elapsed)
+            self._backlog = sum(item.size for item in waiting if isinstance(item, Batch))
+            gathered = perf_counter()
+        for item in waiting:
+            self._write(item)
+        self._sink.flush()
+        self._backlog, self._due = 0, gathered + _WAIT_SECONDS
+        with self._written:
+            self._written.notify_all()
+
+    def _write(self, item: Batch | Record) -> None:
+        if isinstance(item, Batch):
+            write_batch(item, self._sink, self._profiles, self._names, self._inputs, self._component.step_size)
+        else:
+            self._sink.add(dataclasses.replace(item, number=self._sink.number(EVENTS)), self._nanoseconds(item.first))
+
+    def _write_end(self) -> None:
+        self._track.write(self._sink)
+        self._sink.flush()
+        arrays = {"index": self._sink.rows}
+        place = (self._segment, self._expected, self._expected, 1, self._sink.number(EVENTS))
+        self._sink.add(Record(EVENTS, CLOSED, *place, self._closing_event, arrays), self._nanoseconds(self._expected))
+        self._sink.finish()

@@ -1,0 +1,279 @@
+"""The one loop that advances an experiment, from its start to its end, a stop rule, or Ctrl-C."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import signal
+import sys
+import threading
+import types
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Self
+
+from granular_env.components.contract import Component, Observer
+from granular_env.components.errors import GranularWarning, LogError
+from granular_env.components.profiles import CompiledProfile, Profile
+from granular_env.experiments.load import Source, load_experiment
+from granular_env.experiments.prepare import prepare
+from granular_env.experiments.stops import StopWatch
+
+# A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
+_PIECE_SECONDS = 0.02
+
+Inputs = Mapping[str, float | Profile | CompiledProfile]
+
+
+@dataclasses.dataclass(frozen=True)
+class RunResult:
+    """What a run came to.
+
+    Attributes:
+        component: at the end of the run.
+        log: the log's path, or None where none was kept.
+        steps: internal steps that were done.
+        seconds: wall time of the stepping [s].
+        stopped_by: the stop rule that ended it, in words, or None.
+        interrupted: whether Ctrl-C ended it; its log is complete up to there.
+        report: figures that say how far the model's assumptions held, name with unit -> value.
+        cautions: a sentence for each assumption that was left behind.
+        warnings: what the run warned of.
+    """
+
+    component: Component
+    log: Path | None
+    steps: int
+    seconds: float
+    stopped_by: str | None
+    interrupted: bool
+    report: dict[str, float]
+    cautions: list[str]
+    warnings: list[str]
+
+
+def run(
+    experiment: Source,
+    *,
+    log: str | os.PathLike[str] | None = None,
+    overrides: Iterable[str] = (),
+    progress: bool = False,
+    live: bool = False,
+    overwrite: bool = False,
+    observers: Iterable[Observer] = (),
+) -> RunResult:
+    """Run an experiment to its end.
+
+        result = ge.run("nesterenko-1983/3.4-piston", log="logs/piston.mcap", overrides=["component.grains=500"])
+
+    Everything is checked before the log is begun. The loop steps in pieces of a few hundredths of a second; since
+    ``step(n h)`` is n times ``step(h)``, neither that nor the recorder, the bar, the viewer or a stop rule changes a bit.
+
+    Args:
+        experiment: a shipped experiment's name, the path of a TOML file, the content of one, or a loaded experiment.
+        log: where to record it.
+        overrides: ``"a.b=value"`` each, as in `load_experiment`.
+        progress: show a bar with simulated time, speed and the ledger's residual.
+        live: open rerun and show the run while it goes on.
+        overwrite: whether an existing log may be replaced.
+        observers: others that look on.
+
+    Raises:
+        ExperimentError: the experiment is not valid; nothing has been written.
+        StepError: the physics would break down; the log is complete up to the last good state.
+        LogError: the log cannot be written.
+    """
+    loaded = load_experiment(experiment, overrides)
+    with _collected() as told, ExitStack() as stack:
+        ready = prepare(loaded)
+        if log is not None:
+            _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
+        if live:
+            _show_live(stack, ready.component, loaded.name)
+        return advance(
+            ready.component,
+            ready.ticks,
+            ready.inputs,
+            stops=ready.stops,
+            title=loaded.name,
+            progress=progress,
+            observers=observers,
+            log=None if log is None else Path(log),
+            told=told,
+            closing=stack,
+        )
+
+
+def replay(log: str | os.PathLike[str], *, progress: bool = False) -> RunResult:
+    """Run a log's program again, from its start to its end, without comparing (`verify` does that).
+
+    Raises:
+        LogError: it is no log, or it cannot be re-run.
+    """
+    from granular_env.recording import open_log
+
+    with _collected() as told, open_log(log) as opened:
+        component, results = opened.component(), []
+        for segment in opened.segments:
+            start = opened.snapshot(segment, segment.start)
+            component.restore(start)
+            changes = dict(opened.steps_of(segment).changes(start.inputs))
+            results.append(advance(component, segment.end, {}, changes=changes, title=str(log), progress=progress, told=told))
+            if results[-1].interrupted:
+                break
+        if not results:
+            raise LogError(f"log {str(log)!r} holds no steps")
+        total, seconds = sum(one.steps for one in results), sum(one.seconds for one in results)
+        return dataclasses.replace(results[-1], steps=total, seconds=seconds)
+
+
+def advance(
+    component: Component,
+    end: int,
+    inputs: Inputs,
+    *,
+    changes: Mapping[int, Inputs] | None = None,
+    stops: StopWatch | None = None,
+    title: str = "",
+    progress: bool = False,
+    observers: Iterable[Observer] = (),
+    log: Path | None = None,
+    told: list[str] | None = None,
+    closing: ExitStack | None = None,
+) -> RunResult:
+    """Advance a component to a tick: the loop itself, for `run` and `replay`.
+
+    Args:
+        component: where it starts from is where it stands.
+        end: the tick to reach.
+        inputs: given to the first step; they hold from then on.
+        changes: further inputs, by the tick from which they hold.
+        stops: rules that end it early.
+        title: what the progress bar is called.
+        progress: show the bar.
+        observers: they look on while it lasts.
+        log: the path that the result names.
+        told: the list that warnings are gathered in.
+        closing: what is closed when the stepping is over (the recorder).
+    """
+    first, began = component.tick, perf_counter()
+    stopped_by, interrupted = None, False
+    with ExitStack() as stack:
+        show = _shown(stack, title, end) if progress else None
+        for observer in observers:
+            component.observe(observer)
+            stack.callback(component.ignore, observer)
+        interrupt = stack.enter_context(_Interrupt())
+        try:
+            stopped_by = _loop(component, end, {first: inputs, **(changes or {})}, stops, interrupt, show)
+        except KeyboardInterrupt:
+            # The second Ctrl-C, or one that another handler turned into this: the step it fell into was undone.
+            interrupted = True
+        seconds = perf_counter() - began
+        interrupted = interrupted or (interrupt.pressed and component.tick < end and stopped_by is None)
+        if closing is not None:
+            closing.close()
+    return RunResult(
+        component=component,
+        log=log,
+        steps=component.tick - first,
+        seconds=seconds,
+        stopped_by=stopped_by,
+        interrupted=interrupted,
+        report=component.report(),
+        cautions=component.cautions(),
+        warnings=told if told is not None else [],
+    )
+
+
+def _loop(
+    component: Component,
+    end: int,
+    changes: dict[int, Inputs],
+    stops: StopWatch | None,
+    interrupt: _Interrupt,
+    show: Callable[[Component], None] | None,
+) -> str | None:
+    """Step until the end, a stop rule (its sentence is returned), or Ctrl-C."""
+    piece, turns = 1, sorted(changes)
+    while component.tick < end and not interrupt.pressed:
+        tick, begin = component.tick, perf_counter()
+        stop = min(end, tick + piece)
+        looked = stops.next_tick(tick) if stops is not None else None
+        turn = next((turn for turn in turns if turn > tick), None)
+        stop = min(stop, *(other for other in (looked, turn) if other is not None), stop)
+        component.step((stop - tick) * component.step_size, **changes.get(tick, {}))
+        if show is not None:
+            show(component)
+        if stop == looked and stops is not None and (met := stops.met(component)) is not None:
+            return met
+        piece = _next_piece(piece, stop - tick, perf_counter() - begin)
+    return None
+
+
+def _next_piece(piece: int, done: int, seconds: float) -> int:
+    """Twice as many ticks where a whole piece was quick, half as many where it was slow."""
+    if seconds > 2.0 * _PIECE_SECONDS:
+        return max(1, piece // 2)
+    return 2 * piece if done == piece and seconds < 0.5 * _PIECE_SECONDS else piece
+
+
+class _Interrupt:
+    """Ctrl-C as a flag, read between two pieces, so that no step and no write is cut; the second one raises at once."""
+
+    def __init__(self) -> None:
+        self.pressed = False
+        self._before: Any = None
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is threading.main_thread():
+            self._before = signal.getsignal(signal.SIGINT)
+            if self._before is signal.default_int_handler:
+                signal.signal(signal.SIGINT, self._press)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._before is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _press(self, number: int, frame: Any) -> None:
+        if self.pressed:
+            raise KeyboardInterrupt
+        self.pressed = True
+
+
+@contextmanager
+def _collected() -> Iterator[list[str]]:
+    """The warnings of this package, gathered as sentences, and warned of as usual when it is over."""
+    told: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GranularWarning)
+        try:
+            yield told
+        finally:
+            told += dict.fromkeys(str(one.message) for one in caught if issubclass(one.category, GranularWarning))
+    for one in caught:
+        warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+
+
+def _record(
+    stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
+) -> None:
+    from granular_env.recording import record
+
+    stack.enter_context(record(component, path, overwrite=overwrite, experiment=experiment, **options))
+
+
+def _show_live(stack: ExitStack, component: Component, title: str) -> None:
+    from granular_env.viewing import LiveViewer
+
+    stack.enter_context(LiveViewer(component, title=title))
+
+
+def _shown(stack: ExitStack, title: str, end: int) -> Callable[[Component], None]:
+    from granular_env.progress import Progress
+
+    return stack.enter_context(Progress(title, end)).update

@@ -1,0 +1,28 @@
+"""Looking at runs: rerun scenes of logs and of live components, figures, and a report page.
+
+`save_rrd`, `view` and `screenshot` need rerun, `report` and `figures` need matplotlib; both are imported only when used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .live import LiveViewer
+    from .reporting import report
+    from .viewer import save_rrd, screenshot, view
+
+__all__ = ["LiveViewer", "report", "save_rrd", "screenshot", "view"]
+
+_HOMES = {"LiveViewer": ".live", "report": ".reporting", "save_rrd": ".viewer", "screenshot": ".viewer", "view": ".viewer"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name], __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

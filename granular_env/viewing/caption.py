@@ -1,0 +1,75 @@
+"""The words beside a scene: what is seen, in which units, stretched and coloured how."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .closeup import WINDOW, has_closeup
+from .footage import Footage, Motion
+
+if TYPE_CHECKING:
+    from .scene import Scales
+
+_MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|!~"})
+
+
+def plain(text: str) -> str:
+    """Text from a log with nothing that markdown would act on."""
+    return " ".join(str(text).split()).translate(_MARKUP)
+
+
+def caption(footage: Footage, scales: Scales | None) -> str:
+    """A markdown text that lets a stranger read the scene."""
+    lines = [f"# {plain(footage.title)}", ""]
+    motion = footage.motion
+    if motion is not None and scales is not None:
+        lines += _motion_lines(motion, scales)
+    elif not footage.notes:
+        lines += ["This component has no particles; its outputs and its ledger are plotted.", ""]
+    if footage.curves or footage.inputs:
+        lines += [
+            "**Plots.** Energies in J since the reset. The residual is what the ledger cannot account for: the error of the "
+            "numerics. Inputs in their own units.",
+            "",
+        ]
+    lines += [f"- {plain(note).replace(chr(92) + '`', '`')}" for note in footage.notes]
+    lines += ["", "Time is simulated time; drag the cursor below, or press space to play."]
+    return "\n".join(lines)
+
+
+def _motion_lines(motion: Motion, scales: Scales) -> list[str]:
+    name, unit = plain(motion.colour_variable.name), plain(motion.colour_variable.unit)
+    radii = f"{motion.radius.min() * 1e3:.4g}"
+    if motion.radius.max() > motion.radius.min():
+        radii += f" to {motion.radius.max() * 1e3:.4g}"
+    lines = [
+        f"**{motion.total} grains**, radius {radii} mm (true to scale), seen from the side.",
+        "",
+        f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.** The overlaps you see are stretched by the "
+        "same factor." + ("" if scales.settled else " Factor and limits are adjusted while the run goes on."),
+        "",
+    ]
+    if motion.colour is not None:
+        lines += [
+            f"**Colour: {name}**, from -{scales.colour_limit:g} {unit} (blue) through 0 (white) to +{scales.colour_limit:g} {unit} "
+            "(red); positive is to the right.",
+            "",
+            f"**White curve above:** {name} of each grain, full height {scales.colour_limit:g} {unit}.",
+            "",
+        ]
+    if motion.contact is not None:
+        lines += [
+            f"**Bars below:** {motion.contact_name} of each contact, full length {scales.contact_limit:g} {motion.contact_unit}.",
+            "",
+        ]
+    if has_closeup(motion):
+        lines += [f"**Close-up:** the {WINDOW} grains around the one of largest {name}, numbered from 0 at the left.", ""]
+    if len(motion.times) > 1 or not scales.settled:
+        lines += [f"**x-t diagram:** {name} of every grain at every instant.", ""]
+    if len(motion.times) > 1:
+        lines += [
+            f"The orange line is now. {len(motion.times)} frames from "
+            f"{motion.times[0] * 1e6:.6g} to {motion.times[-1] * 1e6:.6g} \u00b5s.",
+            "",
+        ]
+    return lines

@@ -1,0 +1,56 @@
+"""By how much to stretch displacements, so that a wave of microns is seen on grains of millimetres."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+# The deepest overlap of two neighbours is drawn as about this part of the smaller radius.
+_DRAWN_OVERLAP = 0.5
+# What is stretched may reach this many lengths of the scene beyond the grains at rest.
+_DRAWN_TRAVEL = 1.0
+_LARGEST = 1e9
+
+
+def chosen_exaggeration(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
+    """A factor 1, 2 or 5 x 10^k, at least 1, by which displacements can be multiplied for the eye.
+
+    Two limits: no two neighbours along x come closer than half a radius of overlap, so none pass one another; and nothing
+    travels further than the scene is long.
+
+    Args:
+        reference: positions at rest, shape (n, 3) [m].
+        radius: shape (n,) [m].
+        displacement: shape (frames, n, 3) [m].
+    """
+    limits = [_travel_limit(reference, radius, displacement)]
+    if len(radius) > 1:
+        limits.append(_neighbour_limit(reference, radius, displacement))
+    return max(1.0, _rounded_down(min(limits)))
+
+
+def _travel_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
+    low, high = (reference - radius[:, None]).min(axis=0), (reference + radius[:, None]).max(axis=0)
+    travel = float(np.abs(displacement).max(initial=0.0))
+    return _DRAWN_TRAVEL * float((high - low).max()) / travel if travel > 0.0 else 1.0
+
+
+def _neighbour_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
+    order = np.argsort(reference[:, 0], kind="stable")
+    centres, sizes = reference[order, 0], radius[order]
+    gap = np.maximum(np.diff(centres) - sizes[1:] - sizes[:-1], 0.0)
+    closing = -np.diff(displacement[:, order, 0], axis=1).min(axis=0, initial=0.0)
+    allowed = gap + _DRAWN_OVERLAP * np.minimum(sizes[1:], sizes[:-1])
+    moving = closing > 0.0
+    return float((allowed[moving] / closing[moving]).min(initial=_LARGEST))
+
+
+def _rounded_down(factor: float) -> float:
+    if not math.isfinite(factor) or factor <= 0.0:
+        return 1.0
+    decade = 10.0 ** math.floor(math.log10(min(factor, _LARGEST)))
+    return float(f"{max(step * decade for step in (1, 2, 5) if step * decade <= factor * (1.0 + 1e-12)):.6g}")

@@ -1,0 +1,28 @@
+"""Optional packages: imported late, and missed politely."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from granular_env.components.errors import MissingExtraError
+
+_INSTALL = {
+    "rerun": ("rerun-sdk", "pip install 'granular-env[view]'"),
+    "matplotlib": ("matplotlib", "pip install 'granular-env[view]'"),
+}
+
+
+def needed(module: str, purpose: str) -> Any:
+    """The module, imported now.
+
+    Raises:
+        MissingExtraError: it is not installed; the message holds the command that installs it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        package, command = _INSTALL[module.partition(".")[0]]
+        raise MissingExtraError(
+            f"{purpose} needs the package {package}, which cannot be imported ({error}); run: {command}"
+        ) from error

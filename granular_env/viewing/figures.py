@@ -1,0 +1,227 @@
+"""Figures of a run: x-t diagram, profiles, histories, ledger, inputs.
+
+Every function takes a `Footage` (or its `Motion` or curves) and returns a matplotlib Figure made without pyplot, so nothing
+global changes and no window opens. Colours are those of the viewer and can be told apart by the colour-blind. `png` turns a
+figure into a file's bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.errors import ParameterError
+
+from .colours import DIVERGING, PALETTE
+from .drawing import (
+    DARK,
+    canvas,
+    coloured,
+    draw_curves,
+    draw_space_time,
+    indices,
+    legend,
+    line,
+    markers,
+    new_figure,
+    particle_axis,
+    png,
+    quantity,
+    span,
+    styled,
+    time_unit,
+)
+from .extras import needed
+from .footage import ENERGIES, RESIDUALS, Curve, Footage, Motion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "Picture",
+    "curves",
+    "default_grains",
+    "default_times",
+    "headline",
+    "histories",
+    "ledger",
+    "png",
+    "profiles",
+    "space_time",
+    "space_time_picture",
+    "time_unit",
+]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@styled
+def space_time(motion: Motion, title: str = "", limit: float | None = None) -> Figure:
+    """The x-t diagram; `limit`: the value at the ends of the colour map (default: the largest magnitude)."""
+    figure = new_figure(8.0, 5.2)
+    axes = figure.subplots()
+    draw_space_time(figure, axes, motion, limit)
+    axes.set_title(title)
+    return figure
+
+
+@styled
+def headline(motion: Motion, title: str = "") -> Figure:
+    """The x-t diagram, with the profile at the last instant above it."""
+    figure = new_figure(8.6, 6.4)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 5])
+    draw_space_time(figure, below, motion, None)
+    values, scale_unit = coloured(motion)[-1], time_unit(span(motion))
+    above.fill_between(indices(motion), values, color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
+    above.plot(indices(motion), values, color=DIVERGING[-1], linewidth=1.2, **markers(motion))
+    above.set_ylabel(quantity(motion))
+    above.text(0.01, 0.95, f"at {span(motion) * scale_unit[0]:.4g} {scale_unit[1]}", transform=above.transAxes, va="top")
+    above.set_title(title)
+    return figure
+
+
+@styled
+def profiles(motion: Motion, times: Sequence[float] | None = None) -> Figure:
+    """The quantity along the particles at some instants [s] (default: four, evenly spaced).
+
+    Raises:
+        ParameterError: an instant outside the recorded span.
+    """
+    scale, unit = time_unit(span(motion))
+    chosen = default_times(motion) if times is None else list(times)
+    values = coloured(motion)
+    figure = new_figure(8.0, 0.8 + 1.6 * len(chosen))
+    panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
+    for panel, time in zip(panels, chosen, strict=True):
+        frame = frame_at(motion, time)
+        panel.plot(indices(motion), values[frame], color=PALETTE[0], **markers(motion))
+        panel.set_title(f"t = {motion.times[frame] * scale:.4g} {unit}", fontsize=11)
+        panel.margins(x=0.01)
+    figure.supylabel(quantity(motion), fontsize=11)
+    panels[-1].set_xlabel(particle_axis(motion))
+    return figure
+
+
+@styled
+def histories(motion: Motion, grains: Sequence[int] | None = None) -> Figure:
+    """The quantity of some particles in time (default: up to five, evenly spaced).
+
+    Raises:
+        ParameterError: no such particle.
+    """
+    scale, unit = time_unit(span(motion))
+    chosen = default_grains(motion) if grains is None else list(grains)
+    columns = [column_of(motion, grain) for grain in chosen]
+    figure = new_figure(8.0, 4.2)
+    axes = figure.subplots()
+    for place, column in enumerate(columns):
+        axes.plot(motion.times * scale, coloured(motion)[:, column], label=f"grain {column * motion.every}", **line(place))
+    axes.set(xlabel=f"time [{unit}]", ylabel=quantity(motion))
+    axes.margins(x=0.0)
+    legend(axes)
+    return figure
+
+
+@styled
+def ledger(footage: Footage) -> Figure | None:
+    """Energies in time, and below them the energy residual; None where no ledger was recorded."""
+    energies, residuals = footage.group(ENERGIES), footage.group(RESIDUALS[:1])
+    if not energies:
+        return None
+    figure = new_figure(8.0, 5.6 if residuals else 4.0)
+    ratios = [3, 1] if residuals else [1]
+    panels = np.atleast_1d(figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios))
+    draw_curves(panels[0], energies, "energy [J]")
+    if residuals:
+        panels[0].set_xlabel("")
+        draw_curves(panels[1], residuals, "residual [J]")
+    return figure
+
+
+@styled
+def curves(chosen: Sequence[Curve]) -> Figure:
+    """Scalar curves (inputs, outputs), one panel for each unit."""
+    units = list(dict.fromkeys(curve.unit for curve in chosen))
+    figure = new_figure(8.0, 0.8 + 2.4 * len(units))
+    panels = np.atleast_1d(figure.subplots(len(units), 1, sharex=True))
+    for panel, unit in zip(panels, units, strict=True):
+        panel_curves = [curve for curve in chosen if curve.unit == unit]
+        draw_curves(panel, panel_curves, f"{panel_curves[0].name.replace('_', ' ') if len(panel_curves) == 1 else ''} [{unit}]")
+        if panel is not panels[-1]:
+            panel.set_xlabel("")
+    return figure
+
+
+# -- for the viewer -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Picture:
+    """An x-t diagram as pixels, and where its axes lie.
+
+    Attributes:
+        pixels: shape (height, width, 3), uint8.
+        left, right: columns of the ends of the x axis.
+        bottom, top: rows of the ends of the time axis (rows are counted downwards).
+        start, end: instants at these rows [s].
+    """
+
+    pixels: npt.NDArray[np.uint8]
+    left: float
+    right: float
+    bottom: float
+    top: float
+    start: float
+    end: float
+
+    def rows(self, times: FloatArray) -> FloatArray:
+        """Row of each instant [s]."""
+        return self.bottom + (self.top - self.bottom) * (times - self.start) / (self.end - self.start)
+
+
+def space_time_picture(motion: Motion, limit: float) -> Picture:
+    """The x-t diagram on a dark ground as pixels."""
+    with needed("matplotlib", "the x-t diagram").rc_context(DARK):
+        figure = new_figure(6.4, 5.2)
+        axes = figure.subplots()
+        draw_space_time(figure, axes, motion, limit)
+        drawn = canvas(figure, 150)
+    pixels = np.asarray(drawn.buffer_rgba())[..., :3].copy()
+    box, (low, high), (scale, _) = axes.get_window_extent(), axes.get_ylim(), time_unit(span(motion))
+    height = len(pixels)
+    return Picture(pixels, box.x0, box.x1, height - box.y0, height - box.y1, low / scale, high / scale)
+
+
+# -- choices --------------------------------------------------------------------------------------------------------------
+
+
+def default_times(motion: Motion) -> list[float]:
+    """Four instants, evenly spaced, the last one the end [s]."""
+    first, last = float(motion.times[0]), span(motion)
+    return [first + (last - first) * part for part in (0.25, 0.5, 0.75, 1.0)]
+
+
+def default_grains(motion: Motion) -> list[int]:
+    """Up to five particles, evenly spaced, the ends among them."""
+    columns = np.unique(np.rint(np.linspace(0, len(motion.radius) - 1, 5)).astype(int))
+    return (columns * motion.every).tolist()
+
+
+def frame_at(motion: Motion, time: float) -> int:
+    """The frame nearest to an instant [s]; `ParameterError` outside the recorded span."""
+    first, last = float(motion.times[0]), span(motion)
+    slack = 1e-9 * max(abs(first), abs(last))
+    if not first - slack <= time <= last + slack:
+        raise ParameterError(f"times: got {time:g} s, expected {first:g} to {last:g} s, the recorded span")
+    return int(np.argmin(np.abs(motion.times - time)))
+
+
+def column_of(motion: Motion, grain: int) -> int:
+    """The column of a particle (negative numbers count from the end); `ParameterError` where there is none."""
+    if not isinstance(grain, int) or not -motion.total <= grain < motion.total:
+        raise ParameterError(f"grains: got {grain!r}, expected a whole number from {-motion.total} to {motion.total - 1}")
+    return (grain % motion.total) // motion.every

@@ -1,0 +1,246 @@
+"""What there is to see of a run, in arrays of bounded size: the one source of scenes and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.contract import Component, Particles, Variable
+
+FloatArray = npt.NDArray[np.float64]
+
+# Bounds of what is shown: viewers die of more.
+MAXIMUM_FRAMES = 400
+MAXIMUM_SHOWN_PARTICLES = 20_000
+MAXIMUM_POINTS = 1_000_000
+MAXIMUM_CURVE_POINTS = 4_000
+# Up to so many numbers a whole series is read at once; beyond, frame by frame.
+_READ_AT_ONCE = 50_000_000
+
+ENERGIES = ("kinetic_energy", "potential_energy", "dissipated_energy", "fracture_energy", "input_work")
+RESIDUALS = ("energy_residual", "momentum_residual")
+MOMENTA = ("momentum", "impulse")
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A scalar in time.
+
+    Attributes:
+        times: shape (samples,) [s].
+        ticks: shape (samples,).
+        values: shape (samples,), in `unit`.
+    """
+
+    name: str
+    unit: str
+    description: str
+    times: FloatArray
+    ticks: npt.NDArray[np.int64]
+    values: FloatArray
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Particles in some frames of a run.
+
+    Attributes:
+        times: shape (frames,) [s].
+        ticks: shape (frames,).
+        reference: positions at rest of the particles shown, shape (n, 3) [m].
+        radius: shape (n,) [m].
+        displacement: shape (frames, n, 3) [m].
+        colour: the variable that colours them, shape (frames, n); None where it was not recorded.
+        colour_variable: name, unit and meaning of it.
+        contact: force or overlap in the contact of particles i and i + 1, never negative, shape (frames, n - 1); None where unknown.
+        contact_name, contact_unit: which of the two it is.
+        every: each `every`-th particle is shown; 1 shows all.
+        total: how many particles there are.
+    """
+
+    times: FloatArray
+    ticks: npt.NDArray[np.int64]
+    reference: FloatArray
+    radius: FloatArray
+    displacement: FloatArray
+    colour: FloatArray | None
+    colour_variable: Variable
+    contact: FloatArray | None
+    contact_name: str
+    contact_unit: str
+    every: int = 1
+    total: int = 0
+
+
+@dataclass(frozen=True)
+class Footage:
+    """A run as it is shown: moving particles (None where there are none) and curves."""
+
+    title: str
+    motion: Motion | None
+    curves: dict[str, Curve] = field(default_factory=dict)
+    inputs: dict[str, Curve] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def group(self, names: Iterable[str]) -> list[Curve]:
+        """The curves of these names that there are, without those that stay zero."""
+        return [self.curves[name] for name in names if name in self.curves and np.any(self.curves[name].values != 0.0)]
+
+
+# -- from a log ---------------------------------------------------------------------------------------------------------
+
+
+def from_log(log: Any, frames: int = MAXIMUM_FRAMES) -> Footage:
+    """At most `frames` frames of a log and all its scalar outputs and inputs, thinned."""
+    motion = _motion(log, frames)
+    scalars = [name for name, variable in log.variables.items() if variable.shape == () and variable.causality == "output"]
+    curves = {name: _curve(log, name) for name in scalars if len(log.times(name))}
+    inputs = {name: _input_curve(log, name) for name, (times, _) in log.inputs.items() if len(times)}
+    return Footage(title_of(log), motion, curves, inputs, tuple(_notes(log, motion)))
+
+
+def title_of(log: Any) -> str:
+    """The experiment's name, else the component's, else "run"."""
+    experiment = log.metadata.get("experiment")
+    named = experiment.get("name") if isinstance(experiment, dict) else None
+    return str(named or log.metadata.get("component") or "run")
+
+
+def _motion(log: Any, frames: int) -> Motion | None:
+    particles: Particles | None = log.particles
+    source = _displacement_source(log, particles)
+    if particles is None or source is None:
+        return None
+    every = -(-len(particles.radius) // MAXIMUM_SHOWN_PARTICLES)
+    shown = slice(None, None, every)
+    count = len(particles.radius[shown])
+    picked = _picked(len(log.times(source)), max(2, min(frames, MAXIMUM_POINTS // count)))
+    times, moved = sampled(log, source, picked)
+    displacement = _as_vectors(moved)
+    if source != particles.displacement:
+        displacement -= particles.reference if moved.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
+    colour = sampled(log, particles.colour, picked)[1][:, shown] if particles.colour in log.variables else None
+    force = log.variables.get("contact_force")
+    known = force is not None and _fits(force, len(particles.radius))
+    return Motion(
+        times, np.asarray(log.ticks(source))[picked], particles.reference[shown], particles.radius[shown], displacement[:, shown],
+        colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
+        *_contacts(particles, displacement, sampled(log, "contact_force", picked)[1] if known else None, every),
+        every, len(particles.radius),
+    )  # fmt: skip
+
+
+def _fits(force: Variable, particles: int) -> bool:
+    return force.shape == (particles - 1,) and particles > 1
+
+
+def _contacts(
+    particles: Particles, displacement: FloatArray, force: FloatArray | None, every: int
+) -> tuple[FloatArray | None, str, str]:
+    """Contact forces where they are known, else the overlaps of neighbours, with name and unit."""
+    if every > 1 or len(particles.radius) < 2:
+        return None, "", ""
+    if force is not None:
+        return force, "contact force", "N"
+    gap = np.diff(particles.reference[:, 0]) - particles.radius[1:] - particles.radius[:-1]
+    overlap = -(gap + np.diff(displacement[..., 0], axis=1))
+    # What is closer than rounding is a touch.
+    return np.where(overlap > 1e-12 * particles.radius.min(), overlap * 1e6, 0.0), "overlap", "\u00b5m"
+
+
+def _displacement_source(log: Any, particles: Particles | None) -> str | None:
+    if particles is None:
+        return None
+    return next((name for name in (particles.displacement, "position") if name in log.variables and len(log.times(name))), None)
+
+
+def _as_vectors(moved: FloatArray) -> FloatArray:
+    """Displacements along x, shape (frames, n), as vectors (frames, n, 3); vectors as a copy."""
+    if moved.ndim == 3:
+        return moved.copy()
+    vectors = np.zeros((*moved.shape, 3))
+    vectors[..., 0] = moved
+    return vectors
+
+
+def _picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
+    """Indices of evenly spaced frames, the first and the last among them."""
+    if available <= wanted:
+        return np.arange(available)
+    return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
+
+
+def sampled(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    """Times (frames,) [s] and values (frames, *shape) of some frames of a recorded variable."""
+    times = np.asarray(log.times(name), dtype=np.float64)
+    if len(times) * int(np.prod(log.variables[name].shape, dtype=np.int64)) <= _READ_AT_ONCE:
+        return times[picked], np.asarray(log.series(name)[1], dtype=np.float64)[picked]
+    return times[picked], np.stack([np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[picked]])
+
+
+def _curve(log: Any, name: str) -> Curve:
+    variable = log.variables[name]
+    picked = _picked(len(log.times(name)), MAXIMUM_CURVE_POINTS)
+    times, values = sampled(log, name, picked)
+    return Curve(name, variable.unit, variable.description, times, np.asarray(log.ticks(name))[picked], values)
+
+
+def _input_curve(log: Any, name: str) -> Curve:
+    times, values = (np.asarray(part, dtype=np.float64) for part in log.inputs[name])
+    picked = _picked(len(times), MAXIMUM_CURVE_POINTS)
+    variable = log.input_variables[name]
+    ticks = np.rint(times[picked] / log.step_size).astype(np.int64)
+    return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked])
+
+
+def _notes(log: Any, motion: Motion | None) -> Iterable[str]:
+    if not log.complete:
+        yield "The log is incomplete: the run was interrupted, what was written until then is shown."
+    if log.particles is not None and motion is None:
+        yield "The motion of the particles was not recorded; record `displacement` or `position` to see them."
+    if motion is not None and motion.colour is None:
+        yield f"`{motion.colour_variable.name}` was not recorded; the particles are grey."
+    if motion is not None and motion.every > 1:
+        yield f"Only each {motion.every}th of {motion.total} particles is shown."
+
+
+# -- from a component that runs -------------------------------------------------------------------------------------------
+
+
+def from_component(component: Component, title: str | None = None) -> Footage:
+    """One frame: the present state of a component."""
+    now, tick = np.array([component.time]), np.array([component.tick], dtype=np.int64)
+
+    def curve(variable: Variable) -> Curve:
+        value = np.array([float(component.get(variable.name))])
+        return Curve(variable.name, variable.unit, variable.description, now, tick, value)
+
+    scalars = [variable for variable in component.variables.values() if variable.shape == ()]
+    return Footage(
+        title or component.name,
+        _present_motion(component, now, tick),
+        {variable.name: curve(variable) for variable in scalars if variable.causality == "output"},
+        {variable.name: curve(variable) for variable in scalars if variable.causality == "input"},
+    )
+
+
+def _present_motion(component: Component, now: FloatArray, tick: npt.NDArray[np.int64]) -> Motion | None:
+    particles = component.particles()
+    if particles is None:
+        return None
+    total = len(particles.radius)
+    every = -(-total // MAXIMUM_SHOWN_PARTICLES)
+    shown = slice(None, None, every)
+    displacement = _as_vectors(np.asarray(component.get(particles.displacement))[None])
+    forces = component.variables.get("contact_force")
+    known = forces is not None and _fits(forces, total)
+    return Motion(
+        now, tick, particles.reference[shown], particles.radius[shown], displacement[:, shown],
+        np.asarray(component.get(particles.colour))[None, shown], component.variables[particles.colour],
+        *_contacts(particles, displacement, np.asarray(component.get("contact_force"))[None] if known else None, every),
+        every, total,
+    )  # fmt: skip

@@ -1,0 +1,61 @@
+"""Which scalars are plotted together: one plot never mixes units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .footage import ENERGIES, MOMENTA, RESIDUALS, Curve, Footage
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Curves of one unit under one title; `paths` says where they are in a scene."""
+
+    title: str
+    group: str
+    curves: tuple[Curve, ...]
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Entity of each curve."""
+        return tuple(f"{self.group}/{curve.name}" for curve in self.curves)
+
+
+def plots(footage: Footage) -> list[Plot]:
+    """All plots of a footage, the most telling ones first; what stays zero comes last."""
+    named = {
+        "energy": ("Energy [J]", ENERGIES),
+        "energy_residual": ("Energy residual [J]: the error of the numerics", RESIDUALS[:1]),
+        "momentum": ("Momentum [kg m/s]", MOMENTA),
+        "momentum_residual": ("Momentum residual [kg m/s]: the error of the numerics", RESIDUALS[1:]),
+    }
+    ledger = [
+        Plot(
+            title,
+            group,
+            tuple(footage.curves[name] for name in names if name in footage.curves and _moves(footage.curves[name])),
+        )
+        for group, (title, names) in named.items()
+    ]
+    known = {name for _, names in named.values() for name in names}
+    outputs = [curve for name, curve in footage.curves.items() if name not in known]
+    found = [*ledger[:2], *_by_unit("Inputs", footage.inputs.values()), *_by_unit("Outputs", outputs), *ledger[2:]]
+    return sorted((plot for plot in found if plot.curves), key=_is_quiet)
+
+
+def _by_unit(title: str, curves: Iterable[Curve]) -> list[Plot]:
+    curves = list(curves)
+    units = list(dict.fromkeys(curve.unit for curve in curves))
+    return [Plot(f"{title} [{unit}]", title.lower(), tuple(curve for curve in curves if curve.unit == unit)) for unit in units]
+
+
+def _moves(curve: Curve) -> bool:
+    """Whether a curve of the ledger says anything; of a single sample, nobody knows yet."""
+    return len(curve.values) < 2 or bool(np.any(curve.values != 0.0))
+
+
+def _is_quiet(plot: Plot) -> bool:
+    return not any(np.any(curve.values != 0.0) for curve in plot.curves)

@@ -1,0 +1,100 @@
+"""For the tests of logs: small recordings, a log rewritten with valid checksums, damage of every kind."""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import granular_env.components.catalogue as catalogue
+from granular_env.components.contract import Component
+from granular_env.components.profiles import Profile
+from granular_env.recording import record
+from granular_env.recording.caps import Caps
+from granular_env.recording.container import Container
+from granular_env.recording.format import CLOSED, EVENTS, HEADER, TOPICS, Record, decode, log_identity
+from granular_env.recording.sink import Sink
+
+CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
+
+
+def oscillator_log(path: Path, **options: object) -> Component:
+    """A run with a reset, inputs of both kinds, short and long steps; the component as it is at the end."""
+    component = catalogue.make("oscillator", stiffness=2.0)
+    with record(component, path, **options):  # type: ignore[arg-type]
+        component.reset(velocity=1.0, position=0.25)
+        for number in range(60):
+            component.step(0.01, force=0.1 * (number % 7))
+        component.step(1.5, force=Profile.triangle(1.0, 2.0, start=0.6))
+        component.step(0.5)
+    return component
+
+
+def chain_log(path: Path, steps: int = 40, **options: object) -> Component:
+    """A chain pushed by a force that changes at every step."""
+    component = catalogue.make("chain", **CHAIN)
+    with record(component, path, **options):  # type: ignore[arg-type]
+        component.reset(velocity={0: 1.0})
+        for number in range(steps):
+            component.step(3 * component.step_size, left_force=5.0 + number)
+    return component
+
+
+def records_of(path: Path) -> list[tuple[Record, int]]:
+    """Every record of a log and its time [ns]."""
+    container = Container(path, Caps(str(path)))
+    found, log = [], None
+    for chunk in range(container.chunk_count):
+        for message in container.messages(chunk):
+            if message.topic in TOPICS:
+                log = log_identity(message.data) if TOPICS[message.topic] == HEADER else log
+                kind = TOPICS[message.topic]
+                found.append((decode(message.data, kind, None if kind == HEADER else log), message.nanoseconds))
+    container.close()
+    return found
+
+
+def rewrite(path: Path, out: Path, change: Callable[[Record], Record]) -> None:
+    """The same log with every record put through `change`, and every checksum, number and index made right again."""
+    sink = Sink(out, out.open("wb"))
+    for old, nanoseconds in records_of(path):
+        new = change(old)
+        if new.kind == EVENTS and new.detail == CLOSED:
+            sink.flush()
+            new = dataclasses.replace(new, arrays={"index": sink.rows})
+        sink.add(new, nanoseconds)
+    sink.finish()
+
+
+def changed(record: Record, **arrays: np.ndarray) -> Record:
+    """A record with some arrays replaced."""
+    return dataclasses.replace(record, arrays={**record.arrays, **arrays})
+
+
+def mutated(data: bytes, other: bytes, chance: random.Random) -> bytes:
+    """Bytes with one kind of damage: flipped bits, cut, doubled or exchanged pieces, sizes blown up."""
+    damaged = bytearray(data)
+    kind = chance.randrange(7)
+    place = chance.randrange(len(damaged))
+    length = chance.randrange(1, 200)
+    if kind == 0:
+        damaged[place] ^= 1 << chance.randrange(8)
+    elif kind == 1:
+        del damaged[place:]
+    elif kind == 2:
+        begin = chance.randrange(len(other))
+        damaged[place : place + length] = other[begin : begin + length]
+    elif kind == 3:
+        del damaged[place : place + length]
+    elif kind == 4:
+        damaged[place:place] = damaged[place : place + length]
+    elif kind == 5:
+        huge = chance.choice([2**63 - 1, 2**64 - 1, 2**40, 2**32 - 1, 0])
+        damaged[place : place + 8] = huge.to_bytes(8, "little")
+    else:
+        for _ in range(chance.randrange(1, 40)):
+            damaged[chance.randrange(len(damaged))] = chance.randrange(256)
+    return bytes(damaged)

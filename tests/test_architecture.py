@@ -1,0 +1,100 @@
+"""Which way imports point, what a component may know, and what a quick command must not load."""
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from granular_env.components import catalogue
+from granular_env.components.contract import Component
+
+ROOT = Path(__file__).resolve().parent.parent
+PUBLIC = (
+    "Chain",
+    "Component",
+    "GranularError",
+    "Material",
+    "Profile",
+    "Snapshot",
+    "Variable",
+    "make",
+    "open_log",
+    "record",
+    "run",
+    "verify",
+)
+HEAVY = ("gymnasium", "matplotlib", "numba", "rerun", "scipy", "xarray")
+
+
+def python(code: str) -> str:
+    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def imports(path: Path) -> list[ast.Import | ast.ImportFrom]:
+    return [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
+def test_the_import_contracts_hold():
+    code = "import sys; from importlinter.cli import lint_imports; sys.exit(lint_imports(no_cache=True))"
+    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    assert f"Contracts: {len(contracts)} kept, 0 broken." in result.stdout
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "components").rglob("*.py")), ids=lambda path: str(path.relative_to(ROOT)))
+def test_components_import_each_other_relatively(path):
+    for node in imports(path):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+        absolute = isinstance(node, ast.Import) or node.level == 0
+        assert not (absolute and [name for name in names if name.split(".")[0] in ("components", "granular_env")])
+
+
+def test_nobody_imports_components_by_its_folder():
+    for folder in ("granular_env", "tests", "examples", "benchmarks"):
+        for path in (ROOT / folder).rglob("*.py"):
+            for node in imports(path):
+                names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+                absolute = isinstance(node, ast.Import) or node.level == 0
+                assert not (absolute and "components" in [name.split(".")[0] for name in names]), path
+
+
+@pytest.mark.parametrize("name", catalogue.names())
+def test_every_catalogue_name_leads_to_a_component_of_that_name(name):
+    found = catalogue.component_class(name)
+    assert issubclass(found, Component) and found.name == name
+
+
+def test_importing_the_package_or_asking_for_help_loads_nothing_heavy():
+    code = (
+        "import sys, contextlib, io\nimport granular_env\nfrom granular_env.cli import main\n"
+        "with contextlib.redirect_stdout(io.StringIO()) as text, contextlib.suppress(SystemExit):\n    main(['--help'])\n"
+        "assert 'COMMAND' in text.getvalue()\n"
+        f"print([name for name in {HEAVY} if name in sys.modules])"
+    )
+    assert python(code).strip() == "[]"
+
+
+def test_public_names_stay_what_they_are_whatever_is_imported():
+    code = (
+        "import pkgutil, importlib, types\nimport granular_env as ge\n"
+        f"names = {PUBLIC}\n"
+        "before = [getattr(ge, name) for name in names]\n"
+        "for found in pkgutil.walk_packages(ge.__path__, 'granular_env.'):\n"
+        "    if not found.name.endswith('__main__'):\n        importlib.import_module(found.name)\n"
+        "print([name for name, one in zip(names, before) if getattr(ge, name) is not one or isinstance(one, types.ModuleType)])"
+    )
+    assert python(code).strip() == "[]"
+
+
+def test_components_step_without_a_gym_a_log_or_a_viewer():
+    code = (
+        "import sys\nfrom granular_env.components.catalogue import make\nmake('chain', grains=3).step()\n"
+        "print([name for name in ('gymnasium', 'mcap', 'rerun', 'matplotlib', 'rich') if name in sys.modules])"
+    )
+    assert python(code).strip() == "[]"

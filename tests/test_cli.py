@@ -1,0 +1,298 @@
+"""The command line: what it prints, how it ends, and that nobody ever sees a traceback."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from granular_env.cli import main
+from granular_env.experiments import load_experiment, shipped_experiments
+from granular_env.recording import open_log, verify
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def log(folder, capsys):
+    assert main(["run", "oscillator/pushed", "--log", "a.mcap", "--quiet"]) == 0
+    assert capsys.readouterr().out == "a.mcap\n"
+    return "a.mcap"
+
+
+def called(*arguments: str, **options) -> subprocess.CompletedProcess:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        [sys.executable, "-m", "granular_env", *arguments],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=120,
+        **options,
+    )
+
+
+def test_help_needs_none_of_the_heavy_packages():
+    heavy = ["numpy", "numba", "scipy", "rerun", "matplotlib", "xarray", "gymnasium", "pydantic", "rich", "mcap"]
+    code = (
+        "import sys\nfrom granular_env.cli import main\n"
+        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        f"print([name for name in {heavy} if name in sys.modules])"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert ended.stdout.splitlines()[-1] == "[]"
+    for command in ("list", "describe", "new", "run", "replay", "branch", "recover", "view", "report", "check"):
+        assert re.search(rf"^ +{command} ", ended.stdout, re.MULTILINE)
+
+
+def test_list_names_everything(capsys):
+    assert main(["list"]) == 0
+    text = capsys.readouterr().out
+    assert main(["list", "--json"]) == 0
+    known = json.loads(capsys.readouterr().out)
+    assert list(known["experiments"]) == shipped_experiments()
+    assert {"chain", "oscillator"} <= set(known["components"])
+    for name, line in {**known["components"], **known["experiments"]}.items():
+        assert name in text
+        assert line in text
+        assert len(line) > 20
+
+
+def test_describe_a_component(capsys):
+    assert main(["describe", "chain", "--set", "grains=7", "--set", "left=piston"]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"left_velocity +m/s +number", text)
+    assert re.search(r"velocity +m/s +\(7,\)", text)
+    assert re.search(r"overlap +m +\(6,\)", text)
+    assert re.search(r"grains +1 +required +number of grains", text)
+
+
+def test_describe_an_experiment_prints_its_file(capsys):
+    assert main(["describe", "nesterenko-1983/3.4-piston"]) == 0
+    assert 'left = "piston"' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("template", ["chain", "oscillator", "measured/hammer", "nesterenko-1983/3.1-one-grain"])
+def test_new_writes_a_file_that_is_valid(template, folder, capsys):
+    assert main(["new", template, "-o", "sub/mine.toml"]) == 0
+    capsys.readouterr()
+    assert main(["check", "sub/mine.toml"]) == 0
+    assert capsys.readouterr().out.startswith("valid: ")
+    assert main(["new", template, "-o", "sub/mine.toml"]) == 2
+    assert "exists" in capsys.readouterr().err
+    assert main(["new", template, "-o", "sub/mine.toml", "--force"]) == 0
+
+
+def test_new_names_the_copy_after_its_file(folder, capsys):
+    assert main(["new", "nesterenko-1983/3.4-piston", "-o", "my-pulse.toml"]) == 0
+    assert load_experiment("my-pulse.toml").name == "my-pulse"
+
+
+def test_every_commented_default_of_a_template_is_toml(capsys):
+    import tomllib
+
+    assert main(["new", "chain"]) == 0
+    text = capsys.readouterr().out
+    uncommented = "\n".join(
+        line.removeprefix("# ") if re.match(r"# [a-z_]+ = |# \[", line) else line for line in text.splitlines()
+    )
+    # "automatic" stands for a parameter that is better left out.
+    tomllib.loads(uncommented.replace("= automatic", '= "automatic"'))
+
+
+def test_run_ends_by_telling_where_the_log_is(folder, capsys):
+    assert main(["run", "oscillator/pushed"]) == 0
+    assert main(["run", "oscillator/pushed", "--set", "component.mass=2"]) == 0
+    text = capsys.readouterr().out
+    first, second = "logs/oscillator-pushed-1.mcap", "logs/oscillator-pushed-2.mcap"
+    assert f"log: {first}" in text
+    assert f"replay {second} --verify" in text
+    assert "1000 steps, to 10 s" in text
+    assert "energy residual" in text
+    assert verify(first).identical
+    with open_log(second) as log:
+        assert log.metadata["parameters"]["mass"] == 2.0
+
+
+def test_run_without_a_log_writes_nothing(folder, capsys):
+    assert main(["run", "oscillator/pushed", "--no-log"]) == 0
+    assert [*folder.iterdir()] == []
+
+
+def test_run_shows_the_validity_figures_and_cautions(folder, capsys):
+    assert main(["run", "nesterenko-1983/3.4-piston-20", "--no-log"]) == 0
+    text = capsys.readouterr().out
+    assert "peak contact pressure [Pa]" in text
+    assert "note: the contact pressure reached" in text
+
+
+def test_run_can_hash_every_step(folder, capsys):
+    assert main(["run", "oscillator/pushed", "--log", "h.mcap", "--hash-every", "1"]) == 0
+    assert verify("h.mcap").hashes >= 1000
+
+
+def test_a_log_is_replaced_only_on_request(log, capsys):
+    assert main(["run", "oscillator/pushed", "--log", log]) == 2
+    assert "exists" in capsys.readouterr().err
+    assert main(["run", "oscillator/pushed", "--log", log, "--overwrite"]) == 0
+
+
+def test_verify_counts_the_steps(log, capsys):
+    assert main(["replay", log, "--verify"]) == 0
+    text = capsys.readouterr().out
+    assert "1000 steps compared" in text
+    assert "identical" in text
+
+
+def test_verify_tells_a_difference_by_its_status(log, capsys, monkeypatch):
+    from granular_env.components.oscillator import Oscillator
+
+    apply = Oscillator._apply
+    monkeypatch.setattr(Oscillator, "_apply", lambda self, inputs: apply(self, {name: 1.0 for name in inputs}))
+    assert main(["replay", log, "--verify"]) == 1
+    text = capsys.readouterr().out
+    assert "different" in text
+    assert "position" in text or "velocity" in text
+
+
+def test_replay_runs_it_again(log, capsys):
+    assert main(["replay", log]) == 0
+    assert "1000 steps, to 10 s" in capsys.readouterr().out
+
+
+def test_a_branch_with_other_inputs(log, capsys):
+    table = 'input.force={ profile = "constant", value = 2 }'
+    assert main(["branch", log, "--at", "5", "--set", table, "--log", "b.mcap", "--until", "12"]) == 0
+    assert "b.mcap" in capsys.readouterr().out
+    with open_log("b.mcap") as child, open_log(log) as parent:
+        assert child.duration == pytest.approx(7.0, rel=1e-12)
+        assert child.get("position", 5.0) == parent.get("position", 5.0)
+        assert child.get("position", 9.0) != parent.get("position", 9.0)
+    assert verify("b.mcap").identical
+
+
+def test_a_branch_with_the_same_inputs_has_the_parents_bits(log, capsys):
+    assert main(["branch", log, "--at", "0.5", "--quiet"]) == 0
+    path = capsys.readouterr().out.strip()
+    assert path == "logs/a-branch-1.mcap"
+    with open_log(path) as child, open_log(log) as parent:
+        times, values = child.series("position")
+        assert len(times) == 191
+        assert [parent.get("position", time) for time in times] == values.tolist()
+
+
+def test_recover_check_and_report(log, folder, capsys):
+    cut = Path(log).read_bytes()
+    Path("cut.mcap").write_bytes(cut[: len(cut) - 200])
+    assert main(["check", log]) == 0
+    assert main(["check", "cut.mcap"]) == 1
+    assert "recover" in capsys.readouterr().out
+    assert main(["recover", "cut.mcap", "-o", "whole.mcap"]) == 0
+    assert main(["check", "whole.mcap"]) == 0
+    assert main(["report", log, "--out", "page"]) == 0
+    assert "written: page" in capsys.readouterr().out
+    assert [*Path("page").glob("*.html")]
+
+
+def test_view_saves_for_rerun(log, capsys):
+    assert main(["view", log, "--save", "a.rrd"]) == 0
+    assert Path("a.rrd").stat().st_size > 1000
+
+
+# -- faults ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "nesterenko-1983/3.4-pistn"], "did you mean 'nesterenko-1983/3.4-piston'?"),
+        (["run", "oscillator/pushed", "--set", "component.mas=1"], "did you mean 'mass'?"),
+        (["run", "oscillator/pushed", "--set", "component.mass=-1"], "mass: got -1"),
+        (["run", "oscillator/pushed", "--hash-every", "0"], "hash_every: got 0"),
+        (["describe", "chian"], "did you mean 'chain'?"),
+        (["describe", "chain", "--set", "grains=-1"], "grains: got -1"),
+        (["new", "oscilator"], "did you mean 'oscillator'?"),
+        (["check", "nothing.toml"], "no such file"),
+        (["check", "nothing.mcap"], "nothing.mcap"),
+        (["replay", "nothing.mcap"], "nothing.mcap"),
+        (["replay", "nothing.mcap", "--verify"], "nothing.mcap"),
+        (["branch", "nothing.mcap", "--at", "1"], "nothing.mcap"),
+        (["recover", "nothing.mcap", "-o", "x.mcap"], "nothing.mcap"),
+        (["view", "nothing.mcap", "--save", "x.rrd"], "nothing.mcap"),
+        (["report", "nothing.mcap"], "nothing.mcap"),
+    ],
+)
+def test_faults_are_one_message_and_status_2(arguments, said, folder, capsys):
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(f"granular-env {arguments[0]}: ")
+    assert said in captured.err
+    assert "Traceback" not in captured.err
+    assert [*folder.iterdir()] == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--at", "99"], "99 s"),
+        (["--at", "5", "--set", "input.forse=1"], "did you mean 'force'?"),
+        (["--at", "5", "--set", "component.mass=1"], "inputs only"),
+        (["--at", "5", "--set", 'input.force={ profile = "constant", valu = 1 }'], "did you mean 'value'?"),
+        (["--at", "5", "--until", "4"], "until"),
+    ],
+)
+def test_a_wrong_branch_writes_nothing(arguments, said, log, folder, capsys):
+    assert main(["branch", log, *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert [path.name for path in folder.iterdir()] == [log]
+
+
+@pytest.mark.parametrize("arguments", [[], ["fly"], ["run"], ["branch", "x.mcap"], ["run", "x", "--log", "a", "--no-log"]])
+def test_misuse_is_status_2(arguments, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert "usage: granular-env" in capsys.readouterr().err
+
+
+def test_ctrl_c_outside_of_a_run_is_status_130(monkeypatch, capsys):
+    from granular_env import commands
+
+    def interrupted(args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(commands.COMMANDS, "list", interrupted)
+    assert main(["list"]) == 130
+    assert "interrupted" in capsys.readouterr().err
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    process = subprocess.Popen(
+        [sys.executable, "-m", "granular_env", "describe", "chain"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    errors = process.stderr.read() if process.stderr is not None else ""
+    assert process.wait(timeout=60) == 0
+    assert errors == ""
+
+
+def test_an_unwritable_folder_is_named(folder):
+    Path("taken").write_text("a file, no folder")
+    ended = called("run", "oscillator/pushed", "--log", "taken/x.mcap", cwd=folder)
+    assert ended.returncode == 2
+    assert "taken/x.mcap" in ended.stderr
+    assert "Traceback" not in ended.stderr

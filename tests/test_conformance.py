@@ -1,0 +1,312 @@
+"""What the contract promises, tested for every component of the catalogue.
+
+The drives are in component_examples.py; a new component is tested by adding an entry there. What a component must refuse is in
+test_conformance_refusals.py.
+"""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from component_examples import EXAMPLES, Example, of_component
+from conformance_tools import Watcher, bits, drive, every_example, readings
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from granular_env.components import catalogue
+from granular_env.components.contract import Component, Snapshot
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+# -- descriptions -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", catalogue.names())
+def test_every_component_has_an_example(name: str) -> None:
+    assert of_component(name), f"add an entry for {name!r} to tests/component_examples.py"
+
+
+@every_example
+def test_variables_are_described_in_full(example: Example) -> None:
+    component = example.make()
+    for key, variable in component.variables.items():
+        assert key == variable.name
+        assert key.isidentifier() and key == key.lower()
+        assert variable.causality in ("parameter", "input", "output")
+        assert variable.unit.strip(), f"{key} has no unit (write 1 for a pure number)"
+        assert variable.description.strip(), f"{key} has no text"
+        assert all(isinstance(extent, int) and extent >= 0 for extent in variable.shape)
+        assert variable.minimum < variable.maximum
+        if variable.causality != "parameter":
+            assert np.shape(component.get(key)) == variable.shape
+            assert np.asarray(component.get(key)).dtype == variable.dtype
+    assert set(type(component).Parameters.model_fields) == {
+        v.name for v in component.variables.values() if v.causality == "parameter"
+    }
+    assert any(variable.state for variable in component.variables.values())
+
+
+@every_example
+def test_parameters_say_what_they_are(example: Example) -> None:
+    for name, field in type(example.make()).Parameters.model_fields.items():
+        assert field.description, f"parameter {name} has no text"
+        assert isinstance(field.json_schema_extra, dict) and field.json_schema_extra.get("unit"), (
+            f"parameter {name} has no unit"
+        )
+
+
+@every_example
+def test_state_variables_can_be_started(example: Example) -> None:
+    component = example.make()
+    for variable in component.variables.values():
+        if variable.state:
+            value = 0.5 * np.asarray(component.get(variable.name))
+            component.reset(**{variable.name: value})
+            np.testing.assert_array_equal(component.get(variable.name), value)
+
+
+@every_example
+def test_what_a_viewer_draws_exists(example: Example) -> None:
+    component = example.make()
+    particles = component.particles()
+    if particles is None:
+        return
+    count = len(particles.radius)
+    assert particles.reference.shape == (count, 3)
+    assert np.isfinite(particles.reference).all() and (particles.radius > 0.0).all()
+    assert component.variables[particles.displacement].shape in ((count,), (count, 3))
+    assert component.variables[particles.colour].shape == (count,)
+
+
+@every_example
+def test_report_and_cautions_can_be_read_at_any_time(example: Example) -> None:
+    component = example.started()
+    for _ in range(2):
+        assert all(isinstance(name, str) and isinstance(value, float) for name, value in component.report().items())
+        assert all(isinstance(text, str) and text for text in component.cautions())
+        drive(component, example, example.ticks)
+
+
+# -- reset, get, inputs -----------------------------------------------------------------------------------------------
+
+
+@every_example
+def test_reset_leaves_nothing_behind(example: Example) -> None:
+    used = example.started()
+    drive(used, example, example.ticks)
+    assert bits(used) != bits(example.started())
+    used.reset(**example.start)
+    fresh = example.started()
+    assert bits(used) == bits(fresh)
+    assert readings(used) == readings(fresh)
+    assert used.report() == fresh.report()
+    for component in (used, fresh):
+        drive(component, example, example.ticks)
+    assert bits(used) == bits(fresh)
+    assert used.report() == fresh.report()
+
+
+@every_example
+def test_get_gives_copies(example: Example) -> None:
+    component = example.started()
+    drive(component, example, 20)
+    before, snapshot = readings(component), bits(component)
+    for name, variable in component.variables.items():
+        value = component.get(name)
+        if isinstance(value, np.ndarray):
+            value[...] = 1.0 if variable.dtype != "float64" else -123.456
+        elif isinstance(value, list):
+            value[0] = None
+            assert component.get(name)[0] is not None
+    assert readings(component) == before
+    assert bits(component) == snapshot
+
+
+@every_example
+def test_inputs_persist_and_reset_brings_their_start_back(example: Example) -> None:
+    component = example.started()
+    starts = {name: component.get(name) for name in example.inputs}
+    component.step(None, **example.inputs)
+    component.step()
+    assert {name: component.get(name) for name in example.inputs} == dict(example.inputs)
+    again = example.started()
+    for _ in range(2):
+        again.step(None, **example.inputs)
+    assert bits(again) == bits(component)
+    component.reset(**example.start)
+    assert {name: component.get(name) for name in example.inputs} == starts
+
+
+@every_example
+def test_a_profile_is_read_at_the_present_time(example: Example) -> None:
+    component = example.started()
+    profiles = example.all_profiles(component)
+    component.step(None, **profiles)
+    for _ in range(30):
+        for name, profile in profiles.items():
+            # Both evaluate one polynomial, in seconds and in ticks: they differ by the rounding of the coefficients.
+            assert component.get(name) == pytest.approx(profile(component.time), rel=1e-12, abs=1e-12)
+        component.step()
+
+
+# -- determinism ------------------------------------------------------------------------------------------------------
+
+_ELSEWHERE = """
+import pickle, sys
+sys.path.insert(0, sys.argv[1])
+from component_examples import EXAMPLES
+from conformance_tools import drive
+from granular_env.components.contract import Snapshot
+sent, answers = pickle.load(sys.stdin.buffer), {}
+for example in EXAMPLES:
+    driven, continued = example.started(), example.make()
+    drive(driven, example, example.ticks)
+    continued.restore(Snapshot.from_bytes(sent[example.label]))
+    for _ in range(example.ticks):
+        continued.step()
+    answers[example.label] = driven.save().to_bytes(), continued.save().to_bytes()
+sys.stdout.buffer.write(pickle.dumps(answers))
+"""
+
+
+def halfway(example: Example) -> Component:
+    """An example in the midst of its mixed drive."""
+    component = example.started()
+    drive(component, example, example.ticks // 2 + 1)
+    return component
+
+
+@pytest.fixture(scope="module")
+def elsewhere() -> dict[str, tuple[bytes, bytes]]:
+    """What a fresh process makes of every example: driven from the start, and continued from half way."""
+    sent = pickle.dumps({example.label: bits(halfway(example)) for example in EXAMPLES})
+    command = [sys.executable, "-c", _ELSEWHERE, str(ROOT / "tests")]
+    return pickle.loads(subprocess.run(command, input=sent, capture_output=True, check=True, cwd=ROOT).stdout)
+
+
+@every_example
+def test_another_process_gives_the_same_bits(example: Example, elsewhere: dict[str, tuple[bytes, bytes]]) -> None:
+    here = example.started()
+    drive(here, example, example.ticks)
+    assert elsewhere[example.label][0] == bits(here)
+
+
+@every_example
+def test_another_process_goes_on_from_a_snapshot(example: Example, elsewhere: dict[str, tuple[bytes, bytes]]) -> None:
+    here = halfway(example)
+    for _ in range(example.ticks):
+        here.step()
+    assert elsewhere[example.label][1] == bits(here)
+
+
+@every_example
+@pytest.mark.parametrize("mode", ["numbers", "profiles", "mixed"])
+def test_save_and_restore_at_every_step(example: Example, mode: str) -> None:
+    straight, hopping, other = example.started(), example.started(), example.make()
+    drive(straight, example, example.ticks, mode)
+    original_step = hopping.step
+
+    def step_in_the_other(duration: float | None = None, **inputs: float) -> None:
+        """Each step is done by another component, reached through bytes."""
+        other.restore(Snapshot.from_bytes(hopping.save().to_bytes()))
+        other.step(duration, **inputs)
+        original_step(1.0 * hopping.step_size)  # something to be forgotten
+        hopping.restore(other.save())
+
+    hopping.step = step_in_the_other  # type: ignore[method-assign]
+    drive(hopping, example, example.ticks, mode)
+    assert bits(hopping) == bits(straight)
+    assert readings(hopping) == readings(straight)
+    assert hopping.report() == straight.report()
+
+
+@every_example
+@settings(max_examples=12)
+@given(data=st.data())
+def test_a_long_step_equals_its_parts(example: Example, data: st.DataObject) -> None:
+    parts = data.draw(st.lists(st.integers(1, 60), min_size=1, max_size=8), label="parts")
+    whole, cut = example.started(), example.started()
+    kinds = {"numbers": dict(example.inputs), "profiles": example.all_profiles(whole)}
+    inputs = kinds[data.draw(st.sampled_from(sorted(kinds)), label="inputs")]
+    watched = data.draw(st.booleans(), label="watched")
+    if watched:
+        cut.observe(Watcher(data.draw(st.integers(1, 50), label="every")))
+    whole.step(sum(parts) * whole.step_size, **inputs)
+    for index, part in enumerate(parts):
+        cut.step(part * cut.step_size, **(inputs if index == 0 else {}))
+    assert bits(cut) == bits(whole)
+    assert cut.report() == whole.report()
+
+
+@every_example
+def test_setting_the_same_inputs_again_changes_nothing(example: Example) -> None:
+    held, repeated = example.started(), example.started()
+    held.step(30 * held.step_size, **example.inputs)
+    for _ in range(30):
+        repeated.step(None, **example.inputs)
+    assert bits(repeated) == bits(held)
+
+
+@every_example
+@pytest.mark.parametrize("every", [1, 7, 1000])
+def test_observers_never_change_the_bits(example: Example, every: int) -> None:
+    alone, watched = example.started(), example.started()
+    watcher = Watcher(every)
+    watched.observe(watcher)
+    for component in (alone, watched):
+        drive(component, example, example.ticks)
+        component.step(50 * component.step_size)
+    assert bits(watched) == bits(alone)
+    assert watcher.looks == list(range(every, example.ticks + 51, every))
+    assert watcher.calls == ["began", *[1] * example.ticks, 50]
+    watched.ignore(watcher)
+    watched.step()
+    assert len(watcher.calls) == example.ticks + 2
+
+
+# -- conservation -----------------------------------------------------------------------------------------------------
+
+
+@every_example
+@pytest.mark.parametrize("mode", ["numbers", "profiles", "mixed"])
+def test_the_ledger_closes(example: Example, mode: str) -> None:
+    component = example.started()
+    energy = momentum = worst_energy = worst_momentum = 0.0
+    original_step = component.step
+
+    def watched_step(*arguments: float, **inputs: float) -> None:
+        nonlocal energy, momentum, worst_energy, worst_momentum
+        original_step(*arguments, **inputs)
+        ledger = component.ledger()
+        energy = max(energy, ledger.kinetic_energy + abs(ledger.potential_energy), abs(ledger.input_work))
+        momentum = max(momentum, momentum_scale(component), abs(ledger.momentum), abs(ledger.impulse))
+        worst_energy = max(worst_energy, abs(ledger.energy_residual))
+        worst_momentum = max(worst_momentum, abs(ledger.momentum_residual))
+
+    component.step = watched_step  # type: ignore[method-assign]
+    drive(component, example, example.ticks, mode)
+    assert energy > 0.0
+    assert worst_energy <= example.energy_tolerance * energy
+    assert worst_momentum <= example.momentum_tolerance * momentum
+
+
+def momentum_scale(component: Component) -> float:
+    """Sum of |m v|, from sqrt(2 m E): opposite motions cancel in the momentum but not in its rounding."""
+    mass = np.sum(getattr(component, "geometry", component).mass)
+    return float(np.sqrt(2.0 * mass * component.ledger().kinetic_energy))
+
+
+@every_example
+def test_ledger_entries_are_variables(example: Example) -> None:
+    component = example.started()
+    drive(component, example, 30)
+    ledger = component.ledger()
+    for name in ledger.__slots__:
+        assert component.get(name) == getattr(ledger, name)
+        assert isinstance(getattr(ledger, name), float)

@@ -1,0 +1,238 @@
+"""What every component of the catalogue must refuse, and how it fails: with its state unharmed."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+from component_examples import EXAMPLES, Example
+from conformance_tools import Watcher, bits, drive, every_example, readings
+
+from granular_env.components import catalogue
+from granular_env.components.contract import Component, GranularError, GranularWarning, ParameterError, Snapshot, StepError
+from granular_env.components.profiles import CompiledProfile, Profile
+
+NAN, HUGE = math.nan, 10**400
+
+
+def refused(component: Component, action, *expected: str) -> None:  # noqa: ANN001
+    """The action raises ParameterError with these words and changes nothing."""
+    before, observed = bits(component), readings(component)
+    with pytest.raises(ParameterError) as caught:
+        action()
+    for words in expected:
+        assert words in str(caught.value)
+    assert bits(component) == before
+    assert readings(component) == observed
+    reference = bits(component)
+    component.step()
+    assert bits(component) != reference
+
+
+@pytest.fixture(params=EXAMPLES, ids=lambda example: example.label)
+def moving(request: pytest.FixtureRequest) -> tuple[Component, Example]:
+    """A component in mid-run, and its example."""
+    component = request.param.started()
+    drive(component, request.param, 25)
+    return component, request.param
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0, NAN, math.inf, "1", b"1", [1.0], (), {}, HUGE, 1j, np.ones(2), object()])
+def test_wrong_durations_are_refused(moving: tuple[Component, Example], duration: object) -> None:
+    component, _ = moving
+    refused(component, lambda: component.step(duration), "duration")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("count", [0.5, 1.5, 10.25, 1 + 1e-6])
+def test_a_duration_that_is_no_multiple_is_refused_with_both_numbers(moving: tuple[Component, Example], count: float) -> None:
+    component, _ = moving
+    h = component.step_size
+    refused(component, lambda: component.step(count * h), "internal steps", f"{h:.12g}", f"{math.ceil(count) * h:.12g} s")
+
+
+def test_decimal_durations_are_accepted(moving: tuple[Component, Example]) -> None:
+    component, _ = moving
+    before = component.tick
+    component.step(float(f"{component.step_size * 30:.12g}"))
+    assert component.tick == before + 30
+
+
+def test_unknown_inputs_are_refused_with_the_nearest_name(moving: tuple[Component, Example]) -> None:
+    component, example = moving
+    for name, value in example.inputs.items():
+        refused(component, lambda name=name, value=value: component.step(None, **{f"{name}s": value}), f"{name}s", repr(name))
+        output = next(v.name for v in component.variables.values() if v.causality == "output")
+        refused(component, lambda value=value, output=output: component.step(None, **{output: value}), output)
+
+
+@pytest.mark.parametrize("value", [NAN, math.inf, -math.inf, "3", None, HUGE, 1j, [1.0], np.ones(3), {0: 1.0}, object()])
+def test_inputs_that_are_no_numbers_are_refused(moving: tuple[Component, Example], value: object) -> None:
+    component, example = moving
+    for name in example.inputs:
+        refused(component, lambda name=name: component.step(None, **{name: value}), name)
+
+
+def test_one_bad_input_refuses_the_good_ones_with_it(moving: tuple[Component, Example]) -> None:
+    component, example = moving
+    good = {name: 0.25 * value for name, value in example.inputs.items()}
+    refused(component, lambda: component.step(None, **good, no_such_input=1.0), "no_such_input")
+
+
+def test_a_profile_compiled_for_another_step_is_refused(moving: tuple[Component, Example]) -> None:
+    component, example = moving
+    for name in example.inputs:
+        foreign = Profile.constant(1.0).compile(2.0 * component.step_size)
+        refused(component, lambda name=name, foreign=foreign: component.step(None, **{name: foreign}), name)
+        own = CompiledProfile(component.step_size, np.array([0]), np.array([[example.inputs[name]]]))
+        component.step(None, **{name: own})
+
+
+@pytest.mark.parametrize(
+    "value", [NAN, math.inf, "fast", None, HUGE, 1j, np.ones((2, 3, 4)), [[1.0], [1.0, 2.0]], {"a": 1.0}, {0: NAN}]
+)
+def test_wrong_start_values_are_refused(moving: tuple[Component, Example], value: object) -> None:
+    component, example = moving
+    for name in example.start:
+        refused(component, lambda name=name: component.reset(**{name: value}), name)
+
+
+def test_wrong_start_names_are_refused(moving: tuple[Component, Example]) -> None:
+    component, example = moving
+    for name in example.start:
+        refused(component, lambda name=name: component.reset(**{f"{name}x": 0.0}), f"{name}x", repr(name))
+    for variable in component.variables.values():
+        if not variable.state:
+            refused(component, lambda name=variable.name: component.reset(**{name: 0.0}), variable.name)
+
+
+@pytest.mark.parametrize("name", ["no_such_variable", "", None, 3, ["velocity"], {}])
+def test_unknown_variables_are_refused(moving: tuple[Component, Example], name: object) -> None:
+    component, _ = moving
+    refused(component, lambda: component.get(name))  # type: ignore[arg-type]
+
+
+def test_foreign_snapshots_are_refused(moving: tuple[Component, Example]) -> None:
+    component, example = moving
+    own = component.save()
+    others = [other for other in EXAMPLES if other.label != example.label and other.make().identity != component.identity]
+    for other in others:
+        foreign = other.started().save()
+        refused(component, lambda foreign=foreign: component.restore(foreign), "snapshot", component.identity[:12])
+    cut = Snapshot(own.identity, own.tick, own.memory[:-1], dict(own.inputs))
+    refused(component, lambda: component.restore(cut), "snapshot")
+    fewer = Snapshot(own.identity, own.tick, own.memory, {**own.inputs, "no_such_input": 1.0})
+    refused(component, lambda: component.restore(fewer), "snapshot")
+    for nothing in (None, 3, "snapshot", own.to_bytes(), np.zeros(3)):
+        refused(component, lambda nothing=nothing: component.restore(nothing), "snapshot")  # type: ignore[arg-type]
+
+
+@every_example
+def test_forged_memory_does_no_harm(example: Example) -> None:
+    """A snapshot with the right name and wild numbers: restored or refused, stepped or refused, and then forgotten."""
+    component, generator = example.started(), np.random.default_rng(0)
+    own = component.save()
+    drive(component, example, 20)
+    for wildness in (1, 3, 10, len(own.memory)):
+        for _ in range(5):
+            memory = component.save().memory.copy()
+            places = generator.integers(len(memory), size=wildness)
+            memory.view(np.int64)[places] = generator.integers(-(2**63), 2**63 - 1, size=wildness)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", GranularWarning)
+                try:
+                    component.restore(Snapshot(own.identity, 7, memory, own.inputs))
+                    component.step(10 * component.step_size)
+                except GranularError:
+                    pass
+            component.reset(**example.start)
+            assert bits(component) == bits(example.started())
+
+
+@every_example
+def test_wrong_parameters_are_refused(example: Example) -> None:
+    with pytest.raises(ParameterError, match="no_such_parameter"):
+        catalogue.make(example.component, **example.parameters, no_such_parameter=1.0)
+    for name, value in example.parameters.items():
+        others = {key: other for key, other in example.parameters.items() if key != name}
+        with pytest.raises(ParameterError, match=name):
+            catalogue.make(example.component, **others, **{f"{name}x": value})
+        if isinstance(value, float):
+            for bad in (NAN, math.inf, "much", {}, -1.0, HUGE):
+                with pytest.raises(ParameterError, match=name):
+                    catalogue.make(example.component, **{**example.parameters, name: bad})
+
+
+# -- failure ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("example", [e for e in EXAMPLES if e.breaks], ids=lambda example: example.label)
+@pytest.mark.parametrize("watched", [False, True])
+@pytest.mark.parametrize("ticks", [1, None])
+def test_a_step_happens_whole_or_not_at_all(example: Example, watched: bool, ticks: int | None) -> None:
+    assert example.breaks is not None
+    parameters, start, inputs = example.breaks
+    component = catalogue.make(example.component, **{**example.parameters, **parameters})
+    component.reset(**start)
+    watcher = Watcher(3)
+    if watched:
+        component.observe(watcher)
+    duration = (ticks or example.breaks_after) * component.step_size
+    with warnings.catch_warnings(), pytest.raises(StepError) as caught:
+        warnings.simplefilter("ignore", GranularWarning)  # a component may warn before it refuses
+        for _ in range(example.breaks_after):
+            before, observed = bits(component), readings(component)
+            component.step(duration, **inputs)
+    assert bits(component) == before
+    assert readings(component) == observed
+    error = caught.value
+    assert error.variable in component.variables
+    assert error.variable in str(error)
+    assert component.time <= error.time <= component.time + duration * (1 + 1e-12)
+    assert error.index is None or 0 <= error.index < component.variables[error.variable].shape[0]
+    assert not abs(error.value) <= error.limit
+    if watched:
+        assert watcher.calls[-1] == "StepError"
+    component.reset()
+    fresh = catalogue.make(example.component, **{**example.parameters, **parameters})
+    assert bits(component) == bits(fresh)
+
+
+@every_example
+def test_an_observer_that_fails_undoes_the_step(example: Example) -> None:
+    class Broken(Watcher):
+        def look(self, component: Component) -> None:
+            raise OSError("no space left")
+
+    component = example.started()
+    drive(component, example, 10)
+    broken = Broken(5)
+    component.observe(broken)
+    before = bits(component)
+    with pytest.raises(OSError, match="no space left"):
+        component.step(20 * component.step_size)
+    assert bits(component) == before
+    component.ignore(broken)
+    component.step(20 * component.step_size)
+
+
+@every_example
+@pytest.mark.parametrize("watched", [False, True])
+def test_an_interrupt_undoes_the_step(example: Example, watched: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    component = example.started()
+    if watched:
+        component.observe(Watcher(1000))
+    drive(component, example, 10)
+    before, advance = bits(component), component._advance
+
+    def interrupted(ticks: int) -> int:
+        advance(ticks)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(component, "_advance", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        component.step(5 * component.step_size, **example.inputs)
+    assert bits(component) == before
+    monkeypatch.undo()
+    component.step()

@@ -1,0 +1,122 @@
+"""Small parts of the contract that no single component shows: errors, blocks, start values, the catalogue."""
+
+from __future__ import annotations
+
+import inspect
+from importlib.metadata import EntryPoint
+
+import numpy as np
+import pytest
+
+from granular_env.components import catalogue, errors
+from granular_env.components.contract import Block, Component, GranularError, ParameterError, filled
+from granular_env.components.oscillator import Oscillator
+
+
+def test_every_error_is_of_the_family() -> None:
+    found = [kind for _, kind in inspect.getmembers(errors, inspect.isclass) if issubclass(kind, Exception)]
+    for kind in found:
+        assert issubclass(kind, GranularError) or issubclass(kind, Warning)
+    assert issubclass(errors.ParameterError, ValueError) and issubclass(errors.StepError, ArithmeticError)
+
+
+def test_nearest_names_one_or_lists_all() -> None:
+    assert errors.nearest("velocty", ["position", "velocity"]) == "did you mean 'velocity'?"
+    assert errors.nearest("q", ["b", "a"]) == "known: a, b"
+    assert errors.nearest("q", []) == "known: none"
+
+
+def test_shortened_text_has_a_limit_and_never_fails() -> None:
+    class Silent:
+        def __repr__(self) -> str:
+            raise RuntimeError
+
+    assert errors.shortened("a" * 500) == "'" + "a" * 76 + "..."
+    assert errors.shortened(Silent()) == "a Silent"
+    assert errors.shortened(10**5000) == "a int"
+
+
+def test_a_block_is_one_memory_with_views() -> None:
+    block = Block(first=("f8", (2, 3)), count=("i8", ()), last=("f8", (1,)))
+    assert block.memory.shape == (8,)
+    block["first"][1, 2], block["count"][...], block["last"][0] = 5.0, -1, 7.0
+    assert block.memory[5] == 5.0 and block.memory[7] == 7.0
+    assert block.memory.view(np.int64)[6] == -1
+    copy = block.memory.copy()
+    block["count"][...] = 9
+    block.memory[:] = copy
+    assert int(block["count"]) == -1
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (2, [2, 2, 2]),
+        (1.5, [1.5] * 3),
+        ([1, 2, 3], [1, 2, 3]),
+        ({0: 4.0}, [4, 0, 0]),
+        ({-1: 4}, [0, 0, 4]),
+        ({"1": 4}, [0, 4, 0]),
+        ({}, [0] * 3),
+    ],
+)
+def test_start_values_fill_an_array(value: object, expected: list[float]) -> None:
+    assert filled("x", value, (3,)).tolist() == expected
+
+
+@pytest.mark.parametrize(
+    "value",
+    [{3: 1.0}, {-4: 1.0}, {0.5: 1.0}, {float("inf"): 1.0}, {None: 1.0}, {"a": 1.0}, {0: "x"}, [1, 2], "abc", [None] * 3],
+)
+def test_wrong_start_values_are_refused(value: object) -> None:
+    with pytest.raises(ParameterError, match="start.x"):
+        filled("start.x", value, (3,))
+
+
+# -- catalogue --------------------------------------------------------------------------------------------------------
+
+
+def test_the_catalogue_makes_what_it_names() -> None:
+    assert catalogue.names()[:2] == ["chain", "oscillator"]
+    component = catalogue.make("oscillator", mass=3.0)
+    assert type(component) is Oscillator and component.get("mass") == 3.0
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"), [("oscilator", "did you mean 'oscillator'"), ("", "known: chain"), (None, "known"), (["x"], "known")]
+)
+def test_unknown_components_are_refused(name: object, advice: str) -> None:
+    with pytest.raises(ParameterError, match=advice):
+        catalogue.make(name)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def foreign(monkeypatch: pytest.MonkeyPatch):  # noqa: ANN201
+    """Pretend that a third party has installed components."""
+
+    def install(**points: str) -> None:
+        found = [EntryPoint(name, value, catalogue.ENTRY_POINT_GROUP) for name, value in points.items()]
+        monkeypatch.setattr(catalogue, "_foreign", lambda: found)
+
+    return install
+
+
+def test_third_parties_add_their_own(foreign) -> None:  # noqa: ANN001
+    foreign(pendulum="granular_env.components.oscillator:Oscillator")
+    assert catalogue.names() == ["chain", "oscillator", "pendulum"]
+    assert isinstance(catalogue.make("pendulum"), Component)
+
+
+def test_third_parties_cannot_replace_ours(foreign) -> None:  # noqa: ANN001
+    foreign(oscillator="json:loads")
+    assert catalogue.names() == ["chain", "oscillator"]
+    assert catalogue.component_class("oscillator") is Oscillator
+
+
+@pytest.mark.parametrize(
+    "value", ["no_such_module:X", "json:no_such_name", "json:loads", "granular_env.components.contract:Block"]
+)
+def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: ANN001
+    foreign(theirs=value)
+    with pytest.raises(ParameterError, match=f"'theirs'.*{value}"):
+        catalogue.make("theirs")

@@ -1,0 +1,90 @@
+"""Every snippet of the README and the docs runs, page by page, and prints what the page says it prints.
+
+A ```python block is executed, in one process and one empty folder a page, in the page's order. A line
+``print(...)  # text`` has to print just that text. ```bash after ``<!-- run -->`` is executed too, and ```toml or any other
+block after ``<!-- file: NAME -->`` is written to that file.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(
+    r"(?:<!-- (run|file: (?P<file>\S+)) -->\n)?^```(?P<language>\w+)[^\n]*\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL
+)
+PROMISE = re.compile(r"^print\(.*\)  # (.+)$", re.MULTILINE)
+LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#\s]+)")
+
+RUNNER = """
+import contextlib, io, subprocess, sys
+names = {"__name__": "__main__"}
+for kind, where, code, promised in BLOCKS:
+    if kind == "bash":
+        subprocess.run(["bash", "-eu", "-o", "pipefail", "-c", code], check=True, stdout=sys.stderr)
+        continue
+    if kind != "python":
+        with open(kind, "w") as file:
+            file.write(code)
+        continue
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(code, where, "exec"), names)
+    lines = printed.getvalue().splitlines()
+    if promised and lines != promised:
+        sys.exit(f"{where}: the page promises {promised}, the code printed {lines}")
+"""
+
+
+def runnable(page: Path) -> list[tuple[str, str, str, list[str]]]:
+    """What to do for a page: (python, bash or a file's name; where it stands; content; what it has to print)."""
+    text = page.read_text()
+    found = []
+    for match in BLOCK.finditer(text):
+        where = f"{page.name}:{text.count(chr(10), 0, match.start('code'))}"
+        code, language = match["code"], match["language"]
+        if match["file"]:
+            found.append((match["file"], where, code, []))
+        elif language == "python" or (language == "bash" and match[1] == "run"):
+            found.append((language, where, code, PROMISE.findall(code)))
+    return found
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if runnable(page)], ids=lambda page: page.name)
+def test_the_snippets_of_a_page_run_and_print_what_it_says(page, tmp_path):
+    script = tmp_path / "page.py"
+    script.write_text(f"BLOCKS = {runnable(page)!r}\n{RUNNER}")
+    folder = tmp_path / "work"
+    folder.mkdir()
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    python_path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    environment = {**os.environ, "PATH": path, "PYTHONPATH": python_path}
+    result = subprocess.run([sys.executable, str(script)], cwd=folder, env=environment, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+
+
+def test_the_readme_opens_with_a_picture_and_the_two_commands():
+    text = (ROOT / "README.md").read_text()
+    assert text.index("docs/images/piston.png") < text.index("make demo") < text.index("make test") < text.index("```python")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]
+    assert not missing
+
+
+def test_every_page_is_in_the_menu():
+    menu = (ROOT / "mkdocs.yml").read_text()
+    assert [page.name for page in PAGES[1:] if page.name not in menu] == []
+
+
+def test_the_site_fetches_nothing():
+    settings = (ROOT / "mkdocs.yml").read_text()
+    assert "font: false" in settings
+    assert "http" not in settings

@@ -1,0 +1,151 @@
+"""Measured histories in CSV files: units are declared, and every fault is named by its line."""
+
+import numpy as np
+import pytest
+
+from granular_env.components.errors import ExperimentError
+from granular_env.experiments import load_experiment
+from granular_env.experiments.csv_input import read_history
+from granular_env.experiments.prepare import prepare
+
+GOOD = "# a drop hammer\ntime [us],temperature [K],force [kN]\n0,300,0.0\n10,301,1.5\n\n"
+
+
+def read(tmp_path, text, time_unit=None, value_unit=None, columns=("time", "force"), unit="N", delimiter=","):
+    path = tmp_path / "hammer.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_history(path, *columns, time_unit, value_unit, unit, delimiter)
+
+
+def test_units_come_from_the_header(tmp_path):
+    times, values = read(tmp_path, GOOD)
+    # To the bit: 10 us is 1e-5 s and not 10 * 1e-6.
+    assert times.tolist() == [0.0, 1e-5]
+    assert values.tolist() == [0.0, 1500.0]
+
+
+def test_units_may_be_declared_twice_where_they_agree(tmp_path):
+    assert read(tmp_path, GOOD, "us", "kN")[1][1] == 1500.0
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments"),
+    [
+        ("0 ; 0\n3;1.5\n", {"columns": (0, 1), "time_unit": "us", "value_unit": "kN", "delimiter": ";"}),
+        ("\ufefftime [\u00b5s],force [kN]\r\n0,0\r\n3,1.5\r\n", {}),
+        ('"time [us]","force [kN]"\n"0","0"\n"3","1.5"\n', {}),
+        ("force [kN]\ttime [us]\n0\t0\n1.5\t3\n", {"delimiter": "\t"}),
+        ("t,f\n0,0\n3,1.5e0\n# the end\n", {"columns": ("t", "f"), "time_unit": "us", "value_unit": "kN"}),
+    ],
+)
+def test_dialects(tmp_path, text, arguments):
+    times, values = read(tmp_path, text, **arguments)
+    assert times.tolist() == [0.0, 3e-6]
+    assert values.tolist() == [0.0, 1500.0]
+
+
+def test_velocities_have_their_own_units(tmp_path):
+    text = "time [ms],speed [mm/s]\n0,0\n1,2500\n"
+    assert read(tmp_path, text, columns=("time", "speed"), unit="m/s")[1].tolist() == [0.0, 2.5]
+
+
+# Each: the text, further arguments, and what the message has to say besides the file's name.
+FAULTS = [
+    (GOOD.replace("10,301,1.5", "10,301,"), {}, ["line 4", "the value is empty", "a gap is not filled in"]),
+    (GOOD.replace("10,301,1.5", ",301,1.5"), {}, ["line 4", "the time is empty"]),
+    (GOOD.replace("0,300,0.0\n", "0,300,0.0\n\n"), {}, ["line 4", "empty, between samples"]),
+    (GOOD.replace("1.5", "nan"), {}, ["line 4", "'nan'"]),
+    (GOOD.replace("1.5", "inf"), {}, ["line 4", "'inf'"]),
+    (GOOD.replace("1.5", "1e999"), {}, ["line 4", "'1e999'"]),
+    (GOOD.replace("1.5", "1_5"), {}, ["line 4", "'1_5'"]),
+    (GOOD.replace("1.5", "high"), {}, ["line 4", "'high'"]),
+    (GOOD.replace("1.5", "1,5"), {}, ["line 4", "4 cells, expected 3"]),
+    (GOOD.replace("10,301,1.5", "10,1.5"), {}, ["line 4", "2 cells, expected 3"]),
+    (GOOD.replace("10,301,1.5", "0,301,1.5"), {}, ["line 4", "repeats", "line 3"]),
+    (GOOD.replace("10,301,1.5", "-1,301,1.5"), {}, ["line 4", "goes back behind", "line 3"]),
+    (GOOD.replace("10,301,1.5\n", ""), {}, ["1 samples, expected at least 2"]),
+    (GOOD.replace("1.5", '"1.5'), {}, ["line 4"]),
+    (GOOD.replace(" [us]", ""), {}, ["line 2", "no unit", "time_unit"]),
+    (GOOD.replace(" [kN]", ""), {}, ["line 2", "no unit", "value_unit"]),
+    (GOOD, {"time_unit": "ms"}, ["line 2", "the header says 'us'", "time_unit = 'ms'"]),
+    (GOOD, {"value_unit": "N"}, ["line 2", "the header says 'kN'"]),
+    (GOOD.replace("[us]", "[min]"), {}, ["line 2", "'min' is unknown", "s, ms, us, ns"]),
+    (GOOD.replace("[us]", "[kN]"), {}, ["line 2", "'kN' measures something else"]),
+    (GOOD, {"unit": "m/s"}, ["line 2", "'kN' measures something else", "m/s"]),
+    (GOOD, {"columns": ("tim", "force")}, ["line 2", "time_column = 'tim'", "did you mean 'time'?"]),
+    (GOOD, {"columns": ("time", 7)}, ["line 2", "value_column = 7", "columns 0 to 2"]),
+    (GOOD, {"columns": ("time", "time")}, ["both name column 0"]),
+    (GOOD.replace("temperature [K]", "force [N]"), {}, ["line 2", "more than once"]),
+    ("0,1\n1,2\n", {"columns": ("time", "force")}, ["line 1", "no header line"]),
+    (b"time [us],force [kN]\n0,0\n\xff,1\n", {}, ["line 3", "not UTF-8"]),
+    ("", {}, ["no rows"]),
+    ("# nothing\n\n", {}, ["no rows"]),
+    ("time [us],force [kN]\n0,0\n1,1.7e308\n", {}, ["line 3", "overflows"]),
+]
+
+
+@pytest.mark.parametrize(("text", "arguments", "said"), FAULTS, ids=[str(number) for number in range(len(FAULTS))])
+def test_faults_name_file_and_line(tmp_path, text, arguments, said):
+    with pytest.raises(ExperimentError) as caught:
+        read(tmp_path, text, **arguments)
+    for words in [str(tmp_path / "hammer.csv"), *said]:
+        assert words in str(caught.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(ExperimentError, match="cannot be read"):
+        read_history(tmp_path / "none.csv", "time", "force", None, None, "N")
+    with pytest.raises(ExperimentError, match="cannot be read"):
+        read_history(tmp_path, "time", "force", None, None, "N")
+
+
+# -- in an experiment -----------------------------------------------------------------------------------------------
+
+
+def experiment_with(tmp_path, extra=""):
+    (tmp_path / "hammer.csv").write_text(GOOD)
+    path = tmp_path / "hit.toml"
+    path.write_text(
+        'name = "hit"\nduration = 1e-4\n[component]\ntype = "oscillator"\nstep_size = 1e-6\n'
+        '[input.force]\nprofile = "csv"\npath = "hammer.csv"\ntime_column = "time"\nvalue_column = "force"\n' + extra
+    )
+    return path
+
+
+def test_the_path_is_relative_to_the_experiment_and_the_profile_is_the_history(tmp_path):
+    profile = prepare(load_experiment(experiment_with(tmp_path))).inputs["force"]
+    assert [profile(time) for time in (0.0, 5e-6, 2e-5)] == pytest.approx([0.0, 750.0, 0.0], rel=1e-12, abs=0.0)
+
+
+def test_scale_offset_and_what_comes_after(tmp_path):
+    path = experiment_with(tmp_path, 'scale = -2.0\noffset_time = 1e-5\nafter = "hold"\n')
+    profile = prepare(load_experiment(path)).inputs["force"]
+    assert [profile(time) for time in (5e-6, 1.5e-5, 9e-5)] == pytest.approx([0.0, -1500.0, -3000.0], rel=1e-12, abs=0.0)
+
+
+def test_a_history_that_ends_before_the_run_begins_is_refused(tmp_path):
+    with pytest.raises(ExperimentError, match=r"input\.force.*offset_time.*before time 0"):
+        prepare(load_experiment(experiment_with(tmp_path, "offset_time = -1\n")))
+
+
+def test_samples_between_steps_are_told_of(tmp_path):
+    path = experiment_with(tmp_path)
+    (tmp_path / "hammer.csv").write_text("time [us],force [N]\n0,0\n2.5,1\n10,2\n")
+    with pytest.warns(UserWarning, match="1 of 3 breakpoints lie between ticks"):
+        prepare(load_experiment(path))
+
+
+def test_the_file_and_line_reach_the_experiment_error(tmp_path):
+    path = experiment_with(tmp_path)
+    (tmp_path / "hammer.csv").write_text(GOOD.replace("1.5", ""))
+    with pytest.raises(ExperimentError, match=r"hammer\.csv: line 4: the value is empty"):
+        prepare(load_experiment(path))
+
+
+def test_a_whole_measurement_survives_the_way_through_a_file(tmp_path):
+    rng = np.random.default_rng(7)
+    times, values = np.cumsum(rng.uniform(0.1, 1.0, 500)), rng.normal(size=500)
+    rows = "".join(f"{t!r},{v!r}\n" for t, v in zip(times.tolist(), values.tolist(), strict=True))
+    read_times, read_values = read(tmp_path, "time [s],force [N]\n" + rows)
+    np.testing.assert_array_equal(read_times, times)
+    np.testing.assert_array_equal(read_values, values)

@@ -1,0 +1,99 @@
+"""Mutated experiment files: whatever stands in them, only errors of our family come out, and nothing hangs."""
+
+import random
+import warnings
+from pathlib import Path
+
+import pytest
+
+from granular_env.components.errors import GranularError, GranularWarning
+from granular_env.experiments import load_experiment, shipped_experiments
+from granular_env.experiments.load import experiment_path
+from granular_env.experiments.prepare import prepare
+
+VALUES = [
+    "nan", "-inf", "1e400", "-1", "0", "1e-300", "9" * 400, '""', '"x"', "true", "[]", "{}", "[[1], [2, 3]]", "[nan]",
+    "1979-05-27",
+    "{ 0 = 1.0 }", '{ a = "b" }', '"\\u0000"', "07:32:00", "[1, 'a']", '"../../x.csv"', "2.5", "0x10", "[1e-6, 2e-6]", "-0.0",
+]  # fmt: skip
+LINES = [
+    "[start]",
+    "[input.left_force]",
+    "[[stop]]",
+    "[record]",
+    "[component]",
+    "seed = 1",
+    'profile = "table"',
+    "index = 0",
+    "gap = 1e-5",
+]
+FOLDER = experiment_path("measured/hammer").parent
+
+
+def mutated(text: str, random: random.Random) -> str:
+    lines = text.splitlines()
+    for _ in range(random.randint(1, 3)):
+        place = random.randrange(len(lines))
+        kind = random.randrange(8)
+        if kind == 0:
+            del lines[place]
+        elif kind == 1:
+            lines.insert(place, random.choice([*LINES, *lines]))
+        elif kind in (2, 3) and "=" in lines[place]:
+            lines[place] = lines[place].partition("=")[0] + "= " + random.choice(VALUES)
+        elif kind == 4:
+            other = random.randrange(len(lines))
+            lines[place], lines[other] = lines[other], lines[place]
+        elif kind == 5 and lines[place]:
+            at = random.randrange(len(lines[place]))
+            lines[place] = (
+                lines[place][:at] + chr(random.choice([0, 9, 34, 61, 91, 93, 233, 0x1F600, 46, 45])) + lines[place][at + 1 :]
+            )
+        elif kind == 6:
+            lines[place] = lines[place].replace("=", " =", 1) + random.choice([" ]", " }", '"', "", " = 3"])
+        elif kind == 7 and lines[place]:
+            lines = [*lines[:place], lines[place][: random.randrange(len(lines[place]))]]
+        lines = lines or [""]
+    return "\n".join(lines)
+
+
+def is_small(experiment) -> bool:
+    """Whether building it is a matter of milliseconds: a mutation may ask for millions of grains, which is no fault."""
+    return (
+        experiment.component.parameters.get("grains", 1) <= 1000
+        and experiment.component.parameters.get("integrator") != "dop853"
+    )
+
+
+def try_mutations(path: Path, seed: int, count: int) -> int:
+    """Load and prepare `count` mutations; the number that were refused."""
+    texts = [experiment_path(name).read_text() for name in shipped_experiments()]
+    source = random.Random(seed)
+    refused = 0
+    for _ in range(count):
+        text = mutated(source.choice(texts), source)
+        path.write_text(text, encoding="utf-8", errors="replace")
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", GranularWarning)
+                experiment = load_experiment(path)
+                if is_small(experiment):
+                    prepare(experiment)
+        except GranularError as error:
+            assert str(error)
+            refused += 1
+        except Exception as error:
+            raise AssertionError(f"{type(error).__name__} came out of this file:\n{text}") from error
+    return refused
+
+
+def test_mutated_files_give_errors_of_the_family_only(tmp_path):
+    (tmp_path / "hammer.csv").write_bytes((FOLDER / "hammer.csv").read_bytes())
+    refused = try_mutations(tmp_path / "x.toml", seed=1, count=500)
+    assert 200 < refused < 500  # Most mutations break a file, and some leave it whole.
+
+
+@pytest.mark.slow
+def test_twenty_thousand_mutated_files(tmp_path):
+    (tmp_path / "hammer.csv").write_bytes((FOLDER / "hammer.csv").read_bytes())
+    assert try_mutations(tmp_path / "x.toml", seed=2, count=20_000) > 8_000

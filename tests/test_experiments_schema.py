@@ -1,0 +1,245 @@
+"""Experiment files: what is wrong is said by file, table and key, with the nearest right name."""
+
+import json
+
+import numpy as np
+import pytest
+
+from granular_env.components.errors import ExperimentError, GranularError
+from granular_env.experiments import load_experiment
+from granular_env.experiments.prepare import prepare
+
+GOOD = """
+name = "good"
+duration = 1.0
+[component]
+type = "oscillator"
+stiffness = 4.0
+[start]
+position = 1.0
+[input.force]
+profile = "sum"
+profiles = [{ profile = "half_sine", peak = 1, duration = 0.5 }, { profile = "constant", value = 2 }]
+[[stop]]
+variable = "position"
+below = -100.0
+[record]
+every = 0.1
+variables = ["position", "kinetic_energy", "force"]
+"""
+
+
+@pytest.fixture
+def good(tmp_path):
+    path = tmp_path / "good.toml"
+    path.write_text(GOOD)
+    return path
+
+
+def test_a_good_file_is_ready_to_run(good):
+    ready = prepare(load_experiment(good))
+    assert ready.ticks == 100
+    assert ready.component.get("position") == 1.0
+    assert ready.component.tick == 0
+    assert ready.inputs["force"](0.25) == pytest.approx(3.0, abs=1e-12)
+
+
+def test_to_dict_gives_the_same_experiment_and_is_json(good):
+    first = load_experiment(good)
+    second = load_experiment(json.loads(json.dumps(first.to_dict())))
+    assert second.to_dict() == first.to_dict()
+    np.testing.assert_array_equal(prepare(first).inputs["force"].coefficients, prepare(second).inputs["force"].coefficients)
+
+
+# Each: what to replace in the good file, by what, and what the message has to say.
+FAULTS = [
+    ("duration = 1.0", "duratoin = 1.0", ["duratoin: unknown; did you mean 'duration'?", "duration: missing"]),
+    ("duration = 1.0", 'duration = "1.0"', ["duration: got '1.0'"]),
+    ("duration = 1.0", "duration = -1.0", ["duration: got -1.0", "greater than 0"]),
+    ("duration = 1.0", "duration = nan", ["duration: got nan"]),
+    ("duration = 1.0", "duration = 0.0123456", ["duration: 0.0123456 s is 1.23456 internal steps", "0.01 s"]),
+    ("duration = 1.0", "duration = true", ["duration: got True"]),
+    ("duration = 1.0", "duration = 1.0\nseed = -3", ["seed: got -3"]),
+    ("[component]", "[componnet]", ["componnet: unknown; did you mean 'component'?", "component: missing"]),
+    ('type = "oscillator"', 'type = "oscilator"', ["component", "'oscilator' is unknown; did you mean 'oscillator'?"]),
+    ("stiffness = 4.0", "stifness = 4.0", ["component", "stifness: unknown; did you mean 'stiffness'?"]),
+    ("stiffness = 4.0", "stiffness = -4.0", ["component", "stiffness: got -4.0"]),
+    ("stiffness = 4.0", "stiffness = nan", ["component", "stiffness: got nan"]),
+    ("position = 1.0", "positon = 1.0", ["start", "'positon'", "did you mean 'position'?"]),
+    ("position = 1.0", "position = [1.0, 2.0]", ["start.position", "shape"]),
+    ("position = 1.0", "position = { 0 = 1.0 }", ["start.position"]),
+    ("position = 1.0", "position = 1979-05-27", ["start.position"]),
+    ("position = 1.0", "position = inf", ["start.position"]),
+    ("[input.force]", "[input.forse]", ["input.forse: unknown", "did you mean 'force'?"]),
+    ('"half_sine"', '"half_sin"', ["input.force.profiles.0.profile", "did you mean 'half_sine'?"]),
+    ("peak = 1", "peek = 1", ["input.force.profiles.0.peek: unknown; did you mean 'peak'?", "profiles.0.peak: missing"]),
+    ("duration = 0.5 }", "duration = -0.5 }", ["input.force", "duration: got -0.5"]),
+    ('profile = "sum"', 'profile = "triangle"', ["input.force.profiles: unknown"]),
+    ('variable = "position"', 'variable = "positoin"', ["stop.0.variable", "did you mean 'position'?"]),
+    ('variable = "position"', 'varable = "position"', ["stop.0.varable: unknown; did you mean 'variable'?"]),
+    ("below = -100.0", "below = -100.0\nabove = 3.0", ["stop.0", "exactly one of above and below"]),
+    ("below = -100.0", "below = -100.0\nindex = 1", ["stop.0.index: got 1"]),
+    ("below = -100.0", "below = -100.0\nevery = 0.015", ["stop.0.every: 0.015 s is 1.5 internal steps"]),
+    ("[[stop]]", "[stop]", ["stop: got", "two brackets"]),
+    ("every = 0.1", "evry = 0.1", ["record.evry: unknown; did you mean 'every'?"]),
+    ("every = 0.1", "every = 0.015", ["record.every: 0.015 s is 1.5 internal steps"]),
+    ('"kinetic_energy"', '"kinetik_energy"', ["record.variables", "did you mean 'kinetic_energy'?"]),
+    ('"kinetic_energy"', "3", ["record.variables.1: got 3"]),
+    ('name = "good"', 'name = "good', ["not valid TOML", "line 2"]),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), FAULTS, ids=[new for _, new, _ in FAULTS])
+def test_faults_name_file_key_and_remedy(good, old, new, said):
+    assert old in GOOD
+    good.write_text(GOOD.replace(old, new))
+    with pytest.raises(ExperimentError) as caught:
+        prepare(load_experiment(good))
+    for words in [str(good), *said]:
+        assert words in str(caught.value)
+
+
+def test_all_faults_are_told_at_once(good):
+    good.write_text(
+        GOOD.replace("every = 0.1", "evry = 0.1").replace("below", "bellow").replace("duration = 1.0", "duration = 0")
+    )
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(good)
+    assert len(str(caught.value).splitlines()) >= 3
+
+
+def test_a_piston_input_without_a_piston_is_refused():
+    experiment = {
+        "name": "x",
+        "duration": 1e-5,
+        "component": {"type": "chain", "grains": 3},
+        "input": {"left_velocity": 1.0},
+    }
+    with pytest.raises(ExperimentError, match=r"input\.left_velocity.*left_force"):
+        prepare(load_experiment(experiment))
+
+
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [
+        ("3.4-piston", "did you mean 'nesterenko-1983/3.4-piston'?"),
+        ("nesterenko-1983/3.4-pistn", "did you mean 'nesterenko-1983/3.4-piston'?"),
+        ("missing.toml", "no such file"),
+        ("bad\0name", "experiment"),
+        (None, "experiment None"),
+    ],
+)
+def test_an_unknown_experiment_is_named_with_the_nearest(source, said):
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(source)
+    assert said in str(caught.value)
+
+
+def test_files_that_are_no_toml(tmp_path):
+    for content, said in [(b"\xff\xfe", "UTF-8"), (b"a = [" + b"[" * 100_000, "TOML"), (b"", "name: missing")]:
+        path = tmp_path / "x.toml"
+        path.write_bytes(content)
+        with pytest.raises(ExperimentError, match=said):
+            load_experiment(path)
+
+
+# -- overrides ------------------------------------------------------------------------------------------------------
+
+
+def test_overrides_reach_every_table(good):
+    overrides = [
+        "duration=2",
+        "component.mass=2.5",
+        "start.velocity=3",
+        "input.force.profiles.1.value=7",
+        "stop.0.below=-5",
+        "record.variables=['velocity']",
+        "name=other",
+        "seed=4",
+    ]
+    experiment = load_experiment(good, overrides)
+    assert experiment.duration == 2.0
+    assert experiment.component.parameters == {"stiffness": 4.0, "mass": 2.5}
+    assert experiment.start == {"position": 1.0, "velocity": 3}
+    assert experiment.input["force"].profiles[1].value == 7.0
+    assert experiment.stop[0].below == -5.0
+    assert experiment.record.variables == ["velocity"]
+    assert experiment.name == "other"
+    assert experiment.seed == 4
+
+
+def test_an_override_reaches_single_grains():
+    experiment = load_experiment(
+        "nesterenko-1983/3.1-two-grains", ["start.velocity.0=3", "component.grains=8", "start.velocity.7=-1"]
+    )
+    velocity = prepare(experiment).component.get("velocity")
+    np.testing.assert_array_equal(velocity, [3.0, 5.0, 0, 0, 0, 0, 0, -1.0])
+
+
+def test_an_input_can_be_replaced_as_a_whole_or_by_a_number(good):
+    assert load_experiment(good, ["input.force=3"]).input["force"] == 3.0
+    table = load_experiment(good, ['input.force={profile="constant", value=1}']).input["force"]
+    assert table.value == 1.0
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("duratoin=1", "did you mean 'duration'?"),
+        ("component.stifness=1", "did you mean 'stiffness'?"),
+        ("record.evry=1", "did you mean 'every'?"),
+        ("start.positon=1", "did you mean 'position'?"),
+        ("input.forse=1", "did you mean 'force'?"),
+        ("stop.3.below=1", "expected 0 to 0"),
+        ("stop.x.below=1", "got the index 'x'"),
+        ("stop.0.bellow=1", "did you mean 'below'?"),
+        ("start.position.0=1", "set start.position as a whole"),
+        ("duration", "expected key=value"),
+        ("=1", "expected key=value"),
+        ("duration=", "no TOML value"),
+        ("duration=5OO", "no TOML value"),
+        ("duration=1\nseed=2", "no TOML value"),
+        ("duration=fast", "duration: got 'fast'"),
+    ],
+)
+def test_a_wrong_override_is_named(good, override, said):
+    with pytest.raises(ExperimentError) as caught:
+        prepare(load_experiment(good, [override]))
+    assert said in str(caught.value)
+
+
+def test_an_override_leaves_the_given_dict_alone(good):
+    import tomllib
+
+    document = tomllib.loads(GOOD)
+    load_experiment(document, ["start.position=9"])
+    assert document["start"]["position"] == 1.0
+
+
+# -- stop rules -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("rule", "value", "met"),
+    [
+        ({"above": 1.0}, 1.5, True),
+        ({"above": 1.0}, 1.0, False),
+        ({"below": 1.0}, 0.5, True),
+        ({"above": 1.0}, [0.0, 2.0], True),
+        ({"above": 1.0, "reduce": "any"}, [0.0, 2.0], True),
+        ({"above": 1.0, "reduce": "min"}, [0.0, 2.0], False),
+        ({"above": 1.0, "index": 0}, [0.0, 2.0], False),
+        ({"above": 1.0, "index": -1}, [0.0, 2.0], True),
+        ({"below": 1.0}, [0.0, 2.0], True),
+        ({"below": 1.0, "reduce": "max"}, [0.0, 2.0], False),
+        ({"below": 3.0, "reduce": "max"}, [0.0, 2.0], True),
+    ],
+)
+def test_stop_rules_decide(rule, value, met):
+    from granular_env.experiments.stops import StopRule
+
+    assert StopRule(variable="x", **rule).met(value) is met
+
+
+def test_errors_are_of_the_family():
+    assert issubclass(ExperimentError, GranularError)

@@ -1,0 +1,340 @@
+"""Logs: what goes in comes out, bit for bit; a log is a program that can be re-run and branched."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
+
+import granular_env.components.catalogue as catalogue
+from granular_env.components.errors import LogError, ParameterError, StepError
+from granular_env.components.profiles import Profile
+from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording.format import FRAMES, HASHES, HEADER, STEPS, Record
+
+
+def test_frames_are_what_the_component_said(tmp_path: Path) -> None:
+    component = catalogue.make("oscillator")
+    expected = []
+    with record(component, tmp_path / "a.mcap", every=0.02, variables=["velocity", "input_work", "force"]):
+        component.reset(velocity=1.0)
+        for number in range(100):
+            if component.tick % 2 == 0:
+                expected.append([component.get(name) for name in ("velocity", "input_work", "force")])
+            component.step(0.01, force=float(number))
+    log = open_log(tmp_path / "a.mcap")
+    assert log.complete and log.steps == 100 and list(log.variables) == ["velocity", "input_work", "force"]
+    found = np.column_stack([log.to_numpy(name)[:-1] for name in log.variables])
+    assert found.tobytes() == np.array(expected).tobytes()
+    times, velocity = log.series("velocity")
+    assert np.allclose(times, 0.02 * np.arange(51), rtol=0, atol=1e-12)
+    assert log.get("velocity", 0.5) == velocity[25] == log.get("velocity", 0.51)
+
+
+def test_default_frames_thin_out_and_are_the_same_each_time(tmp_path: Path) -> None:
+    ticks = []
+    for name in "ab":
+        oscillator_log(tmp_path / name)
+        log = open_log(tmp_path / name)
+        ticks.append(log.ticks("velocity"))
+        assert set(log.variables) >= {"position", "velocity", "kinetic_energy", "momentum_residual"}
+    assert np.array_equal(*ticks)
+    gaps = np.diff(ticks[0])
+    # Every tick up to 128, every second up to 256, every fourth up to the end at 260.
+    assert [int((gaps == gap).sum()) for gap in (1, 2, 4)] == [128, 64, 1] and len(gaps) == 193 and (np.diff(gaps) >= 0).all()
+
+
+def test_an_experiments_duration_decides_how_many_frames(tmp_path: Path) -> None:
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap", experiment={"duration": 50.0, "name": "long"}):
+        component.step(50.0)
+    log = open_log(tmp_path / "a.mcap")
+    assert len(log.ticks("position")) == 5000 // 20 + 1
+    assert log.metadata["experiment"] == {"duration": 50.0, "name": "long"}
+
+
+def test_the_log_says_what_it_is(tmp_path: Path) -> None:
+    component = chain_log(tmp_path / "a.mcap")
+    with open_log(tmp_path / "a.mcap") as log:
+        facts = log.metadata
+        assert facts["component"] == "chain" and facts["identity"] == component.identity
+        assert {"python", "numpy", "numba", "llvmlite", "mcap"} <= facts["versions"].keys()
+        assert "cpu" in facts["machine"] and facts["report"].keys() == component.report().keys()
+        assert log.variables["velocity"].unit == "m/s" and log.variables["velocity"].shape == (12,)
+        assert np.array_equal(log.particles.reference, component.particles().reference)  # type: ignore[union-attr]
+        assert log.input_variables["left_force"].unit == "N"
+        times, forces = log.inputs["left_force"]
+        assert forces[-1] == 44.0 and times[-1] == pytest.approx(log.duration)
+        assert log.component().get("velocity")[0] == 1.0
+
+
+def test_xarray_has_units(tmp_path: Path) -> None:
+    pytest.importorskip("xarray")
+    chain_log(tmp_path / "a.mcap", variables=["velocity", "input_work"])
+    log = open_log(tmp_path / "a.mcap")
+    data = log.to_xarray()
+    assert data["velocity"].attrs["units"] == "m/s" and data["time"].attrs["units"] == "s"
+    assert data["velocity"].values.tobytes() == log.to_numpy("velocity").tobytes()
+
+
+def test_segments_are_laid_end_to_end(tmp_path: Path) -> None:
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap", every=0.05):
+        for episode in range(3):
+            component.reset(velocity=float(episode + 1))
+            component.step(0.3, force=float(episode))
+    log = open_log(tmp_path / "a.mcap")
+    assert [(s.start, s.end) for s in log.segments] == [(0, 30)] * 3
+    assert log.duration == pytest.approx(0.9)
+    assert (np.diff(log.ticks("velocity")) >= 0).all() and len(log.ticks("velocity")) == 21
+    assert log.get("velocity", 0.3) == 2.0 and log.get("velocity", 0.6) == 3.0
+    result = verify(log)
+    assert result.identical and result.steps == 3 and result.frames == 21 * len(log.variables)
+
+
+@pytest.mark.parametrize("make_log", [oscillator_log, chain_log])
+def test_a_log_verifies(make_log, tmp_path: Path) -> None:  # noqa: ANN001
+    make_log(tmp_path / "a.mcap", key_every=None)
+    log = open_log(tmp_path / "a.mcap")
+    seen = []
+    result = verify(log, progress=seen.append)
+    assert result.identical and result and result.steps == log.steps and result.ticks == log.end_tick
+    assert result.frames == sum(len(log.ticks(name)) for name in log.variables)
+    assert result.hashes >= 1 and result.snapshots >= 2
+    assert "identical" in result.message and seen and 0.0 < max(seen) <= 1.0
+
+
+def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
+    component = catalogue.make("chain", **CHAIN)
+    h = component.step_size
+    with record(component, tmp_path / "a.mcap", every=h):
+        component.reset(velocity={0: 1.0})
+        component.step(100 * h)
+        with pytest.raises(StepError):
+            component.step(5000 * h, left_force=1e9)
+        component.step(50 * h)
+    log = open_log(tmp_path / "a.mcap")
+    assert log.ticks("velocity").tolist() == list(range(151))
+    assert [event["event"] for event in log.metadata["events"]] == ["failed"]
+    assert verify(log).identical
+
+
+# -- tampering, with every checksum valid ------------------------------------------------------------------------------
+
+
+def _one_input_bit(step: int):  # noqa: ANN202
+    def change(old: Record) -> Record:
+        if old.kind != STEPS or old.first != 0:
+            return old
+        values = old.arrays["0.values"].copy()
+        values.view(np.int64)[step] ^= 1 << 40
+        return changed(old, **{"0.values": values})
+
+    return change
+
+
+def _without_second_account(old: Record) -> Record:
+    """The account of the inputs that stands apart from them, made to agree with nothing: only the physics is left."""
+    return dataclasses.replace(old, header={"steps": {}}) if old.kind == HASHES and old.detail == 1 else old
+
+
+@pytest.mark.parametrize("second_account", [True, False])
+def test_one_changed_input_bit_is_caught_at_its_step(tmp_path: Path, second_account: bool) -> None:
+    component = chain_log(tmp_path / "a.mcap", hash_every=1, steps=20)
+    change = _one_input_bit(7)
+    rewrite(
+        tmp_path / "a.mcap", tmp_path / "b.mcap", lambda old: change(old if second_account else _without_second_account(old))
+    )
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable in {"left_force", "velocity", "displacement"}
+    # Step 7 goes from tick 21 to 24; with a hash at every tick the first tick shows it.
+    assert result.interval == pytest.approx((21 * component.step_size, 22 * component.step_size))
+    assert result.variable in result.message
+
+
+def test_an_input_bit_that_rounding_hides_is_caught(tmp_path: Path) -> None:
+    chain_log(tmp_path / "a.mcap", steps=20)
+
+    def change(old: Record) -> Record:
+        if old.kind != STEPS:
+            return old
+        values = old.arrays["0.values"].copy()
+        values.view(np.int64)[3] ^= 1
+        return changed(old, **{"0.values": values})
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.interval is not None and "left_force" in result.message
+
+
+@pytest.mark.parametrize("honest_identity", [True, False])
+def test_a_changed_parameter_is_caught(tmp_path: Path, honest_identity: bool) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    other = catalogue.make("oscillator", stiffness=2.0 + 2**-50)
+
+    def change(old: Record) -> Record:
+        if old.kind != HEADER:
+            return old
+        header = {**old.header, "parameters": {**old.header["parameters"], "stiffness": 2.0 + 2**-50}}
+        if honest_identity:
+            header["identity"] = other.identity
+        return dataclasses.replace(old, header=header)
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    if honest_identity:
+        with pytest.raises(LogError, match="snapshot"):
+            verify(tmp_path / "b.mcap")
+        return
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable is not None and result.interval is not None
+    assert "identity" in result.message
+    with pytest.raises(LogError, match="identity"):
+        open_log(tmp_path / "b.mcap").component()
+
+
+def test_one_changed_bit_of_a_frame_is_named_with_its_index(tmp_path: Path) -> None:
+    component = chain_log(tmp_path / "a.mcap", variables=["velocity"], every=6e-7)
+
+    def change(old: Record) -> Record:
+        if old.kind != FRAMES:
+            return old
+        values = old.arrays["values"].copy()
+        values.view(np.int64)[5, 3] ^= 1
+        return changed(old, values=values)
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    gap = round(6e-7 / component.step_size)
+    assert (result.variable, result.index) == ("velocity", 3)
+    assert result.interval == pytest.approx((4 * gap * component.step_size, 5 * gap * component.step_size))
+
+
+# -- branches ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("at", [0.0, 0.07, 0.6, 1.234, 2.6])
+def test_a_branch_with_unchanged_inputs_has_the_parents_bits(tmp_path: Path, at: float) -> None:
+    end = oscillator_log(tmp_path / "a.mcap", every=0.01, key_every=0.5)
+    parent = open_log(tmp_path / "a.mcap")
+    branch = parent.branch(round(at, 2))
+    child = branch.run(tmp_path / "b.mcap")
+    for name in parent.variables:
+        times, values = child.series(name)
+        parent_times, parent_values = parent.series(name)
+        assert times.tobytes() == parent_times[-len(times) :].tobytes()
+        assert values.tobytes() == parent_values[-len(values) :].tobytes()
+    assert branch.component.save().memory.tobytes() == end.save().memory.tobytes()
+    told = child.metadata["parent"]
+    assert told["file"] == "a.mcap" and told["tick"] == branch.tick and told["log"] == parent.identity
+    assert verify(child).identical
+
+
+def test_a_branch_takes_other_inputs_and_goes_on_longer(tmp_path: Path) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    parent = open_log(tmp_path / "a.mcap")
+    child = parent.branch(0.6).run(tmp_path / "b.mcap", inputs={"force": Profile.constant(3.0)}, until=4.0)
+    assert child.start_tick == 60 and child.duration == pytest.approx(3.4)
+    assert (child.inputs["force"][1][2:] == 3.0).all()
+    assert verify(child).identical
+    with pytest.raises(ParameterError, match="force"):
+        parent.branch(0.6).run(tmp_path / "c.mcap", inputs={"forse": 1.0})
+    with pytest.raises(ParameterError, match="the log goes from"):
+        parent.branch(99.0)
+    assert not (tmp_path / "c.mcap").exists()
+
+
+# -- stock viewers -----------------------------------------------------------------------------------------------------
+
+
+def test_stock_rerun_draws_particles_and_scalars(tmp_path: Path) -> None:
+    chunk = pytest.importorskip("rerun.chunk")
+    component = chain_log(tmp_path / "a.mcap")
+    columns: dict[str, set[str]] = {}
+    points = []
+    for part in chunk.McapReader(str(tmp_path / "a.mcap")).stream():
+        batch = part.to_record_batch()
+        columns.setdefault(str(part.entity_path), set()).update(batch.schema.names)
+        if "Points3D:positions" in batch.schema.names:
+            points += batch.column("Points3D:positions").to_pylist()
+    assert {"Points3D:positions", "Points3D:colors"} <= columns["/particles"]
+    assert "Scalars:scalars" in columns["/scalars/position"]
+    drawn = [frame for frame in points if frame]
+    assert len(drawn) >= 40 and len(drawn[0]) == 12
+    expected = component.particles().reference[:, 0] + component.get("displacement")  # type: ignore[union-attr]
+    assert np.allclose(np.array(drawn[-1])[:, 0], expected, atol=1e-6)
+
+
+def test_stock_mcap_reads_scalars_by_name(tmp_path: Path) -> None:
+    ros = pytest.importorskip("mcap_ros2.decoder")
+    from mcap.reader import make_reader
+
+    component = oscillator_log(tmp_path / "a.mcap")
+    with (tmp_path / "a.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[ros.DecoderFactory()])
+        messages = [message for _, _, _, message in reader.iter_decoded_messages(topics=["/scalars"])]
+        file.seek(0)
+        assert sum(1 for _ in make_reader(file, validate_crcs=True).iter_messages()) > len(messages)
+    last = dict(zip(messages[-1].name, messages[-1].position, strict=True))
+    assert last["velocity"] == component.get("velocity") and {"force", "kinetic_energy"} <= last.keys()
+
+
+# -- arguments ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"every": 0.015}, "every"),
+        ({"every": -1.0}, "every"),
+        ({"variables": ["velocitty"]}, "velocity"),
+        ({"variables": "velocity"}, "list"),
+        ({"variables": ["mass"]}, "mass"),
+        ({"hash_every": 0}, "hash_every"),
+        ({"hash_every": "x"}, "hash_every"),
+        ({"key_every": 0.0151}, "key_every"),
+        ({"experiment": {"x": object()}}, "experiment"),
+    ],
+)
+def test_bad_arguments_leave_no_file(tmp_path: Path, options: dict[str, object], message: str) -> None:
+    component = catalogue.make("oscillator")
+    with pytest.raises(ParameterError, match=message):
+        record(component, tmp_path / "a.mcap", **options)  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
+    component.step(0.01)
+
+
+def test_an_existing_file_is_kept(tmp_path: Path) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    before = (tmp_path / "a.mcap").read_bytes()
+    with pytest.raises(ParameterError, match="exists"):
+        oscillator_log(tmp_path / "a.mcap")
+    assert (tmp_path / "a.mcap").read_bytes() == before
+    oscillator_log(tmp_path / "a.mcap", overwrite=True)
+
+
+def test_recording_changes_no_bit(tmp_path: Path) -> None:
+    seen = chain_log(tmp_path / "a.mcap", every=2e-7)
+    alone = catalogue.make("chain", **CHAIN)
+    alone.reset(velocity={0: 1.0})
+    for number in range(40):
+        alone.step(3 * alone.step_size, left_force=5.0 + number)
+    assert alone.save().memory.tobytes() == seen.save().memory.tobytes()
+
+
+def test_a_recovered_log_has_everything(tmp_path: Path) -> None:
+    chain_log(tmp_path / "a.mcap")
+    data = (tmp_path / "a.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(data[:-60])
+    cut = open_log(tmp_path / "cut.mcap")
+    assert not cut.complete
+    out = recover(tmp_path / "cut.mcap", tmp_path / "out.mcap")
+    original = open_log(tmp_path / "a.mcap")
+    assert out.complete and out.steps == original.steps
+    for name in original.variables:
+        assert out.to_numpy(name).tobytes() == original.to_numpy(name).tobytes()
+    assert out.metadata["events"][-1]["event"] == "recovered" and verify(out).identical
+    with pytest.raises(ParameterError, match="exists"):
+        recover(tmp_path / "cut.mcap", tmp_path / "out.mcap")

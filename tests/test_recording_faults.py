@@ -1,0 +1,386 @@
+"""Kills, full disks, damaged and hostile files: an error that says so, or exactly the values that were written."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+import tracemalloc
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from recording_helpers import chain_log, mutated, oscillator_log, rewrite
+
+import granular_env.components.catalogue as catalogue
+from granular_env.components.contract import Snapshot
+from granular_env.components.errors import GranularError, LogError
+from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording.chunks import ChunkWriter
+from granular_env.recording.format import HEADER, Record
+from granular_env.recording.schedule import Schedule
+from granular_env.recording.writer import Recorder
+
+# Steps on, and after each step tells the time on the clock that the test reads too.
+_VICTIM = """
+import sys, time
+from granular_env.components.catalogue import make
+from granular_env.recording import record
+component = make("oscillator")
+with record(component, sys.argv[1], every=0.01):
+    component.reset(velocity=1.0)
+    print("ready", flush=True)
+    while True:
+        component.step(0.01, force=float(component.tick % 5))
+        if component.tick % 50 == 0:
+            print(component.tick, time.monotonic(), flush=True)
+            if sys.argv[2] == "idle" and component.tick == 500:
+                time.sleep(60)
+"""
+# What a killed process may lose [s].
+_LOST_SECONDS = 0.1
+
+
+def _kill(path: Path, after: float, mode: str = "busy") -> list[tuple[int, float]]:
+    """Run the victim, kill it -9 some time after it is ready; the ticks that it told, each with its age at the kill [s]."""
+    process = subprocess.Popen([sys.executable, "-c", _VICTIM, str(path), mode], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "ready\n"
+    time.sleep(after)
+    killed = time.monotonic()
+    process.send_signal(signal.SIGKILL)
+    lines = process.stdout.read().splitlines()
+    process.wait()
+    process.stdout.close()
+    return [(int(line.split()[0]), killed - float(line.split()[1])) for line in lines if len(line.split()) == 2]
+
+
+def _check_killed(path: Path, told: list[tuple[int, float]]) -> None:
+    log = open_log(path)
+    assert not log.complete and log._header["component"] == "oscillator"
+    safe = max((tick for tick, age in told if age > _LOST_SECONDS), default=0)
+    assert log.end_tick >= safe, f"{safe - log.end_tick} ticks older than {_LOST_SECONDS} s were lost"
+    assert verify(log).identical
+    path.unlink()
+
+
+def test_killed_at_random_moments(tmp_path: Path) -> None:
+    chance = random.Random(1)
+    for _ in range(24):
+        _check_killed(tmp_path / "a.mcap", _kill(tmp_path / "a.mcap", chance.uniform(0.0, 0.4)))
+
+
+def test_killed_while_the_script_sits_idle(tmp_path: Path) -> None:
+    told = _kill(tmp_path / "a.mcap", 0.6, "idle")
+    assert told[-1][0] == 500 and told[-1][1] > 0.2
+    log = open_log(tmp_path / "a.mcap")
+    assert log.end_tick == 500
+    whole = recover(tmp_path / "a.mcap", tmp_path / "whole.mcap")
+    assert whole.complete and whole.end_tick == 500 and verify(whole).identical
+
+
+@pytest.mark.slow
+def test_killed_a_thousand_times(tmp_path: Path) -> None:
+    chance = random.Random(2)
+    for _ in range(1000):
+        _check_killed(tmp_path / "a.mcap", _kill(tmp_path / "a.mcap", chance.uniform(0.0, 0.5)))
+
+
+def test_ctrl_c_leaves_a_complete_log(tmp_path: Path) -> None:
+    component = catalogue.make("oscillator")
+    with pytest.raises(KeyboardInterrupt), record(component, tmp_path / "a.mcap"):
+        component.step(0.5)
+        raise KeyboardInterrupt
+    log = open_log(tmp_path / "a.mcap")
+    assert log.complete and log.end_tick == 50 and verify(log).identical
+
+
+def test_an_interrupt_between_step_and_record_starts_a_new_segment(tmp_path: Path) -> None:
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap") as recorder:
+        component.reset(velocity=1.0)
+        component.step(0.1)
+        component.ignore(recorder)
+        component.step(0.05)
+        component._observers.append(recorder)
+        component.step(0.2)
+        component.step(0.2)
+    log = open_log(tmp_path / "a.mcap")
+    assert [(s.start, s.end) for s in log.segments] == [(0, 10), (35, 55)] and verify(log).identical
+
+
+# -- nowhere to write --------------------------------------------------------------------------------------------------
+
+
+class _FullDisk:
+    """A file on a disk with so many bytes left."""
+
+    def __init__(self, room: int) -> None:
+        self.room = room
+
+    def write(self, data: Any) -> int:
+        self.room -= len(data)
+        if self.room < 0:
+            raise OSError(28, "No space left on device")
+        return len(data)
+
+    def flush(self) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("room", [5000, 9000, 20000])
+def test_a_full_disk_is_reported_and_the_state_kept(room: int) -> None:
+    component = catalogue.make("oscillator")
+    twin = catalogue.make("oscillator")
+    recorder = Recorder(component, Path("full/disk.mcap"), _FullDisk(room), ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
+    with pytest.raises(LogError, match=r"full/disk\.mcap.*No space left"):
+        for _ in range(200000):
+            twin.step(0.01, force=0.3)
+            component.step(0.01, force=0.3)
+    assert component.tick == twin.tick and component.save().memory.tobytes() == twin.save().memory.tobytes()
+    component.step(0.01)
+    with pytest.raises(LogError, match="No space left"):
+        recorder.close()
+    recorder.close()
+
+
+def test_a_full_disk_at_the_very_end() -> None:
+    component = catalogue.make("oscillator")
+    recorder = Recorder(component, Path("x.mcap"), _FullDisk(10000), ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
+    component.step(100.0)
+    with pytest.raises(LogError, match="No space left"):
+        recorder.close()
+    assert component.tick == 10000
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+def test_dev_full() -> None:
+    with pytest.raises(LogError, match="/dev/full"), record(catalogue.make("oscillator"), "/dev/full", overwrite=True):
+        pass
+
+
+def test_a_folder_that_cannot_be(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    component = catalogue.make("oscillator")
+    with pytest.raises(LogError, match="file"):
+        record(component, tmp_path / "file" / "a.mcap")
+    component.step(0.01)
+
+
+def test_another_error_is_not_hidden_by_the_disk(tmp_path: Path) -> None:
+    component = catalogue.make("oscillator")
+    recorder = Recorder(component, Path("x.mcap"), _FullDisk(9000), ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
+    with pytest.raises(ZeroDivisionError), recorder:
+        component.step(100.0)
+        raise ZeroDivisionError
+
+
+# -- damage ------------------------------------------------------------------------------------------------------------
+
+
+def _everything(path: Path) -> dict[str, Any]:
+    """All that a log gives, as bytes; frames by tick, so that the front of a log can be compared with the whole."""
+    with open_log(path) as log:
+        found: dict[str, Any] = {"header": (log.step_size, log.identity)}
+        for name in log.variables:
+            ticks, values = log.ticks(name), log.to_numpy(name)
+            for tick, value in zip(ticks.tolist(), values, strict=True):
+                found[f"{name} {tick}"] = value.tobytes()
+        for segment in log.segments:
+            steps = log.steps_of(segment)
+            for place, (ticks, sets) in enumerate(steps):
+                told = {
+                    k: v if isinstance(v, float) else (v.ticks.tobytes(), v.coefficients.tobytes()) for k, v in sets.items()
+                }
+                found[f"step {segment.number} {place}"] = (ticks, told)
+        for segment, tick in log.snapshots:
+            found[f"snapshot {segment.number} {tick}"] = log.snapshot(segment, tick).to_bytes()
+        return found
+
+
+def _fuzz(folder: Path, count: int, seed: int) -> int:
+    """How many of the damaged logs were refused; the others must give the original values and nothing else."""
+    oscillator_log(folder / "a.mcap", every=0.1)
+    chain_log(folder / "b.mcap", every=6e-7)
+    chance = random.Random(seed)
+    originals = [(folder / name).read_bytes() for name in ("a.mcap", "b.mcap")]
+    truths = [_everything(folder / name) for name in ("a.mcap", "b.mcap")]
+    snapshots = [next(v for k, v in truth.items() if k.startswith("snapshot")) for truth in truths]
+    refused = 0
+    for number in range(count):
+        which = number % 2
+        damaged = mutated(originals[which], originals[1 - which], chance)
+        (folder / "c.mcap").write_bytes(damaged)
+        try:
+            found = _everything(folder / "c.mcap")
+        except LogError:
+            refused += 1
+        else:
+            wrong = [key for key, value in found.items() if truths[which].get(key) != value]
+            assert not wrong, f"damage {number}: {wrong[:3]}"
+        damaged = mutated(snapshots[which], snapshots[1 - which], chance)
+        try:
+            again = Snapshot.from_bytes(damaged).to_bytes()
+        except LogError:
+            continue
+        assert again in snapshots
+    return refused
+
+
+def test_damaged_logs_and_snapshots_are_refused_or_right(tmp_path: Path) -> None:
+    refused = _fuzz(tmp_path, 500, seed=3)
+    assert 100 < refused < 500
+
+
+@pytest.mark.slow
+def test_twenty_thousand_damaged_logs_and_snapshots(tmp_path: Path) -> None:
+    assert _fuzz(tmp_path, 20_000, seed=4) > 4000
+
+
+def test_damage_in_the_middle_names_recover_and_recover_saves_the_front(tmp_path: Path) -> None:
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap", every=0.01):
+        component.reset(velocity=1.0)
+        for _ in range(4):
+            component.step(1.0)
+            time.sleep(0.15)
+    data = bytearray((tmp_path / "a.mcap").read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    (tmp_path / "b.mcap").write_bytes(data)
+    with pytest.raises(LogError, match="recover"):
+        open_log(tmp_path / "b.mcap").to_numpy("velocity")
+    saved = recover(tmp_path / "b.mcap", tmp_path / "c.mcap")
+    whole = open_log(tmp_path / "a.mcap")
+    assert 0 < saved.end_tick < whole.end_tick and verify(saved).identical
+    kept = saved.to_numpy("velocity")
+    assert len(kept) and kept.tobytes() == whole.to_numpy("velocity")[: len(kept)].tobytes()
+    assert saved.metadata["events"][-1]["bytes_lost"] > 0
+
+
+@pytest.mark.parametrize("content", [b"", b"x", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" * 9, b"PK\x03\x04" + bytes(500)])
+def test_files_that_are_no_logs(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "a.mcap").write_bytes(content)
+    for act in (open_log, verify, lambda path: recover(path, tmp_path / "out.mcap")):
+        with pytest.raises(LogError, match=r"a\.mcap"):
+            act(tmp_path / "a.mcap")
+    assert not (tmp_path / "out.mcap").exists()
+    with pytest.raises(LogError):
+        open_log(tmp_path)
+    with pytest.raises(LogError):
+        open_log(tmp_path / "missing.mcap")
+
+
+def test_a_message_of_another_log_is_noticed(tmp_path: Path) -> None:
+    """Whole messages exchanged between two logs of the same run, every container checksum right."""
+    for name, every in (("a", 0.1), ("b", 0.05)):
+        oscillator_log(tmp_path / name, every=every)
+    contents = []
+    for name in "ab":
+        from granular_env.recording.caps import Caps
+        from granular_env.recording.container import Container
+
+        container = Container(tmp_path / name, Caps(name))
+        contents.append([[(m.topic, bytes(m.data)) for m in container.messages(c)] for c in range(container.chunk_count)])
+    with (tmp_path / "c").open("wb") as file:
+        writer = ChunkWriter(file, "", "")
+        schema = writer.add_schema("s", "protobuf", b"")
+        topics = sorted({topic for chunk in contents[0] for topic, _ in chunk})
+        channels = {topic: writer.add_channel(topic, "protobuf", schema) for topic in topics}
+        foreign = next(data for chunk in contents[1] for topic, data in chunk if topic == "granular/steps")
+        for chunk in contents[0]:
+            for topic, data in chunk:
+                writer.add_message(channels[topic], 0, 0, [foreign if topic == "granular/steps" else data])
+            writer.flush()
+        writer.finish()
+    with pytest.raises(LogError, match="another log"):
+        open_log(tmp_path / "c").steps_of(open_log(tmp_path / "c").segments[0])
+
+
+# -- hostile files -----------------------------------------------------------------------------------------------------
+
+
+def test_a_bomb_is_not_unfolded(tmp_path: Path) -> None:
+    """A chunk that says it is small and unfolds to 512 MB, and one that says it is huge."""
+    import lz4.frame
+
+    bomb = lz4.frame.compress(bytes(512 << 20))
+    for declared, message in ((1000, "damaged"), (2**40, "limit")):
+        head = (0).to_bytes(8, "little") * 2 + declared.to_bytes(8, "little") + (1).to_bytes(4, "little")
+        body = head + (3).to_bytes(4, "little") + b"lz4" + len(bomb).to_bytes(8, "little") + bomb
+        (tmp_path / "a.mcap").write_bytes(b"\x89MCAP0\r\n\x06" + len(body).to_bytes(8, "little") + body)
+        tracemalloc.start()
+        with pytest.raises(LogError):
+            open_log(tmp_path / "a.mcap")
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 32 << 20, message
+
+
+def _with_header(tmp_path: Path, **values: Any) -> Path:
+    chain_log(tmp_path / "a.mcap", steps=4)
+
+    def change(old: Record) -> Record:
+        return dataclasses.replace(old, header={**old.header, **values}) if old.kind == HEADER else old
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    return tmp_path / "b.mcap"
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"component": "os"},
+        {"component": ["chain"]},
+        {"parameters": {"grains": 10**12, "radius": 1e-3, "material": "steel"}},
+        {"parameters": {"grains": 1e12, "radius": 1e-3, "material": "steel"}},
+        {"parameters": None},
+        {"parameters": {"grains": -1}},
+        {"inputs": []},
+        {"step_size": -1.0},
+        {"step_size": "0.1"},
+        {"variables": [{"name": "velocity"}]},
+        {"variables": 3},
+        {"format": 99},
+    ],
+)
+def test_headers_that_lie(tmp_path: Path, values: dict[str, Any]) -> None:
+    path = _with_header(tmp_path, **values)
+    started = time.monotonic()
+    with pytest.raises(LogError):
+        verify(path)
+    # A component of 10^12 grains would take minutes or the memory; refusing takes none.
+    assert time.monotonic() - started < 20.0
+
+
+def test_a_component_that_is_not_ours_is_only_run_when_handed_over(tmp_path: Path) -> None:
+    path = _with_header(tmp_path, component="their_chain")
+    with pytest.raises(LogError, match="components="):
+        verify(path)
+    from granular_env.components.chain.component import Chain
+
+    assert verify(path, components={"their_chain": Chain}).identical
+
+
+def test_every_error_is_of_the_family(tmp_path: Path) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    log = open_log(tmp_path / "a.mcap")
+    for act in (
+        lambda: log.get("velocity", "soon"),  # type: ignore[arg-type]
+        lambda: log.get("velocitty", 0.0),
+        lambda: log.get("velocity", float("nan")),
+        lambda: log.series("mass"),
+        lambda: log.branch(-1.0),
+        lambda: log.branch(float("inf")),
+        lambda: open_log(3),  # type: ignore[arg-type]
+        lambda: recover(tmp_path / "a.mcap", tmp_path / "a.mcap", overwrite=True),
+    ):
+        with pytest.raises(GranularError):
+            act()
+    assert np.isfinite(log.get("velocity", 0.0))

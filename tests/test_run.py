@@ -1,0 +1,238 @@
+"""The loop that advances an experiment: same bits whatever looks on, complete logs however it ends."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from granular_env.components import catalogue
+from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, StepError
+from granular_env.components.profiles import Profile
+from granular_env.experiments import load_experiment, shipped_experiments
+from granular_env.experiments.prepare import prepare
+from granular_env.recording import open_log, verify
+from granular_env.running import replay, run
+
+ROOT = Path(__file__).resolve().parents[1]
+OSCILLATOR = {
+    "name": "swing",
+    "duration": 10.0,
+    "component": {"type": "oscillator", "stiffness": 4.0},
+    "start": {"position": 1.0},
+    "input": {"force": {"profile": "triangle", "peak": 1.0, "duration": 0.5}},
+    "record": {"every": 0.1, "variables": ["position"]},
+}
+
+
+def state(component) -> bytes:
+    return component.save().to_bytes()
+
+
+@pytest.mark.parametrize("name", shipped_experiments())
+def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
+    experiment = load_experiment(name)
+    assert experiment.name == name
+    assert len(experiment.description) > 80
+    ready = prepare(experiment)
+    # A twentieth of it, and at least one frame beyond the first.
+    every = experiment.record.every
+    assert every is not None
+    duration = round(max(experiment.duration / 20, 2 * every) / every) * every
+    result = run(name, overrides=[f"duration={duration:.9g}"], log=tmp_path / "log.mcap")
+    assert result.steps == ready.component.ticks_in(duration)
+    assert np.isfinite(result.component.get("kinetic_energy"))
+    with open_log(tmp_path / "log.mcap") as log:
+        assert log.complete
+        assert set(log.variables) == set(experiment.record.variables or [])
+    assert verify(tmp_path / "log.mcap").identical
+
+
+def test_a_run_has_the_bits_of_a_script(tmp_path):
+    script = catalogue.make("oscillator", stiffness=4.0)
+    script.reset(position=1.0)
+    script.step(10.0, force=Profile.triangle(1.0, 0.5))
+    plain = run(OSCILLATOR)
+    watched = run(OSCILLATOR, log=tmp_path / "a.mcap", progress=True, overrides=["record.hash_every=1", "record.every=0.01"])
+    ruled = run(OSCILLATOR, overrides=['stop=[{variable="position", above=1e9, every=0.07}]'])
+    assert plain.steps == 1000
+    assert state(script) == state(plain.component) == state(watched.component) == state(ruled.component)
+
+
+def test_a_stop_rule_ends_the_run_at_its_own_instants(tmp_path):
+    rule = 'stop=[{variable="position", below=0.0, every=0.05}]'
+    result = run(OSCILLATOR, overrides=[rule], log=tmp_path / "stopped.mcap")
+    assert result.stopped_by == "position below 0"
+    assert not result.interrupted
+    assert result.component.tick % 5 == 0
+    assert result.component.get("position") < 0.0
+    # It was not met one look earlier.
+    earlier = run({**OSCILLATOR, "duration": result.component.time - 0.05})
+    assert earlier.component.get("position") >= 0.0
+    with open_log(tmp_path / "stopped.mcap") as log:
+        assert log.complete
+        assert log.duration == pytest.approx(result.component.time, rel=1e-12)
+
+
+def test_a_stop_rule_never_looks_at_the_start():
+    result = run(OSCILLATOR, overrides=['stop=[{variable="position", above=-10.0}]'])
+    assert result.component.tick == 10  # record.every = 0.1 s
+
+
+def test_a_stop_rule_watches_one_grain():
+    rule = 'stop=[{variable="velocity", index=5, above=1.0, every=1e-6}]'
+    result = run("nesterenko-1983/3.1-one-grain", overrides=[rule])
+    assert result.stopped_by == "velocity[5] above 1"
+    velocity = result.component.get("velocity")
+    assert velocity[5] > 1.0 > velocity[7]
+
+
+def test_nothing_is_written_when_the_experiment_is_wrong(tmp_path):
+    log = tmp_path / "logs" / "x.mcap"
+    for override in [
+        "input.forse=1",
+        "record.variables=['positon']",
+        "duration=0.0123",
+        'start.velocity="x"',
+        "component.mass=-1",
+    ]:
+        with pytest.raises(ExperimentError):
+            run(OSCILLATOR, log=log, overrides=[override])
+        assert not log.parent.exists()
+
+
+def test_an_existing_log_is_kept_unless_told(tmp_path):
+    log = tmp_path / "x.mcap"
+    run(OSCILLATOR, log=log)
+    before = log.read_bytes()
+    with pytest.raises(GranularError, match="exists"):
+        run(OSCILLATOR, log=log)
+    assert log.read_bytes() == before
+    run(OSCILLATOR, log=log, overwrite=True, overrides=["duration=20"])
+    with open_log(log) as opened:
+        assert opened.duration == pytest.approx(20.0, rel=1e-12)
+
+
+def test_the_log_holds_the_experiment_and_can_be_run_from_it(tmp_path):
+    first = run(OSCILLATOR, log=tmp_path / "x.mcap")
+    with open_log(tmp_path / "x.mcap") as log:
+        again = run(log.metadata["experiment"])
+    assert state(first.component) == state(again.component)
+
+
+def test_replay_comes_to_the_same_bits(tmp_path):
+    first = run(OSCILLATOR, log=tmp_path / "x.mcap")
+    second = replay(tmp_path / "x.mcap")
+    assert second.steps == first.steps
+    assert state(second.component) == state(first.component)
+
+
+def test_a_csv_history_is_in_the_log_and_not_its_path(tmp_path):
+    (tmp_path / "push.csv").write_text("time [ms],force [mN]\n0,0\n100,500\n200,0\n")
+    table = {"profile": "csv", "path": str(tmp_path / "push.csv"), "time_column": "time", "value_column": "force"}
+    first = run({**OSCILLATOR, "input": {"force": table}}, log=tmp_path / "x.mcap")
+    (tmp_path / "push.csv").unlink()
+    assert verify(tmp_path / "x.mcap").identical
+    assert state(replay(tmp_path / "x.mcap").component) == state(first.component)
+
+
+def test_a_run_that_breaks_down_leaves_a_complete_log(tmp_path):
+    broken = {**OSCILLATOR, "component": {"type": "oscillator", "stiffness": 1e9}, "duration": 1e4}
+    with pytest.raises(StepError):
+        run(broken, log=tmp_path / "x.mcap")
+    with open_log(tmp_path / "x.mcap") as log:
+        assert log.complete
+        assert [event["event"] for event in log.metadata["events"]] == ["failed"]
+    assert verify(tmp_path / "x.mcap").identical
+
+
+def test_warnings_are_in_the_result_and_warned_of():
+    table = {"profile": "triangle", "peak": 1.0, "duration": 0.505, "start": 0.001}
+    with pytest.warns(GranularWarning, match="between ticks"):
+        result = run({**OSCILLATOR, "input": {"force": table}})
+    assert any("between ticks" in text for text in result.warnings)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run(OSCILLATOR).warnings == []
+
+
+def test_observers_look_on_and_are_let_go():
+    class Counter:
+        next_tick = 0
+        looks = 0
+
+        def began(self, component):
+            self.next_tick = component.tick
+
+        def look(self, component):
+            self.looks += 1
+            self.next_tick = component.tick + 100
+
+        def stepped(self, component, ticks, inputs): ...
+
+        def failed(self, component, error): ...
+
+    counter = Counter()
+    result = run(OSCILLATOR, observers=[counter])
+    assert counter.looks >= 10
+    looks = counter.looks
+    result.component.step(1.0)
+    assert counter.looks == looks
+    assert state(run(OSCILLATOR).component) != state(result.component)
+
+
+# -- Ctrl-C ---------------------------------------------------------------------------------------------------------
+
+
+def test_an_interrupt_inside_the_loop_gives_a_result(tmp_path):
+    class Interrupter:
+        next_tick = 400
+
+        def began(self, component): ...
+
+        def look(self, component):
+            self.next_tick = 10**9
+            os.kill(os.getpid(), signal.SIGINT)
+
+        def stepped(self, component, ticks, inputs): ...
+
+        def failed(self, component, error): ...
+
+    handler = signal.getsignal(signal.SIGINT)
+    result = run(OSCILLATOR, log=tmp_path / "x.mcap", observers=[Interrupter()])
+    assert signal.getsignal(signal.SIGINT) is handler
+    assert result.interrupted
+    assert 400 <= result.steps < 1000
+    with open_log(tmp_path / "x.mcap") as log:
+        assert log.complete
+        assert log.duration == pytest.approx(result.component.time, rel=1e-12)
+    assert verify(tmp_path / "x.mcap").identical
+
+
+def test_ctrl_c_on_the_command_line_leaves_a_complete_log(tmp_path):
+    log = tmp_path / "long.mcap"
+    command = [sys.executable, "-m", "granular_env", "run", "oscillator/pushed", "--set", "duration=1e9", "--log", str(log)]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        # The log has grown beyond its header: the loop is running.
+        for _ in range(600):
+            if process.poll() is not None or (log.exists() and log.stat().st_size > 20_000):
+                break
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 130, errors
+    assert "Traceback" not in errors
+    assert "interrupted: the log is complete up to there" in output
+    assert str(log) in output
+    assert verify(log).identical
+    with open_log(log) as opened:
+        assert opened.complete
+        assert opened.duration > 0.0

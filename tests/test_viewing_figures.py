@@ -1,0 +1,191 @@
+"""Figures and reports: complete, self-contained, and harmless whatever a log says."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from granular_env.components.catalogue import make
+from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
+from granular_env.recording import open_log, record
+from granular_env.viewing import colours, figures, report
+from granular_env.viewing.exaggeration import chosen_exaggeration
+from granular_env.viewing.footage import from_component, from_log
+
+HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="module")
+def chain_log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("logs") / "chain <b>.mcap"
+    chain = make("chain", grains=20, left="piston")
+    with record(chain, path, every=1e-6, experiment={"name": HOSTILE, "duration": 1e-4}):
+        chain.step(1e-4, left_velocity=5.0)
+    return open_log(path)
+
+
+@pytest.fixture(scope="module")
+def oscillator_log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("logs") / "oscillator.mcap"
+    oscillator = make("oscillator")
+    with record(oscillator, path):
+        oscillator.reset(position=1.0)
+        for _ in range(10):
+            oscillator.step(0.1, force=0.5)
+    return open_log(path)
+
+
+def test_footage_holds_what_was_recorded(chain_log):
+    footage = from_log(chain_log)
+    times, velocity = chain_log.series("velocity")
+    assert footage.title == HOSTILE
+    np.testing.assert_array_equal(footage.motion.times, times)
+    np.testing.assert_array_equal(footage.motion.colour, velocity)
+    np.testing.assert_array_equal(footage.motion.displacement[..., 0], chain_log.to_numpy("displacement"))
+    assert not footage.motion.displacement[..., 1:].any()
+    assert footage.inputs["left_velocity"].unit == "m/s" and footage.inputs["left_velocity"].values[-1] == 5.0
+
+
+def test_overlaps_stand_in_for_forces_that_were_not_recorded(chain_log):
+    motion = from_log(chain_log).motion
+    u = chain_log.to_numpy("displacement")
+    assert (motion.contact_name, motion.contact_unit) == ("overlap", "\u00b5m")
+    # Less than 1e-12 of a radius, 3e-9 um, is shown as a mere touch; rounding of positions up to .1 m is 1e-11 um.
+    np.testing.assert_allclose(motion.contact, np.maximum(u[:, :-1] - u[:, 1:], 0.0) * 1e6, rtol=1e-7, atol=3.1e-9)
+
+
+def test_footage_is_thinned_but_keeps_both_ends(chain_log):
+    motion = from_log(chain_log, frames=7).motion
+    times = chain_log.times("velocity")
+    assert len(motion.times) == 7 and (motion.times[0], motion.times[-1]) == (times[0], times[-1])
+
+
+def test_a_live_component_gives_the_same_picture_as_its_log(chain_log):
+    chain = make("chain", grains=20, left="piston")
+    chain.step(1e-4, left_velocity=5.0)
+    live, logged = from_component(chain).motion, from_log(chain_log).motion
+    np.testing.assert_array_equal(live.displacement[0], logged.displacement[-1])
+    np.testing.assert_array_equal(live.colour[0], logged.colour[-1])
+    np.testing.assert_array_equal(live.contact[0], chain.get("contact_force"))
+
+
+def test_exaggeration_shows_the_wave_and_lets_no_grains_pass(chain_log):
+    motion = from_log(chain_log).motion
+    factor = chosen_exaggeration(motion.reference, motion.radius, motion.displacement)
+    drawn = motion.reference[:, 0] + factor * motion.displacement[..., 0]
+    overlap = motion.radius[1:] + motion.radius[:-1] - np.diff(drawn, axis=1)
+    assert factor > 1.0 and re.fullmatch(r"[125]0*", f"{factor:.0f}")
+    # Half a radius, or less by the rounding to 1, 2, 5 (a factor of up to 2.5).
+    assert 0.2 * 3e-3 <= overlap.max() <= 0.5 * 3e-3 * (1 + 1e-9)
+
+
+def test_exaggeration_closes_gaps_without_passing():
+    reference = np.array([[0.0, 0, 0], [2.5, 0, 0]])
+    displacement = np.zeros((2, 2, 3))
+    displacement[1, 0, 0] = 0.01
+    assert chosen_exaggeration(reference, np.ones(2), displacement) == 100.0
+    assert chosen_exaggeration(reference, np.ones(2), np.zeros((2, 2, 3))) == 1.0
+
+
+def test_colours_are_symmetric_about_white():
+    ends = colours.diverging(np.array([-2.0, 0.0, 2.0, 9.0]), 2.0)
+    assert [tuple(row) for row in ends] == [colours.rgb(name) for name in ("#2166ac", "#f7f7f7", "#b2182b", "#b2182b")]
+    assert colours.symmetric_limit([-4.91, 3.0]) == 5.0 and colours.symmetric_limit([0.0]) == 1.0
+
+
+def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    footage = from_log(chain_log)
+    for figure in (figures.headline(footage.motion, "a title"), figures.ledger(footage), figures.space_time(footage.motion)):
+        assert figures.png(figure).startswith(PNG)
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_axes_say_what_and_in_which_unit(chain_log):
+    motion = from_log(chain_log).motion
+    above, below = figures.headline(motion).axes[:2]
+    assert above.get_ylabel() == "velocity [m/s]" and below.get_ylabel() == "time [\u00b5s]"
+    np.testing.assert_array_equal(above.lines[0].get_ydata(), motion.colour[-1])
+
+
+def test_histories_and_profiles_show_what_was_asked_for(chain_log):
+    motion = from_log(chain_log).motion
+    line = figures.histories(motion, grains=[-1]).axes[0].lines[0]
+    np.testing.assert_array_equal(line.get_ydata(), motion.colour[:, 19])
+    panel = figures.profiles(motion, times=[5e-5]).axes[0]
+    np.testing.assert_array_equal(panel.lines[0].get_ydata(), motion.colour[50])
+
+
+@pytest.mark.parametrize(("chosen", "word"), [({"times": [1.0]}, "times: got 1 s"), ({"grains": [20]}, "grains: got 20")])
+def test_what_the_log_does_not_have_is_refused_and_nothing_written(chain_log, tmp_path, chosen, word):
+    with pytest.raises(ParameterError, match=word):
+        report(chain_log, tmp_path / "report", **chosen)
+    assert not (tmp_path / "report").exists()
+
+
+def test_the_rows_of_the_picture_are_the_instants(chain_log):
+    motion = from_log(chain_log).motion
+    picture = figures.space_time_picture(motion, 10.0)
+    rows = picture.rows(motion.times)
+    assert (rows[0], rows[-1]) == pytest.approx((picture.bottom, picture.top))
+    assert 0 < picture.top < picture.bottom < picture.pixels.shape[0] and picture.right < picture.pixels.shape[1]
+
+
+def test_report_of_a_chain_is_complete_and_self_contained(chain_log, tmp_path):
+    html = report(chain_log, tmp_path / "new" / "folder").read_text()
+    headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
+    assert headings == [
+        "x-t diagram", "Profiles at chosen times", "Histories of chosen grains", "Inputs", "Ledger", "Validity", "Parameters",
+        "Environment", "Replay it",
+    ]  # fmt: skip
+    assert "default-src &#x27;none&#x27;" in html or "default-src 'none'" in html
+    assert set(re.findall(r"<img [^>]*src=\"([^\",]*)", html)) == {"data:image/png;base64"}
+    assert (
+        "peak contact pressure" in html
+        and "replay" in html
+        and "--verify" in html
+        and chain_log.metadata["versions"]["numpy"] in html
+    )
+    for name in ("space-time", "profiles", "histories", "ledger", "inputs"):
+        assert (tmp_path / "new" / "folder" / f"{name}.png").read_bytes().startswith(PNG)
+
+
+def test_report_escapes_what_a_log_says(chain_log, tmp_path):
+    html = report(chain_log, tmp_path).read_text()
+    assert "&lt;script&gt;alert(1)" in html
+    tags = {tag.lower() for tag in re.findall(r"<\s*/?\s*([a-zA-Z0-9]+)", html)}
+    assert not tags & {"script", "iframe", "object", "embed", "link", "base", "form", "b"}
+    # Every address in an attribute is a picture of the page's own or a place on it.
+    assert all(
+        address.startswith(("data:image/png;base64,", "#")) for address in re.findall(r"(?:src|href)=\"([^\"]*)\"", html)
+    )
+
+
+def test_report_of_a_component_without_particles(oscillator_log, tmp_path):
+    html = report(oscillator_log, tmp_path).read_text()
+    headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
+    assert headings == ["Outputs", "Inputs", "Ledger", "Validity", "Parameters", "Environment", "Replay it"]
+    with pytest.raises(ParameterError, match="no motion"):
+        report(oscillator_log, tmp_path, grains=[0])
+
+
+def test_a_folder_that_cannot_be_written_is_named(oscillator_log, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(GranularError, match="file"):
+        report(oscillator_log, tmp_path / "file")
+
+
+def test_missing_matplotlib_says_what_to_install(oscillator_log, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
+    with pytest.raises(MissingExtraError, match="pip install"):
+        report(oscillator_log, tmp_path)
+
+
+def test_a_motion_without_colour_is_refused_by_name(chain_log):
+    motion = replace(from_log(chain_log).motion, colour=None)
+    with pytest.raises(ParameterError, match="'velocity' was not recorded"):
+        figures.space_time(motion)
