@@ -26,11 +26,12 @@ from typing import Any, ClassVar, Literal, Protocol, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from .errors import FmuError, GranularError, GranularWarning, LogError, ParameterError, StepError, nearest, shortened
 from .packing import canonical_json, pack, unpack
 from .profiles import CompiledProfile, Profile, finite_number
+from .validation import filled, validated
 
 __all__ = [
     "Block",
@@ -161,16 +162,16 @@ class Snapshot:
 
     def to_bytes(self) -> bytes:
         """A versioned header and plain arrays; see `packing`."""
-        numbers = {name: value for name, value in self.inputs.items() if isinstance(value, float)}
-        profiles = {name: value for name, value in self.inputs.items() if not isinstance(value, float)}
+        numbers = {name: value for name, value in self.inputs.items() if not isinstance(value, CompiledProfile)}
+        profiles = {name: value for name, value in self.inputs.items() if isinstance(value, CompiledProfile)}
         header = {
             "kind": "snapshot",
             "identity": self.identity,
             "tick": self.tick,
-            "inputs": {name: value.hex() for name, value in numbers.items()},
+            "inputs": {name: float(value).hex() for name, value in numbers.items()},
             "profiles": {name: value.step_size.hex() for name, value in profiles.items()},
         }
-        arrays = {"memory": self.memory.view(np.int64)}
+        arrays: dict[str, np.ndarray] = {"memory": self.memory.view(np.int64)}
         for name, value in profiles.items():
             arrays[f"{name}.ticks"], arrays[f"{name}.coefficients"] = value.ticks, value.coefficients
         return pack(header, arrays)
@@ -183,7 +184,7 @@ class Snapshot:
             if header["kind"] != "snapshot":
                 raise LogError(f"these bytes hold a {header['kind']!r}, expected a snapshot")
             inputs: dict[str, Held] = {name: float.fromhex(text) for name, text in header["inputs"].items()}
-            if not all(math.isfinite(value) for value in inputs.values() if isinstance(value, float)):
+            if not all(math.isfinite(value) for value in inputs.values() if not isinstance(value, CompiledProfile)):
                 raise LogError("a snapshot holds an input that is not finite")
             for name, step_size in header["profiles"].items():
                 ticks, coefficients = arrays[f"{name}.ticks"], arrays[f"{name}.coefficients"]
@@ -356,11 +357,20 @@ class Component(ABC):
             ParameterError: an input or the duration is not valid; nothing has changed.
             StepError: the physics would break down; the state is that from before the step.
         """
-        ticks = self._tick_counts.get(duration) if isinstance(duration, float) or duration is None else None
-        if ticks is None:
+        # This is the hot path of step-wise control: what is usual is looked up, everything else goes to a slower function.
+        try:
+            ticks = self._tick_counts[duration]
+        except (KeyError, TypeError):
             ticks = self._whole_ticks(duration)
         if inputs:
-            inputs = self._checked(inputs)
+            bounds = self._bounds
+            for name, value in inputs.items():
+                if value.__class__ is float and name in bounds:
+                    low, high = bounds[name]
+                    if low <= value <= high:
+                        continue
+                inputs = self._compiled(inputs)
+                break
             self._apply(inputs)
         if self._observers or ticks > self._chunk_ticks:
             self._long_step(ticks, inputs)
@@ -385,7 +395,7 @@ class Component(ABC):
             return reader()
         if isinstance(name, str) and name in self._inputs:
             value = self._held[name]
-            return value if isinstance(value, float) else value.value(self._tick)
+            return value.value(self._tick) if isinstance(value, CompiledProfile) else value
         variable = self.variables.get(name) if isinstance(name, str) else None
         if variable is None:
             raise ParameterError(f"variable {name!r} is unknown to {self.name!r}; {nearest(name, self.variables)}")
@@ -410,7 +420,7 @@ class Component(ABC):
                 f"snapshot: it belongs to a component with identity {str(snapshot.identity)[:12]}..., this one has "
                 f"{self.identity[:12]}...; restore it into one of the same parameters and version"
             )
-        if snapshot.inputs != self._held:
+        if snapshot.inputs != self._held or snapshot.memory.shape != self._block.memory.shape:
             self._check_inputs(snapshot)
             self._held = dict(snapshot.inputs)
             self._apply(self._held)
@@ -452,17 +462,6 @@ class Component(ABC):
             self._tick_counts[float(duration)] = ticks  # type: ignore[arg-type]
         return ticks
 
-    def _checked(self, inputs: dict[str, Any]) -> dict[str, Held]:
-        """Inputs as they can be held; numbers in range, the usual case, pass at once."""
-        bounds = self._bounds
-        for name, value in inputs.items():
-            if value.__class__ is not float or name not in bounds:
-                return self._compiled(inputs)
-            low, high = bounds[name]
-            if not low <= value <= high:
-                return self._compiled(inputs)
-        return inputs
-
     def _compiled(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
         checked: dict[str, Held] = {}
         for name, value in inputs.items():
@@ -473,7 +472,7 @@ class Component(ABC):
             elif isinstance(value, CompiledProfile):
                 if value.step_size != self.step_size:
                     raise ParameterError(
-                        f"input {name!r} was compiled for steps of {value.step_size:g} s, this component has {self.step_size:g} s"
+                        f"input {name!r} was compiled for steps of {value.step_size:g} s, not of {self.step_size:g} s"
                     )
                 checked[name] = value
             else:
@@ -483,8 +482,7 @@ class Component(ABC):
                 variable = self._inputs[name]
                 if not variable.minimum <= number <= variable.maximum:
                     raise ParameterError(
-                        f"input {name!r}: got {number:g} {variable.unit}, "
-                        f"expected {variable.minimum:g} to {variable.maximum:g}"
+                        f"input {name!r}: got {number:g} {variable.unit}, expected {variable.minimum:g} to {variable.maximum:g}"
                     )
                 checked[name] = number
         return checked
@@ -550,44 +548,6 @@ class Component(ABC):
             yield Variable(name, "output", unit, (), description)
 
 
-def validated(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
-    """A pydantic model from keyword arguments; every fault in one `ParameterError`, unknown names with the nearest."""
-    try:
-        return model(**fields)
-    except ValidationError as error:
-        raise ParameterError("\n".join(f"{where}: {line}" for line in explained(error, model))) from None
-
-
-def explained(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """One sentence for each fault that pydantic found: argument, what came, what was expected."""
-    lines: list[str] = []
-    for fault in error.errors():
-        place = [str(part) for part in fault["loc"] if not _is_union_tag(part, model)]
-        name = ".".join(place) or "parameters"
-        if fault["type"] == "extra_forbidden":
-            advice = nearest(str(fault["loc"][-1]), model.model_fields) if len(fault["loc"]) == 1 else "remove it"
-            lines.append(f"{name}: unknown; {advice}")
-        elif fault["type"] == "missing":
-            lines.append(f"{name}: missing; {_meaning(model, place)}")
-        else:
-            text = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-            given = repr(fault["input"])
-            lines.append(f"{name}: got {given if len(given) < 80 else given[:77] + '...'}, expected {text}" if "Value error" not in fault["msg"] else f"{name}: {text}")
-    return list(dict.fromkeys(lines))
-
-
-def _is_union_tag(part: Any, model: type[BaseModel]) -> bool:
-    """Pydantic adds the name of each tried alternative to a fault's place; people need only the place."""
-    return isinstance(part, str) and part not in model.model_fields and not part.isidentifier() or part in {
-        "float", "int", "str", "list", "constrained-str", "dict",
-    }
-
-
-def _meaning(model: type[BaseModel], place: list[str]) -> str:
-    field = model.model_fields.get(place[0]) if place else None
-    return f"it is {field.description}" if field is not None and field.description else "it has no default"
-
-
 _DTYPES = {bool: "bool", int: "int64", str: "str"}
 
 
@@ -599,37 +559,3 @@ def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = N
         shape = np.shape(start) if isinstance(start, (list, tuple)) and all(isinstance(x, float) for x in start) else ()
         dtype = str(extra.get("dtype") or _DTYPES.get(type(start), "float64"))
         yield Variable(name, "parameter", str(extra.get("unit", "")), tuple(shape), field.description or "", dtype, start)
-
-
-def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
-    """An array of `shape` from a number, an array, or {index: value} (the rest is 0); `ParameterError` otherwise."""
-    array = np.zeros(shape)
-    if isinstance(value, Mapping):
-        for key, item in value.items():
-            array[_index(name, key, shape)] = finite_number(f"{name}[{key}]", item)
-        return array
-    try:
-        given = np.asarray(value)
-    except ValueError as error:  # rows of unlike length
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a number or an array of shape {shape}") from error
-    if given.dtype.kind not in "fiub":
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}")
-    if given.shape not in ((), shape):
-        raise ParameterError(f"{name}: got shape {given.shape}, expected a single number or shape {shape}")
-    if not np.isfinite(given).all():
-        raise ParameterError(f"{name}: got NaN or infinity, expected finite numbers")
-    array[...] = given
-    return array
-
-
-def _index(name: str, key: Any, shape: tuple[int, ...]) -> int:
-    if len(shape) != 1:
-        raise ParameterError(f"{name}: got {{index: value}} for shape {shape}, expected a number or an array of that shape")
-    length = shape[0]
-    try:
-        index = int(key)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ParameterError(f"{name}: got the index {shortened(key)}, expected a whole number") from error
-    if not -length <= index < length or (isinstance(key, float) and key != index):
-        raise ParameterError(f"{name}: got the index {key}, expected {-length} to {length - 1}")
-    return index

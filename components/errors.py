@@ -6,6 +6,8 @@ Every error names the argument, what came, what was expected and what to do. Not
 from __future__ import annotations
 
 import difflib
+import sys
+import warnings
 from collections.abc import Iterable
 
 
@@ -60,6 +62,15 @@ def shortened(value: object, length: int = 80) -> str:
     except Exception:  # an integer of more than 4300 digits has none
         text = f"a {type(value).__name__}"
     return text if len(text) <= length else f"{text[: length - 3]}..."
+
+
+def caution(message: str) -> None:
+    """Warn, and point at the line of the caller's own code that led here."""
+    level, frame = 1, sys._getframe()
+    package = __name__.partition(".")[0]
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, GranularWarning, stacklevel=level)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -9,7 +9,8 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,6 +18,7 @@ from typing import Any, TypeVar
 import llvmlite
 import numba
 import numpy as np
+from numba.core import config as numba_config
 
 _KEPT_FOLDERS = 8
 F = TypeVar("F", bound=Callable[..., Any])
@@ -24,17 +26,24 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def jit(function: F) -> F:
     """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released."""
+    compiled: Any = numba.njit(nogil=True)(function)
     folder = cache_folder()
-    before = numba.config.CACHE_DIR
-    if folder is None:
-        return numba.njit(nogil=True)(function)
-    numba.config.CACHE_DIR = str(folder)
+    if folder is not None and hasattr(compiled, "enable_caching"):
+        with _cache_in(folder), suppress(RuntimeError):  # numba found no folder it may write to
+            compiled.enable_caching()
+    return compiled
+
+
+@contextmanager
+def _cache_in(folder: Path) -> Iterator[None]:
+    """Numba asks its settings for the cache's place when a function's caching is switched on, and never again."""
+    settings: Any = numba_config
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = str(folder)
     try:
-        return numba.njit(nogil=True, cache=True)(function)
-    except RuntimeError:  # numba found no folder it may write to
-        return numba.njit(nogil=True)(function)
+        yield
     finally:
-        numba.config.CACHE_DIR = before
+        settings.CACHE_DIR = before
 
 
 @cache

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from .contract import Block, Component, FloatArray, Held, Ledger, Parameters, StepError, Variable
+from .profiles import CompiledProfile
 
 
 class OscillatorParameters(Parameters):
@@ -55,7 +56,7 @@ class Oscillator(Component):
         x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size
         for tick in range(self._tick, self._tick + ticks):
             # A profile is read at the step's middle, where leapfrog kicks.
-            force = self._force if isinstance(self._force, float) else self._force.value(tick, 0.5)
+            force = self._force.value(tick, 0.5) if isinstance(self._force, CompiledProfile) else self._force
             x += 0.5 * h * v
             kick = h / self.mass * (force - self.stiffness * x)
             tally[2] += h * force * (v + 0.5 * kick)
@@ -77,6 +78,7 @@ class Oscillator(Component):
         return 0.5 * self.mass * v * v + 0.5 * self.stiffness * x * x
 
     def ledger(self) -> Ledger:
+        """Energy and momentum since the reset."""
         energy, momentum, work, impulse = (float(entry) for entry in self._block["tally"])
         x = float(self._block["position"])
         potential = 0.5 * self.stiffness * x * x

@@ -1,8 +1,9 @@
 """Arrays and JSON values to bytes and back: the format of snapshots and of every record in a log.
 
 Layout: magic ``GRNL``, version (u16), length of the JSON header (u32), the header, then the arrays' bytes one after the
-other, then 8 bytes of BLAKE2b over all that. The header lists each array's name, dtype and shape. Only numbers are stored: reading bytes
-from a stranger can raise `LogError` but never runs code, and never allocates more than the bytes that came.
+other, then 8 bytes of BLAKE2b over all that. The header lists each array's name, dtype and shape. Only numbers are
+stored: reading bytes from a stranger can raise `LogError` but never runs code, and never allocates more than the bytes
+that came.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> l
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
         # The shape is the given array's: ascontiguousarray makes a scalar one-dimensional.
         listed.append([name, little.dtype.str, list(np.shape(array))])
-        parts.append(memoryview(little.reshape(-1).view(np.uint8)))
+        parts.append(little.reshape(-1).view(np.uint8).data)
     text = canonical_json({"header": header, "arrays": listed})
     body = [_HEAD.pack(MAGIC, VERSION, len(text)), text, *parts]
     checksum = hashlib.blake2b(digest_size=_DIGEST_SIZE)

@@ -9,7 +9,6 @@ integrated and not stair-cased. Before that it is compiled to the component's ti
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import GranularWarning, ParameterError, shortened
+from .errors import ParameterError, caution, shortened
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -109,7 +108,9 @@ class Profile:
     @staticmethod
     def constant(value: float, start: float = 0.0) -> Profile:
         """`value` from `start` [s] on."""
-        return Profile(np.array([finite_number("start", start)]), np.array([[finite_number("value", value)]]), f"constant {value:g}")
+        return Profile(
+            np.array([finite_number("start", start)]), np.array([[finite_number("value", value)]]), f"constant {value:g}"
+        )
 
     @staticmethod
     def triangle(peak: float, duration: float, rise: float = 0.0, start: float = 0.0) -> Profile:
@@ -138,7 +139,11 @@ class Profile:
     @staticmethod
     def half_sine(peak: float, duration: float, start: float = 0.0) -> Profile:
         """Half a wave, peak sin(pi t / duration), as one polynomial of degree 23 (error 1.8e-13 of the peak)."""
-        peak, duration, start = finite_number("peak", peak), positive_number("duration", duration), finite_number("start", start)
+        peak, duration, start = (
+            finite_number("peak", peak),
+            positive_number("duration", duration),
+            finite_number("start", start),
+        )
         row = np.zeros(_SINE_DEGREE + 1)
         rate, term = math.pi / duration, peak
         for power in range(1, _SINE_DEGREE + 1):
@@ -147,7 +152,9 @@ class Profile:
                 row[power] = term if power % 4 == 1 else -term
         if not np.isfinite(row).all():
             raise ParameterError(f"duration: got {duration:g} s, too short for a half-sine in double precision")
-        return Profile(np.array([start, start + duration]), np.vstack([row, 0.0 * row]), f"half-sine of peak {peak:g}, {duration:g} s")
+        return Profile(
+            np.array([start, start + duration]), np.vstack([row, 0.0 * row]), f"half-sine of peak {peak:g}, {duration:g} s"
+        )
 
     @staticmethod
     def table(times: npt.ArrayLike, values: npt.ArrayLike, after: float | str = 0.0) -> Profile:
@@ -165,7 +172,9 @@ class Profile:
             raise ParameterError(f"times: got {len(instants)} sample, expected at least 2")
         if np.any(np.diff(instants) <= 0):
             where = int(np.argmax(np.diff(instants) <= 0)) + 1
-            raise ParameterError(f"times[{where}]: {instants[where]:g} s follows {instants[where - 1]:g} s; times must increase")
+            raise ParameterError(
+                f"times[{where}]: {instants[where]:g} s follows {instants[where - 1]:g} s; times must increase"
+            )
         if isinstance(after, str) and after != "hold":
             raise ParameterError(f'after: got {after!r}, expected a number or "hold"')
         last = float(samples[-1]) if isinstance(after, str) else finite_number("after", after)
@@ -270,12 +279,10 @@ class Profile:
                 row[:] = (_shifted(polynomial, float(shift[piece]) * step_size) if moved[piece] else polynomial) * powers
         if moved.any():
             worst = int(np.argmax(np.abs(shift)))
-            warnings.warn(
+            caution(
                 f"{name}: {int(moved.sum())} of {len(moved)} breakpoints lie between ticks and were moved by up to "
-                f"{abs(shift[worst]) * step_size:.3g} s (the one at {self.starts[worst]:.6g} s), {int((~keep).sum())} short pieces "
-                f"dropped; choose a step_size that divides these times to keep them",
-                GranularWarning,
-                stacklevel=4,
+                f"{abs(shift[worst]) * step_size:.3g} s (the one at {self.starts[worst]:.6g} s), {int((~keep).sum())} short "
+                f"pieces dropped; choose a step_size that divides these times to keep them",
             )
         return CompiledProfile(step_size, nearest[keep].astype(np.int64), rows)
 

@@ -188,9 +188,8 @@ def _check_log(path: str) -> int:
     log = open_log(path)
     facts = log.metadata
     state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
-    print(
-        f"{path}: a {facts['component']}, {log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables; {state}"
-    )
+    size = f"{log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables"
+    print(f"{path}: a {facts['component']}, {size}; {state}")
     for name in log.variables:
         log.series(name)
     return 0 if log.complete else 1

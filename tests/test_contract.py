@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from granular_env.components import catalogue, errors
-from granular_env.components.contract import Block, Component, GranularError, ParameterError, filled
+from granular_env.components.contract import Block, Component, GranularError, ParameterError
+from granular_env.components.validation import filled
 from granular_env.components.oscillator import Oscillator
 
 

@@ -65,7 +65,9 @@ FAULTS = [
     ("stiffness = 4.0", "stifness = 4.0", ["component", "stifness: unknown; did you mean 'stiffness'?"]),
     ("stiffness = 4.0", "stiffness = -4.0", ["component", "stiffness: got -4.0"]),
     ("stiffness = 4.0", "stiffness = nan", ["component", "stiffness: got nan"]),
-    ("position = 1.0", "positon = 1.0", ["start", "'positon'", "did you mean 'position'?"]),
+    ("position = 1.0", "positon = 1.0", ["start.positon", "did you mean 'position'?"]),
+    ("position = 1.0", "seed = 1.0", ["start.seed: no state variable"]),
+    ("position = 1.0", "self = 1.0", ["start.self: no state variable"]),
     ("position = 1.0", "position = [1.0, 2.0]", ["start.position", "shape"]),
     ("position = 1.0", "position = { 0 = 1.0 }", ["start.position"]),
     ("position = 1.0", "position = 1979-05-27", ["start.position"]),
@@ -106,6 +108,18 @@ def test_all_faults_are_told_at_once(good):
     with pytest.raises(ExperimentError) as caught:
         load_experiment(good)
     assert len(str(caught.value).splitlines()) >= 3
+
+
+@pytest.mark.parametrize("override", ["radius=1e-300", "mass=1e-300", "contact_stiffness=1e300", "gap=1e300", "radius=1e100"])
+def test_sizes_beyond_all_measure_are_refused_and_nothing_hangs(override):
+    with pytest.raises(ExperimentError, match="units, which are SI"):
+        prepare(load_experiment("nesterenko-1983/3.1-one-grain", [f"component.{override}"]))
+
+
+@pytest.mark.parametrize("force", ["1e30", "1e300"])
+def test_an_absurd_precompression_is_refused(force):
+    with pytest.raises(ExperimentError, match="precompression|overlap"):
+        prepare(load_experiment("nesterenko-1983/3.1-one-grain", [f"component.precompression={force}"]))
 
 
 def test_a_piston_input_without_a_piston_is_refused():

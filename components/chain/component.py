@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from ..contract import Block, Component, FloatArray, Held, Ledger, Particles, StepError, Variable
-from ..errors import GranularWarning, ParameterError
+from ..errors import ParameterError, caution
+from ..profiles import CompiledProfile
 from . import kernels
 from .geometry import Geometry, geometry, suggested_step_size
 from .integrators import SCHEMES
@@ -56,8 +55,7 @@ class Chain(Component):
         self._left_input = "left_velocity" if p.left == "piston" else "left_force"
         self._right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._sides: dict[str, Held] = {self._left_input: 0.0, self._right_input: 0.0}
-        self._left = self._right = 0.0
-        self._drive, self._left_pieces = _NO_PIECES, 0
+        self._arguments: tuple[Any, ...] = (self._table, _NO_PIECES, 0, 0.0, 0.0)
 
     def _fill_constants(self) -> None:
         p, chain, table = self.parameters, self.geometry, self._table
@@ -69,14 +67,13 @@ class Chain(Component):
             table[kernels.INVERSE_MASS, 1] = 0.0
         if p.right == "piston":
             table[kernels.INVERSE_MASS, p.grains] = 0.0
-        slowest = min(one.longitudinal_speed for one in set(chain.materials))
         table[kernels.SCALARS, :9] = (
-            self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1], p.precompression, slowest, p.tolerance,
-            p.grains,
+            self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1], p.precompression,
+            chain.sound_speed.min(), p.tolerance, p.grains,
         )  # fmt: skip
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
-        """Overlaps at which a contact is seen too seldom (warn), and at which a step is refused; infinite where there is no contact."""
+        """Overlaps at which a contact is seen too seldom (warn) and at which a step is refused; infinite without a contact."""
         chain = self.geometry
 
         def seen(forces: float) -> FloatArray:
@@ -99,16 +96,32 @@ class Chain(Component):
         n, contacts = (p.grains,), (p.contacts,)
         for side, end in (("left", p.left), ("right", p.right)):
             if end == "piston":
-                yield Variable(f"{side}_velocity", "input", "m/s", (), f"velocity of the {side} piston, positive to the right", start=0.0)
+                yield Variable(
+                    f"{side}_velocity", "input", "m/s", (), f"velocity of the {side} piston, positive to the right", start=0.0
+                )
             elif end == "free":
-                yield Variable(f"{side}_force", "input", "N", (), f"force on the {side} end grain, positive to the right", start=0.0)
+                yield Variable(
+                    f"{side}_force", "input", "N", (), f"force on the {side} end grain, positive to the right", start=0.0
+                )
         yield Variable("position", "output", "m", n, "position of the grains' centres, the first one's start is 0")
         yield Variable("displacement", "output", "m", n, "displacement from the start, positive to the right", state=True)
         yield Variable("velocity", "output", "m/s", n, "velocity, positive to the right", state=True)
-        yield Variable("overlap", "output", "m", contacts, "approach of the surfaces in each contact, left to right; negative: a gap")
-        yield Variable("contact_force", "output", "N", contacts, "compressive force in each contact, left to right, never negative")
-        yield Variable("left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall")
-        yield Variable("right_wall_force", "output", "N", (), "force of the right wall on the chain, positive to the right; 0 without a wall")
+        yield Variable(
+            "overlap", "output", "m", contacts, "approach of the surfaces in each contact, left to right; negative: a gap"
+        )
+        yield Variable(
+            "contact_force", "output", "N", contacts, "compressive force in each contact, left to right, never negative"
+        )
+        yield Variable(
+            "left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall"
+        )
+        yield Variable(
+            "right_wall_force",
+            "output",
+            "N",
+            (),
+            "force of the right wall on the chain, positive to the right; 0 without a wall",
+        )
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         return {
@@ -117,8 +130,9 @@ class Chain(Component):
             "velocity": lambda: self._table[kernels.V, self._grains].copy(),
             "overlap": lambda: self._overlap()[self.geometry.real],
             "contact_force": lambda: self._contact_force()[self.geometry.real],
-            "left_wall_force": lambda: float(self._contact_force()[0]),
-            "right_wall_force": lambda: -float(self._contact_force()[-1]),
+            "left_wall_force": lambda: kernels.contact(self._table, kernels.U, 0),
+            "right_wall_force": lambda: 0.0 - kernels.contact(self._table, kernels.U, self.parameters.grains),
+            "input_work": self._input_work,
         }
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
@@ -129,8 +143,14 @@ class Chain(Component):
             self._table[kernels.U, self._grains] = displacement
         self._refuse_start()
         kinetic, potential, momentum = self._sums()
-        self._table[kernels.TALLY, kernels.START_ENERGY], self._table[kernels.TALLY, kernels.START_MOMENTUM] = kinetic + potential, momentum
-        ends = {"left_velocity": float(self._table[kernels.V, 1]), "right_velocity": float(self._table[kernels.V, self.parameters.grains])}
+        self._table[kernels.TALLY, kernels.START_ENERGY], self._table[kernels.TALLY, kernels.START_MOMENTUM] = (
+            kinetic + potential,
+            momentum,
+        )
+        ends = {
+            "left_velocity": float(self._table[kernels.V, 1]),
+            "right_velocity": float(self._table[kernels.V, self.parameters.grains]),
+        }
         return {name: speed for name, speed in ends.items() if name in (self._left_input, self._right_input)}
 
     def _refuse_start(self) -> None:
@@ -147,21 +167,20 @@ class Chain(Component):
         sides.update(inputs)
         left, right = sides[self._left_input], sides[self._right_input]
         if left.__class__ is float and right.__class__ is float:
-            self._left, self._right = left, right
-            self._drive, self._left_pieces = _NO_PIECES, 0
+            self._arguments = (self._table, _NO_PIECES, 0, left, right)
         else:
             self._apply_profiles(left, right)
 
     def _apply_profiles(self, left: Held, right: Held) -> None:
         """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""
-        self._left, self._right = (side if isinstance(side, float) else 0.0 for side in (left, right))
         pieces = [_pieces(left), _pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
-        self._left_pieces = len(pieces[0])
-        self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
+        drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
+        left_number, right_number = (0.0 if isinstance(side, CompiledProfile) else side for side in (left, right))
+        self._arguments = (self._table, drive, len(pieces[0]), left_number, right_number)
 
     def _advance(self, ticks: int) -> int:
-        done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
+        done = self._kernel(*self._arguments, self._tick, ticks)
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 
     def _limit_passed(self, done: int, ticks: int) -> int:
@@ -170,7 +189,7 @@ class Chain(Component):
         if self._worst()[2] > 1.0:
             return 1
         self._table[kernels.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
-        warnings.warn(self._resolution_sentence(), GranularWarning, stacklevel=4)
+        caution(self._resolution_sentence())
         if done == ticks:
             return 0
         begin, self._tick = self._tick, self._tick + done
@@ -186,7 +205,11 @@ class Chain(Component):
         with np.errstate(invalid="ignore"):
             places = self.geometry.real
             for name, ratio in (
-                ("overlap", np.maximum(self._overlap()[places], self._table[kernels.PEAK][: self.parameters.grains + 1][places]) / self._refused_overlap[places]),
+                (
+                    "overlap",
+                    np.maximum(self._overlap()[places], self._table[kernels.PEAK][: self.parameters.grains + 1][places])
+                    / self._refused_overlap[places],
+                ),
                 ("velocity", np.abs(self._table[kernels.V, self._grains]) / fastest),
                 ("displacement", np.where(np.isfinite(self._table[kernels.U, self._grains]), 0.0, np.inf)),
             ):
@@ -199,12 +222,15 @@ class Chain(Component):
         time = (self._failed_tick if status else self._tick) * self.step_size
         name, index, _ = self._worst()
         if name == "overlap":
-            value, limit = float(self._overlap()[self.geometry.real][index]), float(self._refused_overlap[self.geometry.real][index])
+            value, limit = (
+                float(self._overlap()[self.geometry.real][index]),
+                float(self._refused_overlap[self.geometry.real][index]),
+            )
             value = max(value, float(self._table[kernels.PEAK][: self.parameters.grains + 1][self.geometry.real][index]))
             radius = float(self.geometry.smaller_radius[self.geometry.real][index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
-                f"that is {value / radius:.2g} radii, Hertz's law holds for small contacts: load the chain less, or raise overlap_limit"
+                f"that is {value / radius:.2g} radii, Hertz's law wants few: load the chain less, or raise overlap_limit"
                 if deep
                 else f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
                 f"(now {self.step_size:g} s) or give the velocity_scale of the run"
@@ -226,7 +252,7 @@ class Chain(Component):
         tally = self._table[kernels.TALLY]
         behind = self.parameters.grains + 2
         carried = self._table[kernels.V, behind : behind + 4]
-        work = float(tally[kernels.WORK_LEFT] + tally[kernels.WORK_RIGHT] + carried[0] + carried[1])
+        work = self._input_work()
         impulse = float(tally[kernels.IMPULSE_LEFT] + tally[kernels.IMPULSE_RIGHT] + carried[2] + carried[3])
         return Ledger(
             kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=0.0, fracture_energy=0.0, input_work=work,
@@ -234,6 +260,11 @@ class Chain(Component):
             momentum=momentum, impulse=impulse,
             momentum_residual=momentum - float(tally[kernels.START_MOMENTUM]) - impulse,
         )  # fmt: skip
+
+    def _input_work(self) -> float:
+        table, behind = self._table, self.parameters.grains + 2
+        tallied = table[kernels.TALLY, kernels.WORK_LEFT] + table[kernels.TALLY, kernels.WORK_RIGHT]
+        return float(tallied + table[kernels.V, behind] + table[kernels.V, behind + 1])
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy, momentum."""
@@ -258,7 +289,8 @@ class Chain(Component):
         """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
         places = self.geometry.real
         return Validity.of(
-            self.geometry, self._table[kernels.PEAK][: self.parameters.grains + 1][places], self._scheme.forces / self.step_size,
+            self.geometry, self._table[kernels.PEAK][: self.parameters.grains + 1][places],
+            self._scheme.forces / self.step_size,
             wanted_forces=_WANTED_FORCES, adaptive=self.parameters.integrator == "dop853",
         )  # fmt: skip
 
@@ -273,15 +305,13 @@ class Chain(Component):
     def _resolution_sentence(self) -> str:
         validity = self.validity()
         return (
-            f"contacts are resolved by {validity.forces_per_contact:.0f} force evaluations, about {_WANTED_FORCES:.0f} are wanted: "
+            f"contacts get {validity.forces_per_contact:.0f} force evaluations, about {_WANTED_FORCES:.0f} are wanted: "
             f"take a smaller step_size (now {self.step_size:g} s) or give the velocity_scale of the run"
         )
 
 
 def _pieces(held: Held) -> FloatArray:
     """An input as rows (first tick, coefficients)."""
-    if isinstance(held, float):
+    if not isinstance(held, CompiledProfile):
         return _NO_PIECES
     return np.column_stack([held.ticks.astype(np.float64), held.coefficients])
-
-

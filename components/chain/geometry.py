@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..counter_random import uniform
+from ..errors import ParameterError
 from ..materials.elastic import Material, material
 from ..roots import fifth_root, round_down_to_125, two_thirds_power
 from .parameters import WALLS, ChainParameters, UniformRadii
@@ -19,6 +20,8 @@ FloatArray = npt.NDArray[np.float64]
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
 # Largest step x angular frequency under precompression.
 _STEP_TIMES_FREQUENCY = 0.5
+# Masses and stiffnesses outside of this range are slips of units, and their powers would leave the range of a float.
+_SMALLEST, _LARGEST = 1e-60, 1e60
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,8 @@ class Geometry:
         reduced_mass: m* of each contact, shape (n + 1,) [kg].
         smaller_radius: shape (n + 1,) [m].
         position: of the grains' centres in the reference configuration, the first at 0, shape (n,) [m].
-        materials: of each grain.
+        sound_speed: longitudinal, of each grain's material, shape (n,) [m/s].
+        yield_strength: of each grain's material, NaN where it is not known, shape (n,) [Pa].
         real: which places are contacts of this chain, a slice.
     """
 
@@ -46,7 +50,8 @@ class Geometry:
     reduced_mass: FloatArray
     smaller_radius: FloatArray
     position: FloatArray
-    materials: list[Material]
+    sound_speed: FloatArray
+    yield_strength: FloatArray
     real: slice
 
 
@@ -58,7 +63,9 @@ def geometry(parameters: ChainParameters) -> Geometry:
     mass = _mass(parameters, radius, materials)
     walls = (parameters.left in WALLS, parameters.right in WALLS)
     real = slice(0 if walls[0] else 1, count + 1 if walls[1] else count)
-    left_radius, right_radius = _sides(radius, _wall_radius(parameters.left, radius[0]), _wall_radius(parameters.right, radius[-1]))
+    left_radius, right_radius = _sides(
+        radius, _wall_radius(parameters.left, radius[0]), _wall_radius(parameters.right, radius[-1])
+    )
     reduced_radius = _reduced(left_radius, right_radius)
     reduced_mass = _reduced(*_sides(_inertia(parameters, mass), np.inf, np.inf))
     stiffness = np.zeros(count + 1)
@@ -67,14 +74,31 @@ def geometry(parameters: ChainParameters) -> Geometry:
     rest_overlap[real] = two_thirds_power(parameters.precompression / stiffness[real]) - np.asarray(parameters.gap)
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
+    _refuse_absurd(mass, stiffness[real], position)
     return Geometry(
         radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
-        materials, real,
+        _per_grain(materials, "longitudinal_speed"), _per_grain(materials, "yield_strength"), real,
     )  # fmt: skip
 
 
+def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray) -> None:
+    """Sizes whose masses or stiffnesses leave the range of a float would make every figure after them meaningless."""
+    for name, values, unit in (("mass", mass, "kg"), ("contact_stiffness", stiffness, "N/m^1.5")):
+        wrong = ~((values > _SMALLEST) & (values < _LARGEST))
+        if wrong.any():
+            where = int(np.argmax(wrong))
+            raise ParameterError(
+                f"{name}[{where}]: radius, material and overrides give {values[where]:g} {unit}, "
+                f"expected {_SMALLEST:g} to {_LARGEST:g}; check their units, which are SI"
+            )
+    if not abs(position[-1]) < _LARGEST:
+        raise ParameterError(
+            f"gap: radius, gap and precompression make the chain {position[-1]:g} m long; check their units, which are SI"
+        )
+
+
 def suggested_step_size(parameters: ChainParameters, chain: Geometry) -> float:
-    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact, .5 / omega under precompression, rounded down to 1, 2 or 5 x 10^k [s]."""
+    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact, .5 / omega under precompression; 1, 2 or 5 x 10^k, not above [s]."""
     if not chain.stiffness[chain.real].size:
         return 1e-6
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
@@ -85,7 +109,8 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry) -> float:
     if parameters.precompression > 0.0:
         tangent = 1.5 * chain.stiffness * np.sqrt(np.maximum(chain.rest_overlap, 0.0))
         frequency = math.sqrt(float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass)))
-        step = min(step, _STEP_TIMES_FREQUENCY / frequency)
+        # Too faint a force to be felt gives no frequency, and no limit.
+        step = min(step, _STEP_TIMES_FREQUENCY / frequency) if frequency > 0.0 else step
     return round_down_to_125(step)
 
 
@@ -125,8 +150,8 @@ def _inertia(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
 
 def _per_grain(materials: list[Material], name: str) -> FloatArray:
     if all(one is materials[0] for one in materials):
-        return np.full(len(materials), getattr(materials[0], name))
-    return np.array([getattr(one, name) for one in materials])
+        return np.full(len(materials), getattr(materials[0], name), dtype=np.float64)
+    return np.array([getattr(one, name) for one in materials], dtype=np.float64)
 
 
 def _wall_radius(boundary: str, end_radius: float) -> float:
@@ -145,8 +170,10 @@ def _reduced(left: FloatArray, right: FloatArray) -> FloatArray:
         return 1.0 / (1.0 / left + 1.0 / right)
 
 
-def _stiffness(parameters: ChainParameters, radius: FloatArray, materials: list[Material], reduced_radius: FloatArray) -> FloatArray:
-    """K = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E; a given scalar is scaled for walls as Hertz's would be."""
+def _stiffness(
+    parameters: ChainParameters, radius: FloatArray, materials: list[Material], reduced_radius: FloatArray
+) -> FloatArray:
+    """K = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E; a given scalar is scaled for walls as K is."""
     compliance = _per_grain(materials, "plane_compliance")
     left, right = _sides(
         compliance,

@@ -1,13 +1,16 @@
 """What all integrators of the chain share: the table, Hertz's law, the ends, the tallies.
 
-A chain is one table `a` of numbers: constants first, then the state (one contiguous piece, which is what a snapshot holds), then scratch.
-Grains have the columns 1..n; 0 and n + 1 are the walls, which do not move. Contact j lies between columns j and j + 1.
-One table instead of many arrays keeps a call from Python cheap, and row numbers instead of row views keep short chains fast (each view costs
-as much as several grains). Columns in the long loops are unsigned: numba must not look for negative indices there, or nothing vectorises.
+A chain is one table `a` of numbers: constants first, then the state (one contiguous piece, which is what a snapshot
+holds), then scratch. Grains have the columns 1..n; 0 and n + 1 are the walls, which do not move. Contact j lies between
+columns j and j + 1. One table instead of many arrays keeps a call from Python cheap, and row numbers instead of row
+views keep short chains fast (each view costs as much as several grains). Columns in the long loops are unsigned: numba
+must not look for negative indices there, or nothing vectorises.
 
-An end's drive is a number that holds, or `left_pieces` (or the rest) of the rows of `drive`, each (first tick, coefficients).
+An end's drive is a number that holds, or `left_pieces` (or the rest) of the rows of `drive`, each (first tick,
+coefficients).
 
-Symbols: u displacement, v velocity, d overlap, k contact stiffness, h step, e part of a step, s ticks since a piece of the drive began.
+Symbols: u displacement, v velocity, d overlap, k contact stiffness, h step, e part of a step, s ticks since a piece of
+the drive began.
 """
 
 from __future__ import annotations
@@ -22,8 +25,9 @@ from ..jit import jit
 STIFFNESS, REST, INVERSE_MASS, LIMIT, SCALARS = range(5)
 # The drive's polynomials, re-centred at the present tick.
 LEFT_DRIVE, RIGHT_DRIVE = 5, 6
-# State. The four columns behind the chain's in V hold work and impulse of the ends (left work, right work, left impulse, right impulse)
-# for integrators that carry them as unknowns of their own. Rows from FREE_ROW on are an integrator's history, then its scratch.
+# State. The four columns behind the chain's in V hold work and impulse of the ends (left work, right work, left
+# impulse, right impulse) for integrators that carry them as unknowns of their own. Rows from FREE_ROW on are an
+# integrator's history, then its scratch.
 TALLY, U, V, PEAK, FREE_ROW = 7, 8, 9, 10, 11
 
 # Columns of the row SCALARS.
@@ -101,7 +105,7 @@ def next_piece(drive, piece, last, tick):
 
 @jit
 def recentre(a, row, drive, piece, first, number, tick):
-    """Write the drive's polynomial about a tick, in steps, into a row; returns how many coefficients. Before any piece: `number`."""
+    """The drive's polynomial about a tick, in steps, into a row; returns its length. Before any piece: `number`."""
     if piece < first:
         a[row, 0] = number
         return 1
@@ -137,7 +141,7 @@ def integral(a, row, n, e):
 
 @jit
 def turn(a, drive, left_pieces, left_piece, right_piece, left, right, tick):
-    """The pieces in force at a tick, their polynomials re-centred there, and a mark that tells one pair of pieces from another."""
+    """The pieces in force at a tick, the length of their polynomials, re-centred there, and a mark of this pair of pieces."""
     left_piece = next_piece(drive, left_piece, left_pieces, tick)
     right_piece = next_piece(drive, right_piece, drive.shape[0], tick)
     n_left = recentre(a, LEFT_DRIVE, drive, left_piece, 0, left, tick)

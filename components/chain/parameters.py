@@ -52,22 +52,28 @@ class ChainParameters(Parameters):
 
     grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS)
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
-    material: Preset | Material | list[Preset | Material] = _field("steel", "preset name or material: one for all, or one each", "1")
+    material: Preset | Material | list[Preset | Material] = _field(
+        "steel", "preset name or material: one for all, or one each", "1"
+    )
     mass: Positive | list[Positive] | dict[GrainIndex, Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
     )
     contact_stiffness: Positive | list[Positive] | None = _field(
-        None, "Hertz stiffness k of F = k overlap^1.5 instead of the materials': one for all, or one for each contact", "N/m^1.5"
+        None,
+        "Hertz stiffness k of F = k overlap^1.5 instead of the materials': one for all, or one for each contact",
+        "N/m^1.5",
     )
     gap: NotNegative | list[NotNegative] = _field(0.0, "gap at the start: one for all contacts, or one each", "m")
-    precompression: float = _field(0.0, "static force that presses the chain together at the start", "N", ge=0.0)
+    precompression: float = _field(0.0, "static force that presses the chain together at the start", "N", ge=0.0, le=1e60)
     left: Boundary = _field("free", "left end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
     right: Boundary = _field("free", "right end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
     left_wall_material: Preset | Material | None = _field(None, "material of the left wall; default the first grain's", "1")
     right_wall_material: Preset | Material | None = _field(None, "material of the right wall; default the last grain's", "1")
     integrator: Integrator = _field("pefrl", "pefrl, leapfrog, rk4, hamming or dop853 (reference)", "1")
     step_size: Positive | None = _field(None, "internal step; default suggested from stiffness, mass and velocity_scale", "s")
-    velocity_scale: float = _field(10.0, "largest relative speed of neighbours to expect, for the suggested step", "m/s", gt=0.0)
+    velocity_scale: float = _field(
+        10.0, "largest relative speed of neighbours to expect, for the suggested step", "m/s", gt=0.0
+    )
     tolerance: float = _field(1e-12, "relative error a step of dop853 may make", "1", ge=1e-15, le=1e-3)
     overlap_limit: float = _field(0.1, "overlap, as a part of the smaller radius, at which a step is refused", "1", gt=0.0)
 
@@ -87,7 +93,10 @@ class ChainParameters(Parameters):
             raise ValueError(f"mass: got index {max(self.mass)}, expected 0 to {self.grains - 1}")
         for side in ("left", "right"):
             if getattr(self, f"{side}_wall_material") is not None and getattr(self, side) not in WALLS:
-                raise ValueError(f"{side}_wall_material: there is no wall, {side} is {getattr(self, side)!r}; expected {side} to be one of {', '.join(WALLS)}")
+                raise ValueError(
+                    f"{side}_wall_material: there is no wall, {side} is {getattr(self, side)!r}; "
+                    f"expected {side} to be one of {', '.join(WALLS)}"
+                )
         if "piston" in (self.left, self.right) and self.grains == 1:
             raise ValueError("grains: got 1, expected at least 2 where an end is a piston: it needs a grain to push")
         gaps = self.gap if isinstance(self.gap, list) else [self.gap]

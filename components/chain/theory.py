@@ -7,7 +7,8 @@ import math
 # Duration of the collision of two spheres (paper: 2.94) in units of (5 m* / 4 k)^(2/5) v^(-1/5):
 # 2 sqrt(pi) Gamma(7/5) / Gamma(9/10).
 COLLISION_COEFFICIENT = 2.94328
-# Speed of the uncompressed discrete solitary wave in diameters and units of (k/m)^(2/5) v_m^(1/5), measured on the chain itself.
+# Speed of the uncompressed discrete solitary wave in diameters and units of (k/m)^(2/5) v_m^(1/5), measured on the
+# chain itself.
 SOLITARY_SPEED = 0.907470
 
 

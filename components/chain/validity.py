@@ -42,9 +42,7 @@ class Validity:
     adaptive: bool
 
     @staticmethod
-    def of(
-        chain: Geometry, peak: FloatArray, force_rate: float, *, wanted_forces: float, adaptive: bool
-    ) -> Validity:
+    def of(chain: Geometry, peak: FloatArray, force_rate: float, *, wanted_forces: float, adaptive: bool) -> Validity:
         """From the largest overlap of each contact, shape (contacts,) [m], and force evaluations per second."""
         if not np.any(peak > 0.0):
             return Validity(math.nan, math.nan, math.nan, math.nan, math.nan, wanted_forces, adaptive)
@@ -79,20 +77,22 @@ class Validity:
         said = []
         if self.pressure_to_yield > 1.0:
             said.append(
-                f"the contact pressure reached {self.peak_pressure:.3g} Pa, {self.pressure_to_yield:.2g} times that of first yield: "
-                "real grains would deform plastically"
+                f"the contact pressure reached {self.peak_pressure:.3g} Pa, {self.pressure_to_yield:.2g} times that of first "
+                "yield: real grains would deform plastically"
             )
         if self.contact_radius_ratio > _SMALL_CONTACT:
             said.append(
-                f"contacts grew to {self.contact_radius_ratio:.2g} of the grain's radius (Hertz's law wants less than {_SMALL_CONTACT:g})"
+                f"contacts grew to {self.contact_radius_ratio:.2g} of the grain's radius "
+                f"(Hertz's law wants less than {_SMALL_CONTACT:g})"
             )
         if self.slowness < _SLOW_CONTACT:
             said.append(
-                f"collisions last {self.slowness:.2g} oscillations of a grain (a static contact law wants more than {_SLOW_CONTACT:g})"
+                f"collisions last {self.slowness:.2g} oscillations of a grain "
+                f"(a static contact law wants more than {_SLOW_CONTACT:g})"
             )
         if self.forces_per_contact < self.wanted_forces and not self.adaptive:
             said.append(
-                f"contacts were resolved by {self.forces_per_contact:.0f} force evaluations (about {self.wanted_forces:.0f} are wanted): "
+                f"contacts got {self.forces_per_contact:.0f} force evaluations (about {self.wanted_forces:.0f} are wanted): "
                 "take a smaller step_size"
             )
         return said
@@ -104,11 +104,9 @@ def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _yield_pressure(chain: Geometry) -> FloatArray:
-    strength = np.array([one.yield_strength or np.nan for one in chain.materials])
-    return _YIELD_PRESSURE * np.fmin(*_sides(strength))
+    return _YIELD_PRESSURE * np.fmin(*_sides(chain.yield_strength))
 
 
 def _oscillation(chain: Geometry) -> FloatArray:
     """T = 2.5 R / c1 of the slower side [s]."""
-    speed = np.array([one.longitudinal_speed for one in chain.materials])
-    return np.maximum(*_sides(2.5 * chain.radius / speed))
+    return np.maximum(*_sides(2.5 * chain.radius / chain.sound_speed))

@@ -18,7 +18,10 @@ class Material(BaseModel):
     young: float = Field(gt=0.0, description="Young's modulus", json_schema_extra={"unit": "Pa"})
     poisson: float = Field(gt=-1.0, lt=0.5, description="Poisson's ratio", json_schema_extra={"unit": "1"})
     yield_strength: float | None = Field(
-        None, gt=0.0, description="yield strength in compression, for a run's validity figures only", json_schema_extra={"unit": "Pa"}
+        default=None,
+        gt=0.0,
+        description="yield strength in compression, for a run's validity figures only",
+        json_schema_extra={"unit": "Pa"},
     )
 
     @property
@@ -33,8 +36,9 @@ class Material(BaseModel):
         return math.sqrt(self.young * (1.0 - nu) / (self.density * (1.0 + nu) * (1.0 - 2.0 * nu)))
 
 
-# Steel: the constants of Nesterenko (1983), section 3.5; yield of hardened bearing steel (AISI 52100). The others: usual
-# handbook values of the grades that chain experiments use (ASM Handbook; brass C26000, aluminium 6061-T6, soda-lime glass, PTFE).
+# Steel: the constants of Nesterenko (1983), section 3.5; yield of hardened bearing steel (AISI 52100). The others:
+# usual handbook values of the grades that chain experiments use (ASM Handbook; brass C26000, aluminium 6061-T6,
+# soda-lime glass, PTFE).
 PRESETS = {
     "steel": Material(density=7800.0, young=2.0e11, poisson=0.29, yield_strength=2.0e9),
     "aluminium": Material(density=2700.0, young=6.9e10, poisson=0.33, yield_strength=2.76e8),

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from granular_env.components.contract import explained
 from granular_env.components.errors import ExperimentError, GranularError, StepError
+from granular_env.components.validation import explained
 
 Model = TypeVar("Model", bound="Table")
 

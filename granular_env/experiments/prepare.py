@@ -63,6 +63,10 @@ def prepare(experiment: Experiment) -> Prepared:
 
 def reset(component: Component, experiment: Experiment) -> None:
     """Put a component at the experiment's start."""
+    states = [v.name for v in component.variables.values() if v.state]
+    for name in experiment.start:
+        if name not in states:
+            raise ParameterError(f"start.{name}: no state variable of this {component.name}; {nearest(name, states)}")
     component.reset(seed=experiment.seed, **experiment.start)
 
 

@@ -81,7 +81,8 @@ class Log:
         self._header, self._header_arrays = record.header, record.arrays
         if self._header.get("format") != FORMAT:
             raise LogError(
-                f"log {str(self.path)!r} has format {self._header.get('format')!r}, this program reads {FORMAT}; update {PROFILE}"
+                f"log {str(self.path)!r} has format {self._header.get('format')!r}, this program reads {FORMAT}; "
+                f"update {PROFILE}"
             )
         self.step_size = step_records.finite_step(self._header.get("step_size"))
         recorded, inputs = self._header.get("variables"), self._header.get("inputs")

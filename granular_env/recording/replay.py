@@ -283,7 +283,10 @@ class _Replay:
         result, step_size = self.result, self.log.step_size
         interval = (span[0] * step_size, span[1] * step_size)
         where = "" if index is None else f"[{index}]"
-        sentence = f"{variable}{where} differs between {interval[0]:.12g} s and {interval[1]:.12g} s (internal steps {span[0]} to {span[1]})"
+        sentence = (
+            f"{variable}{where} differs between {interval[0]:.12g} s and {interval[1]:.12g} s "
+            f"(internal steps {span[0]} to {span[1]})"
+        )
         result.notes.append(sentence + (f": {reason}" if reason else ""))
         if result.identical:
             result.identical, result.variable, result.index, result.interval = False, variable, index, interval
@@ -296,7 +299,10 @@ class _Replay:
             )
         if not result.identical:
             result.notes += _foreign_facts(self.log._header)
-        compared = f"{result.steps} steps compared ({result.ticks} internal steps, {result.frames} frames, {result.hashes} hashes, {result.snapshots} snapshots)"
+        compared = (
+            f"{result.steps} steps compared ({result.ticks} internal steps, {result.frames} frames, "
+            f"{result.hashes} hashes, {result.snapshots} snapshots)"
+        )
         ending = "" if result.complete else " The log was not closed; what it holds was compared."
         result.message = (
             f"{compared}: {'identical' if result.identical else 'NOT identical; ' + '; '.join(result.notes)}.{ending}"

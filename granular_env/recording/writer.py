@@ -28,7 +28,7 @@ from .track import LEDGER, Track, scalar_names, scalar_values
 
 # Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
 # leaves the writing one too little of the interpreter, and what a kill may cost is promised to be less than 100 ms.
-_WRITE_SECONDS, _WAIT_SECONDS = 0.045, 0.075
+_WRITE_SECONDS, _WAIT_SECONDS = 0.03, 0.045
 _LONGEST_WAIT = 0.5
 # Gathered bytes at which the writing thread is woken, and at which the stepping thread waits for it.
 _WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20

@@ -7,13 +7,13 @@ from typing import Any
 from .closeup import WINDOW, closeup_eye, has_closeup
 from .extras import needed
 from .footage import Footage, Motion
-from .plots import Plot, plots
+from .plots import Plot, shown_plots
 from .scene import TIMELINE, Scales, whole_eye
 
 # A run is played back in about this wall time [s].
 _PLAYBACK_SECONDS = 10.0
 # With or without particles: more than so many plots are too small to be read; the others can be added in the viewer.
-_SHOWN_PLOTS = {True: 3, False: 4}
+_SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
 
 
 def blueprint(footage: Footage, scales: Scales | None, duration: float | None) -> Any:
@@ -25,14 +25,15 @@ def blueprint(footage: Footage, scales: Scales | None, duration: float | None) -
         duration: of the run [s], which sets the playback speed; None for a run that is still going on.
     """
     rrb = needed("rerun.blueprint", "the viewer")
-    shown = [rrb.TextDocumentView(origin="caption", name="What you see")]
-    scalars = plots(footage)[: _SHOWN_PLOTS[scales is not None]]
+    shown: list[Any] = [rrb.TextDocumentView(origin="caption", name="What you see")]
+    scalars = shown_plots(footage, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
     if scalars:
         shown.insert(0, rrb.Vertical(*(_plot(rrb, plot) for plot in scalars)))
     motion = footage.motion
     if motion is not None and motion.colour is not None and (duration is None or len(motion.times) > 1):
         shown.insert(0, rrb.Spatial2DView(origin="space_time", name="x-t diagram"))
-    rows, shares = [rrb.Horizontal(*shown, column_shares=[4, 4, 3][-len(shown) :])], [6.0]
+    rows: list[Any] = [rrb.Horizontal(*shown, column_shares=[4.0, 4.0, 3.0][-len(shown) :])]
+    shares = [6.0]
     if motion is not None and scales is not None:
         if has_closeup(motion):
             rows, shares = [_closeup(motion, scales), *rows], [1.2, *shares]
@@ -54,10 +55,9 @@ def _time_panel(rrb: Any, duration: float | None) -> Any:
 
 
 def _plot(rrb: Any, plot: Plot) -> Any:
-    legend = rrb.PlotLegend("LeftTop", visible=len(plot.curves) > 1)
-    title = (
-        plot.title if len(plot.curves) > 1 or ":" in plot.title else f"{plot.title}: {plot.curves[0].name.replace('_', ' ')}"
-    )
+    several = len(plot.curves) > 1
+    legend = rrb.PlotLegend("LeftTop", visible=several)
+    title = plot.title if several or ":" in plot.title else f"{plot.title}: {next(iter(plot.curves)).name.replace('_', ' ')}"
     return rrb.TimeSeriesView(contents=list(plot.paths), name=title, plot_legend=legend)
 
 

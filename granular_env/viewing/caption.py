@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .closeup import WINDOW, has_closeup
-from .footage import Footage, Motion
+from .footage import ENERGIES, Footage, Motion
 
 if TYPE_CHECKING:
     from .scene import Scales
@@ -26,13 +26,12 @@ def caption(footage: Footage, scales: Scales | None) -> str:
         lines += _motion_lines(motion, scales)
     elif not footage.notes:
         lines += ["This component has no particles; its outputs and its ledger are plotted.", ""]
-    if footage.curves or footage.inputs:
-        lines += [
-            "**Plots.** Energies in J since the reset. The residual is what the ledger cannot account for: the error of the "
-            "numerics. Inputs in their own units.",
-            "",
-        ]
-    lines += [f"- {plain(note).replace(chr(92) + '`', '`')}" for note in footage.notes]
+    if footage.group(ENERGIES):
+        words = "Energies since the reset. The residual is what the ledger cannot account for: the error of the numerics."
+        lines += [f"**Plots.** {words}", ""]
+    if footage.inputs and not any(curve.values.any() for curve in footage.inputs.values()):
+        lines += ["No input acts in this run.", ""] if scales is None or scales.settled else []
+    lines += [f"- {plain(note)}" for note in footage.notes]
     lines += ["", "Time is simulated time; drag the cursor below, or press space to play."]
     return "\n".join(lines)
 
@@ -45,23 +44,21 @@ def _motion_lines(motion: Motion, scales: Scales) -> list[str]:
     lines = [
         f"**{motion.total} grains**, radius {radii} mm (true to scale), seen from the side.",
         "",
-        f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.** The overlaps you see are stretched by the "
-        "same factor." + ("" if scales.settled else " Factor and limits are adjusted while the run goes on."),
+        f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.** The overlaps you see are stretched by "
+        "the same factor." + ("" if scales.settled else " Factor and limits are adjusted while the run goes on."),
         "",
     ]
     if motion.colour is not None:
         lines += [
-            f"**Colour: {name}**, from -{scales.colour_limit:g} {unit} (blue) through 0 (white) to +{scales.colour_limit:g} {unit} "
-            "(red); positive is to the right.",
+            f"**Colour: {name}**, from -{scales.colour_limit:g} {unit} (blue) through 0 (white) "
+            f"to +{scales.colour_limit:g} {unit} (red); positive is to the right.",
             "",
             f"**White curve above:** {name} of each grain, full height {scales.colour_limit:g} {unit}.",
             "",
         ]
     if motion.contact is not None:
-        lines += [
-            f"**Bars below:** {motion.contact_name} of each contact, full length {scales.contact_limit:g} {motion.contact_unit}.",
-            "",
-        ]
+        limit = f"{scales.contact_limit:g} {motion.contact_unit}"
+        lines += [f"**Bars below:** {motion.contact_name} of each contact, full length {limit}.", ""]
     if has_closeup(motion):
         lines += [f"**Close-up:** the {WINDOW} grains around the one of largest {name}, numbered from 0 at the left.", ""]
     if len(motion.times) > 1 or not scales.settled:

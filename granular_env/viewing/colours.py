@@ -1,4 +1,4 @@
-"""Colours of the viewer and of the figures: one diverging map for signed values, and a palette that the colour-blind can tell apart."""
+"""Colours of viewer and figures: one diverging map for signed values, and lines that the colour-blind can tell apart."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class Motion:
         displacement: shape (frames, n, 3) [m].
         colour: the variable that colours them, shape (frames, n); None where it was not recorded.
         colour_variable: name, unit and meaning of it.
-        contact: force or overlap in the contact of particles i and i + 1, never negative, shape (frames, n - 1); None where unknown.
+        contact: force or overlap of particles i and i + 1, never negative, shape (frames, n - 1); None where unknown.
         contact_name, contact_unit: which of the two it is.
         every: each `every`-th particle is shown; 1 shows all.
         total: how many particles there are.
@@ -127,7 +127,8 @@ def _motion(log: Any, frames: int) -> Motion | None:
     force = log.variables.get("contact_force")
     known = force is not None and _fits(force, len(particles.radius))
     return Motion(
-        times, np.asarray(log.ticks(source))[picked], particles.reference[shown], particles.radius[shown], displacement[:, shown],
+        times, np.asarray(log.ticks(source))[picked],
+        particles.reference[shown], particles.radius[shown], displacement[:, shown],
         colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
         *_contacts(particles, displacement, sampled(log, "contact_force", picked)[1] if known else None, every),
         every, len(particles.radius),
@@ -145,7 +146,7 @@ def _contacts(
     if every > 1 or len(particles.radius) < 2:
         return None, "", ""
     if force is not None:
-        return force, "contact force", "N"
+        return force, "force", "N"
     gap = np.diff(particles.reference[:, 0]) - particles.radius[1:] - particles.radius[:-1]
     overlap = -(gap + np.diff(displacement[..., 0], axis=1))
     # What is closer than rounding is a touch.
@@ -191,6 +192,9 @@ def _curve(log: Any, name: str) -> Curve:
 
 def _input_curve(log: Any, name: str) -> Curve:
     times, values = (np.asarray(part, dtype=np.float64) for part in log.inputs[name])
+    # What was held before the first step set it acted on nothing.
+    first = max(int(np.searchsorted(times, times[0], side="right")) - 1, 0)
+    times, values = times[first:], values[first:]
     picked = _picked(len(times), MAXIMUM_CURVE_POINTS)
     variable = log.input_variables[name]
     ticks = np.rint(times[picked] / log.step_size).astype(np.int64)
@@ -201,11 +205,13 @@ def _notes(log: Any, motion: Motion | None) -> Iterable[str]:
     if not log.complete:
         yield "The log is incomplete: the run was interrupted, what was written until then is shown."
     if log.particles is not None and motion is None:
-        yield "The motion of the particles was not recorded; record `displacement` or `position` to see them."
+        yield "The motion of the particles was not recorded; record displacement or position to see them."
     if motion is not None and motion.colour is None:
-        yield f"`{motion.colour_variable.name}` was not recorded; the particles are grey."
+        yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown."
+    if not any(name in log.variables for name in ENERGIES):
+        yield "The ledger was not recorded; record kinetic_energy, potential_energy, ... to see it."
 
 
 # -- from a component that runs -------------------------------------------------------------------------------------------

@@ -10,7 +10,8 @@ from html import escape
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 _STYLE = """
-:root { color-scheme: light dark; --text: #1d2126; --dim: #5c6670; --back: #ffffff; --line: #dde2e7; --soft: #f4f6f8; --mark: #b2182b; }
+:root { color-scheme: light dark; 
+  --text: #1d2126; --dim: #5c6670; --back: #ffffff; --line: #dde2e7; --soft: #f4f6f8; --mark: #b2182b; }
 @media (prefers-color-scheme: dark) {
   :root { --text: #e4e7ea; --dim: #9aa4ad; --back: #14171a; --line: #30363c; --soft: #1d2226; --mark: #f4a582; }
 }
@@ -72,7 +73,8 @@ def bullets(sentences: Iterable[object], style: str = "") -> str:
 def picture(png: bytes, description: str) -> str:
     """A PNG inside the page, with its description under it."""
     data = base64.b64encode(png).decode("ascii")
-    return f'<figure><img alt="{text(description)}" src="data:image/png;base64,{data}"><figcaption>{text(description)}</figcaption></figure>'
+    words = text(description)
+    return f'<figure><img alt="{words}" src="data:image/png;base64,{data}"><figcaption>{words}</figcaption></figure>'
 
 
 def page(title: str, lead: str, sections: Sequence[tuple[str, str]]) -> str:

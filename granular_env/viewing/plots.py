@@ -46,6 +46,11 @@ def plots(footage: Footage) -> list[Plot]:
     return sorted((plot for plot in found if plot.curves), key=_is_quiet)
 
 
+def shown_plots(footage: Footage, most: int) -> list[Plot]:
+    """The plots that have a pane of their own: at most so many, none of a finished run that stays zero."""
+    return [plot for plot in plots(footage) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:most]
+
+
 def _by_unit(title: str, curves: Iterable[Curve]) -> list[Plot]:
     curves = list(curves)
     units = list(dict.fromkeys(curve.unit for curve in curves))

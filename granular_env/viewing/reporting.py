@@ -127,8 +127,11 @@ def _sections(log: Any, footage: Footage, shown: Mapping[str, str]) -> list[tupl
 def _lead(log: Any, footage: Footage) -> str:
     scale, unit = figures.time_unit(log.duration)
     metadata = log.metadata
-    facts = f"{log.duration * scale:.6g} {unit} of a {metadata.get('component')}, in {log.steps} steps; recorded {metadata.get('created')}."
-    return page.paragraph(facts, "dim") + (page.bullets(footage.notes, "cautions") if footage.notes else "")
+    calls = "1 call" if log.steps == 1 else f"{log.steps} calls"
+    what = f"{log.duration * scale:.6g} {unit} of a {metadata.get('component')}, in {calls} of step()"
+    return page.paragraph(f"{what}; recorded {metadata.get('created')}.", "dim") + (
+        page.bullets(footage.notes, "cautions") if footage.notes else ""
+    )
 
 
 def _ledger(footage: Footage) -> str:

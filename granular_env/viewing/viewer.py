@@ -269,5 +269,6 @@ def _take(port: int, picture: Path, instant: float) -> None:
         client.save_screenshot(str(picture))
     except Exception as error:
         raise GranularError(
-            f"rerun's viewer gave no picture: {error}. It needs the system packages (Debian names) {' '.join(HEADLESS_PACKAGES)}"
+            f"rerun's viewer gave no picture: {error}. It needs the system packages (Debian names) "
+            f"{' '.join(HEADLESS_PACKAGES)}"
         ) from error

@@ -1,14 +1,14 @@
 """Symplectic compositions of drifts (u += c h v) and kicks (v += b h F/m): PEFRL and leapfrog.
 
-PEFRL: I. P. Omelyan, I. M. Mryglod, R. Folk, Comput. Phys. Commun. 146 (2002) 188, eq. (20): order 4, four forces a step.
-Leapfrog (position Verlet): order 2, one force a step.
+PEFRL: I. P. Omelyan, I. M. Mryglod, R. Folk, Comput. Phys. Commun. 146 (2002) 188, eq. (20): order 4, four forces a
+step. Leapfrog (position Verlet): order 2, one force a step.
 
 Work and impulse of the ends are advanced by the exact flow of each kick, so they have the order of the scheme.
 
-A stage reads displacements from one row and writes them to another (a loop in place does not vectorise), velocities in place. A range of
-grains can be advanced through many stages before its neighbours are, which keeps chains that do not fit the cache in it: the range
-moves one grain to the left with every stage, so whatever a stage reads has been written by the stage before it. Tiled or not, each
-grain's arithmetic is the same, and so are the bits.
+A stage reads displacements from one row and writes them to another (a loop in place does not vectorise), velocities in
+place. A range of grains can be advanced through many stages before its neighbours are, which keeps chains that do not
+fit the cache in it: the range moves one grain to the left with every stage, so whatever a stage reads has been written
+by the stage before it. Tiled or not, each grain's arithmetic is the same, and so are the bits.
 """
 
 from __future__ import annotations

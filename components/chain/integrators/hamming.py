@@ -1,7 +1,8 @@
 """Hamming's predictor-corrector of order 4 with its modifier, the other scheme that Nesterenko (1983) used.
 
-R. W. Hamming, J. ACM 6 (1959) 37: p = y_{n-3} + (4h/3)(2 f_n - f_{n-1} + 2 f_{n-2}); the modifier 112/121 and the mop-up 9/121; two
-forces a step. Three Runge-Kutta steps start it, and start it again where an input jumps. Its memory is part of the state.
+R. W. Hamming, J. ACM 6 (1959) 37: p = y_{n-3} + (4h/3)(2 f_n - f_{n-1} + 2 f_{n-2}); the modifier 112/121 and the
+mop-up 9/121; two forces a step. Three Runge-Kutta steps start it, and start it again where an input jumps. Its memory
+is part of the state.
 """
 
 from __future__ import annotations
@@ -82,7 +83,9 @@ def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
     left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
     for t in range(tick, tick + ticks):
-        left_piece, right_piece, n_left, n_right, mark = kernels.turn(a, drive, left_pieces, left_piece, right_piece, left, right, t)
+        left_piece, right_piece, n_left, n_right, mark = kernels.turn(
+            a, drive, left_pieces, left_piece, right_piece, left, right, t
+        )
         left_before, right_before = a[V, 1], a[V, n]
         if t == 0 or a[TALLY, HISTORY_DRIVE] != mark:
             _start(a, n, n_left, n_right, mark)

@@ -50,7 +50,9 @@ def advance_rk4(a, drive, left_pieces, left, right, tick, ticks):
     left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
     for t in range(tick, tick + ticks):
-        left_piece, right_piece, n_left, n_right, _ = kernels.turn(a, drive, left_pieces, left_piece, right_piece, left, right, t)
+        left_piece, right_piece, n_left, n_right, _ = kernels.turn(
+            a, drive, left_pieces, left_piece, right_piece, left, right, t
+        )
         left_before, right_before = a[V, 1], a[V, n]
         runge_kutta_step(a, kernels.FREE_ROW, n_left, n_right)
         if kernels.finish(a, left_before, right_before):

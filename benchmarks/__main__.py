@@ -1,0 +1,58 @@
+"""`python -m benchmarks`: measure, and print one table."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from time import perf_counter
+
+from . import calls, kernel, lammps_peer, numpy_peer, recording, replay, scipy_peer
+from .facts import facts
+from .figures import Figure, table
+
+Benchmark = Callable[[], Iterator[Figure]]
+OURS: dict[str, Benchmark] = {
+    "kernel": kernel.measure,
+    "numpy": numpy_peer.measure,
+    "scipy": scipy_peer.measure,
+    "calls": calls.measure,
+    "recording": recording.measure,
+    "replay": replay.measure,
+}
+PEERS: dict[str, Benchmark] = {"lammps": lammps_peer.measure}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run what is asked for; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    chosen = PEERS if options.peers else dict(OURS)
+    if options.full and not options.peers:
+        chosen["recording"] = lambda: recording.measure(long_steps=20_000)
+    if options.only:
+        chosen = {name: chosen[name] for name in options.only if name in chosen}
+    print(facts(), end="\n\n")
+    found = list(_measured(chosen))
+    print(table(found))
+    missed = [figure for figure in found if figure.met is False]
+    return 1 if missed and options.strict else 0
+
+
+def _measured(benchmarks: dict[str, Benchmark]) -> Iterator[Figure]:
+    for name, benchmark in benchmarks.items():
+        begin = perf_counter()
+        yield from benchmark()
+        print(f"{name}: {perf_counter() - begin:.0f} s", file=sys.stderr)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Speed, as ratios measured in one process.")
+    parser.add_argument("--peers", action="store_true", help="LAMMPS instead of our own figures; see `make bench-peers`")
+    parser.add_argument("--full", action="store_true", help="the long recording with all its 20,000 steps")
+    parser.add_argument("--strict", action="store_true", help="exit with 1 where a bound is missed")
+    parser.add_argument("--only", nargs="+", choices=[*OURS, *PEERS], help="only these")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,43 @@
+"""What `step`, `save` and `restore` of 64 grains cost from Python, beyond the physics of the same step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from . import chains
+from .figures import Figure
+from .timing import Times, interleaved, microseconds
+
+
+def measure(calls: int = 2000, rounds: int = 101) -> Iterator[Figure]:
+    """The median of each round's difference, so that a loaded machine disturbs both sides alike."""
+    chain = chains.pressed(64, left="free")
+    forces = np.random.default_rng(2).uniform(-1.0, 1.0, calls).tolist()
+    nothing = lambda **inputs: None  # noqa: E731
+
+    def empty() -> None:
+        for force in forces:
+            nothing(left_force=force)
+
+    def step() -> None:
+        for force in forces:
+            chain.step(left_force=force)
+
+    def snapshot() -> None:
+        for _ in forces:
+            chain.restore(chain.save())
+
+    physics = lambda: chain._advance(calls)  # noqa: E731
+    times = interleaved({"step": step, "physics": physics, "snapshot": snapshot, "empty": empty}, rounds)
+    yield from _figures(times, calls)
+
+
+def _figures(times: Times, calls: int) -> Iterator[Figure]:
+    step, physics, snapshot, empty = (microseconds(times[name], calls) for name in ("step", "physics", "snapshot", "empty"))
+    beyond = microseconds(times["step"] - times["physics"], calls)
+    note = f"step {step:.2f} us, physics {physics:.3f} us, an empty call {empty:.3f} us: {beyond / empty:.1f} empty calls"
+    yield Figure("step(left_force=x) beyond its physics, 64 grains", beyond, "us", at_most=1.0, note=note)
+    note = f"{snapshot / physics:.1f} times the physics of a step, {snapshot / empty:.1f} empty calls"
+    yield Figure("restore(save()), 64 grains", snapshot, "us", at_most=1.0, note=note)

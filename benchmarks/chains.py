@@ -1,0 +1,36 @@
+"""The chains that are timed, and what of them is the bare physics."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import granular_env as ge
+from granular_env.components.chain.theory import time_scale
+
+RADIUS = 3e-3
+SPEED = 5.0
+# The paper's contact: A = 5.6e12 N/(m^1.5 kg) times a grain's mass.
+MASS = 4.0 / 3.0 * np.pi * RADIUS**3 * 7800.0
+STIFFNESS = 5.6e12 * MASS
+TAU = time_scale(MASS, STIFFNESS, SPEED)
+
+
+def pressed(grains: int, left: str = "plane") -> Any:
+    """A chain pressed by 100 N whose grains all tremble: every contact is closed and moves."""
+    chain = ge.make("chain", grains=grains, radius=RADIUS, material="steel", precompression=100.0, left=left, right="plane")
+    chain.reset(velocity=np.random.default_rng(1).uniform(-0.01, 0.01, grains))
+    return chain
+
+
+def struck(grains: int, **parameters: Any) -> Any:
+    """Nesterenko's 3.1: one grain strikes a touching chain at rest."""
+    chain = ge.make("chain", grains=grains, radius=RADIUS, material="steel", contact_stiffness=STIFFNESS, **parameters)
+    chain.reset(velocity={0: SPEED})
+    return chain
+
+
+def crossing_ticks(chain: Any) -> int:
+    """About how many ticks the struck chain's wave needs to its last grains: .84 grains a tau."""
+    return max(1, int(chain.parameters.grains * TAU / chain.step_size))

@@ -1,0 +1,60 @@
+"""A measured figure, the bound that it is held to, and the table of all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One row.
+
+    Attributes:
+        what: what was measured, and on which data.
+        value: the figure.
+        unit: "x" for a ratio, "us", "%".
+        at_least: the bound where more is better.
+        at_most: the bound where less is better.
+        note: what else a reader needs to judge it.
+    """
+
+    what: str
+    value: float
+    unit: str = "x"
+    at_least: float | None = None
+    at_most: float | None = None
+    note: str = ""
+
+    @property
+    def wanted(self) -> str:
+        """The bound, in words."""
+        if self.at_least is not None:
+            return f">= {self.at_least:g} {self.unit}"
+        return f"<= {self.at_most:g} {self.unit}" if self.at_most is not None else ""
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the bound is kept; None where there is none."""
+        if self.at_least is not None:
+            return self.value >= self.at_least
+        return self.value <= self.at_most if self.at_most is not None else None
+
+    @property
+    def verdict(self) -> str:
+        """The same, in a word."""
+        return {True: "met", False: "MISSED", None: ""}[self.met]
+
+
+HEADINGS = ("what", "measured", "wanted", "verdict", "")
+
+
+def table(figures: Iterable[Figure]) -> str:
+    """All figures, in aligned columns."""
+    rows = [HEADINGS]
+    rows += [(f.what, f"{f.value:.3g} {f.unit}", f.wanted, f.verdict, f.note) for f in figures]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(HEADINGS) - 1)]
+    rows.insert(1, tuple("-" * width for width in (*widths, 0)))
+    return "\n".join(
+        "  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[-1]]).rstrip() for row in rows
+    )

@@ -1,0 +1,65 @@
+"""The unit of the kernels' speed: square roots per second of this core, from arrays that fit its first-level cache.
+
+Hertz's force needs one square root, so nothing but square roots is a ceiling. The plain loop is what the compiler makes of it; on a
+CPU with 512-bit registers the compiler may use half of them, so a second loop asks for eight at once. The roof is the faster one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from math import sqrt
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+# Two arrays of 8 kB: a quarter to a half of the smallest first-level cache.
+LENGTH = 1024
+
+
+@numba.njit
+def plain(values, roots, repeats):
+    """The square roots of all values, so many times."""
+    for _ in range(repeats):
+        for i in range(values.size):
+            roots[i] = sqrt(values[i])
+
+
+@intrinsic
+def _eight_roots(typing, values, roots, place):
+    """roots[place : place + 8] = sqrt(values[place : place + 8]), as one vector."""
+
+    def generate(context, builder, signature, arguments):
+        eight = ir.VectorType(ir.DoubleType(), 8)
+        arrays = [context.make_array(kind)(context, builder, array) for kind, array in zip(signature.args, arguments, strict=False)]
+        source, target = (builder.bitcast(cgutils.gep_inbounds(builder, one.data, arguments[2]), eight.as_pointer()) for one in arrays[:2])
+        root = cgutils.get_or_insert_function(builder.module, ir.FunctionType(eight, [eight]), "llvm.sqrt.v8f64")
+        builder.store(builder.call(root, [builder.load(source, align=8)]), target, align=8)
+        return context.get_dummy_value()
+
+    return types.void(values, roots, types.uintp), generate
+
+
+@numba.njit
+def eight_wide(values, roots, repeats):
+    """The same, eight at a time; the length is a multiple of eight."""
+    for _ in range(repeats):
+        for i in range(np.uint64(0), np.uint64(values.size), np.uint64(8)):
+            _eight_roots(values, roots, i)
+
+
+def loops(repeats: int) -> dict[str, Callable[[], None]]:
+    """Both loops, ready to be timed; each takes `repeats * LENGTH` square roots."""
+    values, roots = np.random.default_rng(1).uniform(0.5, 2.0, LENGTH), np.zeros(LENGTH)
+    found = {}
+    for name, loop in (("plain", plain), ("eight wide", eight_wide)):
+        loop(values, roots, 1)
+        if not np.array_equal(roots, np.sqrt(values)):
+            raise AssertionError(f"the {name} loop does not give square roots")
+        roots[:] = 0.0
+        found[name] = partial(loop, values, roots, repeats)
+    return found

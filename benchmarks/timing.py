@@ -1,0 +1,43 @@
+"""Interleaved measurement: what is compared runs in turns, so that a machine that slows down slows down both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from time import perf_counter
+
+import numpy as np
+
+Call = Callable[[], object]
+Times = dict[str, np.ndarray]
+
+
+def seconds(call: Call) -> float:
+    """Wall time of one call."""
+    begin = perf_counter()
+    call()
+    return perf_counter() - begin
+
+
+def interleaved(calls: Mapping[str, Call], rounds: int) -> Times:
+    """Wall times of each call in each of so many rounds, shape (rounds,) [s]; one round before them is not counted."""
+    times: dict[str, list[float]] = {name: [] for name in calls}
+    for _ in range(rounds + 1):
+        for name, call in calls.items():
+            times[name].append(seconds(call))
+    return {name: np.array(values[1:]) for name, values in times.items()}
+
+
+def ratio(above: np.ndarray, below: np.ndarray) -> float:
+    """Median of the rounds' ratios: one disturbed round does not move it."""
+    return float(np.median(above / below))
+
+
+def microseconds(times: np.ndarray, calls: int) -> float:
+    """Median time of one of `calls` calls [us]."""
+    return float(np.median(times)) / calls * 1e6
+
+
+def repeats_for(call: Call, wanted: float) -> int:
+    """How often to repeat a call so that all together take about `wanted` seconds."""
+    call()
+    return max(1, round(wanted / max(min(seconds(call) for _ in range(3)), 1e-7)))
