@@ -54,7 +54,7 @@ class _Lammps:
         self.grains = grains
         self._lammps = _library()
         # LAMMPS's hertz is kn sqrt(R1 R2 / (R1 + R2)) d^1.5.
-        normal = chains.STIFFNESS / np.sqrt(0.5 * chains.RADIUS)
+        normal = float(chains.STIFFNESS / np.sqrt(0.5 * chains.RADIUS))
         box, diameter = 2.0 * chains.RADIUS * (grains + 10), 2.0 * chains.RADIUS
         self._lammps.commands_string(f"""
             units si

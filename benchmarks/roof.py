@@ -29,15 +29,22 @@ def plain(values, roots, repeats):
             roots[i] = sqrt(values[i])
 
 
+_EIGHT = ir.VectorType(ir.DoubleType(), 8)
+
+
+def _eight_from(context, builder, kind, array, place):
+    """A pointer to the eight elements from `place`."""
+    data = context.make_array(kind)(context, builder, array).data
+    return builder.bitcast(cgutils.gep_inbounds(builder, data, place), _EIGHT.as_pointer())
+
+
 @intrinsic
 def _eight_roots(typing, values, roots, place):
     """roots[place : place + 8] = sqrt(values[place : place + 8]), as one vector."""
 
     def generate(context, builder, signature, arguments):
-        eight = ir.VectorType(ir.DoubleType(), 8)
-        arrays = [context.make_array(kind)(context, builder, array) for kind, array in zip(signature.args, arguments, strict=False)]
-        source, target = (builder.bitcast(cgutils.gep_inbounds(builder, one.data, arguments[2]), eight.as_pointer()) for one in arrays[:2])
-        root = cgutils.get_or_insert_function(builder.module, ir.FunctionType(eight, [eight]), "llvm.sqrt.v8f64")
+        source, target = (_eight_from(context, builder, kind, array, arguments[2]) for kind, array in zip(signature.args[:2], arguments[:2], strict=True))
+        root = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_EIGHT, [_EIGHT]), "llvm.sqrt.v8f64")
         builder.store(builder.call(root, [builder.load(source, align=8)]), target, align=8)
         return context.get_dummy_value()
 

@@ -10,8 +10,8 @@ import pytest
 
 from granular_env.components import catalogue, errors
 from granular_env.components.contract import Block, Component, GranularError, ParameterError
-from granular_env.components.validation import filled
 from granular_env.components.oscillator import Oscillator
+from granular_env.components.validation import filled
 
 
 def test_every_error_is_of_the_family() -> None:

@@ -1,5 +1,6 @@
 """The loop that advances an experiment: same bits whatever looks on, complete logs however it ends."""
 
+import dataclasses
 import os
 import signal
 import subprocess
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from granular_env.components import catalogue
+from granular_env.components.contract import Ledger
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, StepError
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment, shipped_experiments
@@ -49,7 +51,8 @@ def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
     assert np.isfinite(result.component.get("kinetic_energy"))
     with open_log(tmp_path / "log.mcap") as log:
         assert log.complete
-        assert set(log.variables) == set(experiment.record.variables or [])
+        ledger = {field.name for field in dataclasses.fields(Ledger)}
+        assert set(log.variables) == set(experiment.record.variables or []) | ledger
     assert verify(tmp_path / "log.mcap").identical
 
 

@@ -15,16 +15,16 @@ from .track import LEDGER
 
 
 def checked_names(component: Component, variables: Sequence[str] | None) -> list[str]:
-    """Names to record; by default the state variables and the ledger."""
+    """Names to record, by default the state variables; the ledger always comes along."""
     if variables is None:
-        return [*(v.name for v in component.variables.values() if v.state), *LEDGER]
+        variables = [v.name for v in component.variables.values() if v.state]
     if isinstance(variables, str):
         raise ParameterError(f"variables: got the text {variables!r}, expected a list of names, such as [{variables!r}]")
     known = [v.name for v in component.variables.values() if v.causality != "parameter"]
     for name in variables:
         if name not in known:
             raise ParameterError(f"variables: {name!r} is no output or input of this {component.name}; {nearest(name, known)}")
-    return list(dict.fromkeys(variables))
+    return list(dict.fromkeys([*variables, *LEDGER]))
 
 
 def checked_schedule(

@@ -60,7 +60,7 @@ def record(
         path: the file; by custom it ends in ``.mcap``.
         every: time between frames [s], a whole number of internal steps. Default: for an experiment with a duration 160 to
             400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
-        variables: names of outputs or inputs to keep in each frame. Default: the state variables and the ledger.
+        variables: names of outputs or inputs to keep in each frame, beside the ledger. Default: the state variables.
         hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
         key_every: time between key snapshots [s]. Default: each time the run has become a sixteenth longer.
         experiment: JSON values to keep with the log.
@@ -102,7 +102,6 @@ class Recorder:
         self._component, self._names, self._schedule = component, names, schedule
         self._state = [v.name for v in component.variables.values() if v.state]
         self._inputs = [v.name for v in component.variables.values() if v.causality == "input"]
-        self._needs_ledger = any(name in LEDGER for name in names)
         self._before, self._segment, self._frames = elapsed, -1, 0
         self._expected = self._next_frame = self._next_hash = self._next_key = 0
         self._lock, self._wake, self._written = threading.Lock(), threading.Event(), threading.Condition()
@@ -250,11 +249,11 @@ class Recorder:
 
     def _take_frame(self, component: Component, into: Batch) -> None:
         picture = self._track.wants(self._frames)
-        ledger = component.ledger() if self._needs_ledger or picture else None
+        ledger = component.ledger()
         values = [getattr(ledger, name) if name in LEDGER else component.get(name) for name in self._names]
         into.frames.append((component.tick, values))
         into.size += sum(8 * np.size(value) + 100 for value in values)
-        if picture and ledger is not None:
+        if picture:
             self._take_picture(component, ledger)
         self._frames += 1
 
