@@ -23,7 +23,9 @@ def measure(sizes: tuple[int, ...] = (100, 1000, 1_000_000), rounds: int = 41) -
         chain = chains.pressed(grains)
         ticks = repeats_for(lambda chain=chain: chain._advance(1), _SAMPLE_SECONDS)
         ticks = -(-ticks // _BLOCK_TICKS) * _BLOCK_TICKS
-        yield _against_roof(f"force evaluations / roots, N = {grains}", chain, lambda c=chain, t=ticks: c._advance(t), ticks, rounds)
+        yield _against_roof(
+            f"force evaluations / roots, N = {grains}", chain, lambda c=chain, t=ticks: c._advance(t), ticks, rounds
+        )
     for grains in sizes:
         if grains <= 10_000:
             yield _entering_wave(grains, rounds)

@@ -32,7 +32,9 @@ def measure(grains: int = 1000, ticks: int = 2000, rounds: int = 9) -> Iterator[
     cost = {name: float(np.median(times[name])) / (count * grains) * 1e9 for name, count in each.items()}
     for name, what in (("pefrl", "force evaluation of the default chain"), ("leapfrog", "step of the leapfrog chain")):
         note = f"{cost['lammps']:.3g} ns against {cost[name]:.3g} ns a grain"
-        yield Figure(f"LAMMPS / ours, per {what}, N = {grains}", 20.0 * ratio(times["lammps"], times[name]), at_least=30.0, note=note)
+        yield Figure(
+            f"LAMMPS / ours, per {what}, N = {grains}", 20.0 * ratio(times["lammps"], times[name]), at_least=30.0, note=note
+        )
 
 
 def _agreement(peer: _Lammps, verlet: Any, ticks: int) -> Figure:

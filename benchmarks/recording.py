@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -16,12 +16,17 @@ from . import chains
 from .figures import Figure
 from .timing import interleaved, ratio
 
+# 200 frames in 20,000 steps.
+_FRAME_STEPS = 100
 
-def measure(steps: int = 100_000, rounds: int = 5, long_grains: int = 100_000, long_steps: int = 4000, long_rounds: int = 3) -> Iterator[Figure]:
-    """Both costs; 200 frames in 20,000 steps are the measure of the second, fewer steps have frames in proportion."""
+
+def measure(
+    steps: int = 100_000, rounds: int = 5, long_grains: int = 100_000, long_steps: int = 10_000, long_rounds: int = 3
+) -> Iterator[Figure]:
+    """Both costs; the second for a run in pieces, as `ge.run` makes it, and for one long call of `step`."""
     with TemporaryDirectory() as folder:
         yield _of_a_step(Path(folder) / "short.mcap", steps, rounds)
-        yield _share(Path(folder) / "long.mcap", long_grains, long_steps, long_rounds)
+        yield from _shares(Path(folder) / "long.mcap", long_grains, long_steps, long_rounds)
 
 
 def _of_a_step(path: Path, steps: int, rounds: int) -> Figure:
@@ -51,25 +56,26 @@ def _of_a_step(path: Path, steps: int, rounds: int) -> Figure:
     return Figure("cost of a recorded step, 100 grains, a new input each", cost, "us", at_most=5.0, note=note)
 
 
-def _share(path: Path, grains: int, steps: int, rounds: int) -> Figure:
+def _shares(path: Path, grains: int, steps: int, rounds: int) -> Iterator[Figure]:
     chain = chains.pressed(grains)
-    frames = steps // 100
-    start, duration = chain.save(), steps * chain.step_size
+    start, frame, whole = chain.save(), _FRAME_STEPS * chain.step_size, steps * chain.step_size
 
     def plain() -> None:
         chain.restore(start)
-        chain.step(duration)
+        chain.step(whole)
 
-    def recorded() -> None:
+    def recorded(duration: float) -> None:
         chain.restore(start)
-        with ge.record(chain, path, every=100 * chain.step_size, overwrite=True):
-            chain.step(duration)
+        with ge.record(chain, path, every=frame, overwrite=True):
+            for _ in range(round(whole / duration)):
+                chain.step(duration)
 
-    times = interleaved({"plain": plain, "recorded": recorded}, rounds)
-    share = 100.0 * (1.0 - ratio(times["plain"], times["recorded"]))
-    note = f"{frames} frames in {steps} steps, {float(np.median(times['plain'])):.2f} s unrecorded; {_megabytes(path)}"
-    return Figure(f"recording's share of a run, {grains} grains", share, "%", at_most=5.0, note=note)
-
-
-def _megabytes(path: Any) -> str:
-    return f"a log of {path.stat().st_size / 1e6:.0f} MB"
+    runs = {"plain": plain, "in pieces": partial(recorded, frame), "in one call": partial(recorded, whole)}
+    times = interleaved(runs, rounds)
+    seconds, size = float(np.median(times["plain"])), path.stat().st_size / 1e6
+    frames = steps // _FRAME_STEPS
+    for name in ("in pieces", "in one call"):
+        share = 100.0 * (1.0 - ratio(times["plain"], times[name]))
+        a_frame = float(np.median(times[name] - times["plain"])) / frames * 1e3
+        note = f"{frames} frames in {steps} steps, {seconds:.1f} s unrecorded; {a_frame:.1f} ms a frame, a log of {size:.0f} MB"
+        yield Figure(f"recording's share of a run {name}, {grains} grains", share, "%", at_most=5.0, note=note)

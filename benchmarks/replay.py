@@ -12,7 +12,7 @@ import granular_env as ge
 
 from . import chains
 from .figures import Figure
-from .timing import interleaved, ratio
+from .timing import Call, interleaved, ratio
 
 
 def measure(grains: int = 8000, steps: int = 100_000, rounds: int = 3) -> Iterator[Figure]:
@@ -48,7 +48,7 @@ def _driven(path: Path, steps: int, rounds: int) -> Figure:
     return _verified_against(live, path, rounds, f"the same, 100 grains, {steps} steps with a new input each")
 
 
-def _verified_against(live, path: Path, rounds: int, what: str) -> Figure:
+def _verified_against(live: Call, path: Path, rounds: int, what: str) -> Figure:
     results = []
     times = interleaved({"live": live, "verify": lambda: results.append(ge.verify(path))}, rounds)
     if not all(result.identical for result in results):

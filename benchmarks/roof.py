@@ -43,7 +43,10 @@ def _eight_roots(typing, values, roots, place):
     """roots[place : place + 8] = sqrt(values[place : place + 8]), as one vector."""
 
     def generate(context, builder, signature, arguments):
-        source, target = (_eight_from(context, builder, kind, array, arguments[2]) for kind, array in zip(signature.args[:2], arguments[:2], strict=True))
+        source, target = (
+            _eight_from(context, builder, kind, array, arguments[2])
+            for kind, array in zip(signature.args[:2], arguments[:2], strict=True)
+        )
         root = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_EIGHT, [_EIGHT]), "llvm.sqrt.v8f64")
         builder.store(builder.call(root, [builder.load(source, align=8)]), target, align=8)
         return context.get_dummy_value()

@@ -34,7 +34,9 @@ def measure(grains: int = 100, tolerances: int = 33, rounds: int = 9) -> Iterato
     rtol, error = good[0]
     times = interleaved({"scipy": lambda: _solved(grains, duration, rtol), "ours": ours}, rounds)
     note = f"max |dv|/v0: ours {own_error:.1e}, scipy {error:.1e} at rtol = atol = {rtol:.1e}; {ticks} steps of ours"
-    yield Figure(f"scipy DOP853 / ours at equal accuracy, N = {grains}", ratio(times["scipy"], times["ours"]), at_least=150.0, note=note)
+    yield Figure(
+        f"scipy DOP853 / ours at equal accuracy, N = {grains}", ratio(times["scipy"], times["ours"]), at_least=150.0, note=note
+    )
 
 
 def _solved(grains: int, duration: float, rtol: float) -> Any:

@@ -151,14 +151,19 @@ class Snapshot:
     Attributes:
         identity: hash of the component's name, version and parameters.
         tick: integer time.
-        memory: the state's bits.
+        data: the state's bits, as bytes: the quickest copy there is from Python.
         inputs: the inputs held at that moment.
     """
 
-    __slots__ = ("identity", "inputs", "memory", "tick")
+    __slots__ = ("data", "identity", "inputs", "tick")
 
-    def __init__(self, identity: str, tick: int, memory: FloatArray, inputs: Mapping[str, Held]) -> None:
-        self.identity, self.tick, self.memory, self.inputs = identity, tick, memory, inputs
+    def __init__(self, identity: str, tick: int, data: bytes, inputs: Mapping[str, Held]) -> None:
+        self.identity, self.tick, self.data, self.inputs = identity, tick, data, inputs
+
+    @property
+    def memory(self) -> FloatArray:
+        """The state as 8-byte words, read-only, shape (words,)."""
+        return np.frombuffer(self.data)
 
     def to_bytes(self) -> bytes:
         """A versioned header and plain arrays; see `packing`."""
@@ -200,7 +205,7 @@ class Snapshot:
             if isinstance(error, GranularError) and not isinstance(error, ParameterError):
                 raise
             raise LogError(f"these bytes are no snapshot: {error}") from error
-        return cls(identity, tick, memory.view(np.float64), inputs)
+        return cls(identity, tick, memory.tobytes(), inputs)
 
 
 class Observer(Protocol):
@@ -259,7 +264,8 @@ class Component(ABC):
         self._backup = self._block.memory.copy()
         # Assigning between byte views is the quickest copy there is from Python.
         self._memory_bytes, self._backup_bytes = self._block.memory.data.cast("B"), self._backup.data.cast("B")
-        self._held: dict[str, Held] = {}
+        # Replaced, never changed in place: snapshots share it.
+        self._held: Mapping[str, Held] = {}
         self._tick = 0
         self.reset()
 
@@ -282,8 +288,8 @@ class Component(ABC):
         """Write the start state into the (zeroed) block; return the inputs' start values that are not 0."""
 
     @abstractmethod
-    def _apply(self, inputs: Mapping[str, Held]) -> None:
-        """Take over inputs that have changed."""
+    def _apply(self, held: Mapping[str, Held]) -> None:
+        """Take over the inputs that are held from now on, all of them."""
 
     @abstractmethod
     def _advance(self, ticks: int) -> int:
@@ -362,6 +368,7 @@ class Component(ABC):
             ticks = self._tick_counts[duration]
         except (KeyError, TypeError):
             ticks = self._whole_ticks(duration)
+        held = self._held
         if inputs:
             bounds = self._bounds
             for name, value in inputs.items():
@@ -371,9 +378,10 @@ class Component(ABC):
                         continue
                 inputs = self._compiled(inputs)
                 break
-            self._apply(inputs)
+            self._held = {**held, **inputs}
+            self._apply(self._held)
         if self._observers or ticks > self._chunk_ticks:
-            self._long_step(ticks, inputs)
+            self._long_step(ticks, inputs, held)
             return
         before = self._tick
         self._backup_bytes[:] = self._memory_bytes
@@ -383,10 +391,8 @@ class Component(ABC):
                 raise self._explain(status)
             self._tick = before + ticks
         except BaseException:  # Ctrl-C too
-            self._undo(before, self._held)
+            self._undo(before, held)
             raise
-        if inputs:
-            self._held.update(inputs)
 
     def get(self, name: str) -> Any:
         """The present value of any variable: a number, or a fresh array of its shape."""
@@ -405,7 +411,7 @@ class Component(ABC):
 
     def save(self) -> Snapshot:
         """The whole state; costs one copy."""
-        return Snapshot(self.identity, self._tick, self._block.memory.copy(), self._held.copy())
+        return Snapshot(self.identity, self._tick, bytes(self._memory_bytes), self._held)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot, bit for bit, whichever process took it.
@@ -413,18 +419,22 @@ class Component(ABC):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
-        if not isinstance(snapshot, Snapshot):
+        if snapshot.__class__ is not Snapshot:
             raise ParameterError(f"snapshot: got {shortened(snapshot)}, expected what save() or Snapshot.from_bytes() gave")
         if snapshot.identity != self.identity:
             raise ParameterError(
                 f"snapshot: it belongs to a component with identity {str(snapshot.identity)[:12]}..., this one has "
                 f"{self.identity[:12]}...; restore it into one of the same parameters and version"
             )
-        if snapshot.inputs != self._held or snapshot.memory.shape != self._block.memory.shape:
+        if len(snapshot.data) != self._memory_bytes.nbytes:
+            raise ParameterError(
+                f"snapshot: its state has {len(snapshot.data)} bytes, this component's has {self._memory_bytes.nbytes}"
+            )
+        if snapshot.inputs is not self._held:
             self._check_inputs(snapshot)
-            self._held = dict(snapshot.inputs)
+            self._held = snapshot.inputs
             self._apply(self._held)
-        self._block.memory[:] = snapshot.memory
+        self._memory_bytes[:] = snapshot.data
         self._tick = snapshot.tick
         for observer in self._observers:
             observer.began(self)
@@ -488,15 +498,15 @@ class Component(ABC):
         return checked
 
     def _check_inputs(self, snapshot: Snapshot) -> None:
-        if snapshot.memory.shape != self._block.memory.shape or snapshot.inputs.keys() != self._inputs.keys():
-            raise ParameterError("snapshot: its state or its inputs do not have this component's shape")
+        if snapshot.inputs.keys() != self._inputs.keys():
+            raise ParameterError(
+                f"snapshot: it holds the inputs {sorted(snapshot.inputs)}, this component has {sorted(self._inputs)}"
+            )
         self._compiled(snapshot.inputs)
 
-    def _long_step(self, ticks: int, inputs: Mapping[str, Held]) -> None:
+    def _long_step(self, ticks: int, inputs: Mapping[str, Held], held: Mapping[str, Held]) -> None:
         """A step in pieces: for observers and for Ctrl-C; all of it or nothing."""
-        start, end, held = self._tick, self._tick + ticks, self._held
-        if inputs:
-            self._held = {**held, **inputs}
+        start, end = self._tick, self._tick + ticks
         self._backup[:] = self._block.memory
         try:
             while self._tick < end:
@@ -528,7 +538,7 @@ class Component(ABC):
             elif spent > 2.0 * _CHUNK_SECONDS and ticks > 1:
                 self._chunk_ticks //= 2
 
-    def _undo(self, tick: int, held: dict[str, Held]) -> None:
+    def _undo(self, tick: int, held: Mapping[str, Held]) -> None:
         self._block.memory[:] = self._backup
         self._tick = tick
         self._held = held

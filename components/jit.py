@@ -19,6 +19,7 @@ import llvmlite
 import numba
 import numpy as np
 from numba.core import config as numba_config
+from numba.core import sigutils
 
 _KEPT_FOLDERS = 8
 F = TypeVar("F", bound=Callable[..., Any])
@@ -32,6 +33,18 @@ def jit(function: F) -> F:
         with _cache_in(folder), suppress(RuntimeError):  # numba found no folder it may write to
             compiled.enable_caching()
     return compiled
+
+
+def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., Any]:
+    """The machine code of a jitted function for one signature, without numba's look-up of the arguments' types at each call.
+
+    That look-up costs as much as a step of twenty grains. Whoever calls it promises the types.
+    """
+    if not hasattr(function, "compile"):  # the JIT is off
+        return function
+    compiled: Any = function
+    compiled.compile(signature)
+    return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point
 
 
 @contextmanager

@@ -48,8 +48,8 @@ class Oscillator(Component):
         self._block["tally"][:2] = self._energy(), self.mass * float(self._block["velocity"])
         return {}
 
-    def _apply(self, inputs: Mapping[str, Held]) -> None:
-        self._force = inputs.get("force", self._force)
+    def _apply(self, held: Mapping[str, Held]) -> None:
+        self._force = held["force"]
 
     @np.errstate(over="ignore", invalid="ignore")  # the status tells
     def _advance(self, ticks: int) -> int:

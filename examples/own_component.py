@@ -46,7 +46,7 @@ class Ball(ge.Component):
         self._block["start"][:] = sum(self._energies()), self._momentum()
         return {}
 
-    def _apply(self, inputs: Mapping[str, Held]) -> None:
+    def _apply(self, held: Mapping[str, Held]) -> None:
         pass  # nothing acts on it but gravity
 
     def _advance(self, ticks: int) -> int:

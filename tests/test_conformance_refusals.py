@@ -120,9 +120,9 @@ def test_foreign_snapshots_are_refused(moving: tuple[Component, Example]) -> Non
     for other in others:
         foreign = other.started().save()
         refused(component, lambda foreign=foreign: component.restore(foreign), "snapshot", component.identity[:12])
-    cut = Snapshot(own.identity, own.tick, own.memory[:-1], dict(own.inputs))
+    cut = Snapshot(own.identity, own.tick, own.data[:-8], dict(own.inputs))
     refused(component, lambda: component.restore(cut), "snapshot")
-    fewer = Snapshot(own.identity, own.tick, own.memory, {**own.inputs, "no_such_input": 1.0})
+    fewer = Snapshot(own.identity, own.tick, own.data, {**own.inputs, "no_such_input": 1.0})
     refused(component, lambda: component.restore(fewer), "snapshot")
     for nothing in (None, 3, "snapshot", own.to_bytes(), np.zeros(3)):
         refused(component, lambda nothing=nothing: component.restore(nothing), "snapshot")  # type: ignore[arg-type]
@@ -142,7 +142,7 @@ def test_forged_memory_does_no_harm(example: Example) -> None:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", GranularWarning)
                 try:
-                    component.restore(Snapshot(own.identity, 7, memory, own.inputs))
+                    component.restore(Snapshot(own.identity, 7, memory.tobytes(), own.inputs))
                     component.step(10 * component.step_size)
                 except GranularError:
                     pass

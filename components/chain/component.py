@@ -9,10 +9,11 @@ import numpy as np
 
 from ..contract import Block, Component, FloatArray, Held, Ledger, Particles, StepError, Variable
 from ..errors import ParameterError, caution
+from ..jit import entry_point
 from ..profiles import CompiledProfile
 from . import kernels
 from .geometry import Geometry, geometry, suggested_step_size
-from .integrators import SCHEMES
+from .integrators import SCHEMES, SIGNATURE
 from .parameters import WALLS, ChainParameters
 from .validity import Validity
 
@@ -42,7 +43,7 @@ class Chain(Component):
         self.geometry: Geometry = geometry(p)
         self.step_size = p.step_size if p.step_size is not None else suggested_step_size(p, self.geometry)
         self._scheme = SCHEMES[p.integrator]
-        self._kernel = self._scheme.advance
+        self._kernel = entry_point(self._scheme.advance, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
         width = kernels.row_width(p.grains)
         state_rows = kernels.FREE_ROW - kernels.TALLY + self._scheme.history_rows
@@ -54,8 +55,7 @@ class Chain(Component):
         self._table[kernels.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         self._left_input = "left_velocity" if p.left == "piston" else "left_force"
         self._right_input = "right_velocity" if p.right == "piston" else "right_force"
-        self._sides: dict[str, Held] = {self._left_input: 0.0, self._right_input: 0.0}
-        self._arguments: tuple[Any, ...] = (self._table, _NO_PIECES, 0, 0.0, 0.0)
+        self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
 
     def _fill_constants(self) -> None:
         p, chain, table = self.parameters, self.geometry, self._table
@@ -161,13 +161,11 @@ class Chain(Component):
             error = self._explain(0)
             raise ParameterError(f"start: {error}")
 
-    def _apply(self, inputs: Mapping[str, Held]) -> None:
+    def _apply(self, held: Mapping[str, Held]) -> None:
         # The speed of a step from Python hangs on these lines: two numbers are all that most steps change.
-        sides = self._sides
-        sides.update(inputs)
-        left, right = sides[self._left_input], sides[self._right_input]
+        left, right = held.get(self._left_input, 0.0), held.get(self._right_input, 0.0)
         if left.__class__ is float and right.__class__ is float:
-            self._arguments = (self._table, _NO_PIECES, 0, left, right)
+            self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, left, right
         else:
             self._apply_profiles(left, right)
 
@@ -175,12 +173,12 @@ class Chain(Component):
         """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""
         pieces = [_pieces(left), _pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
-        drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
-        left_number, right_number = (0.0 if isinstance(side, CompiledProfile) else side for side in (left, right))
-        self._arguments = (self._table, drive, len(pieces[0]), left_number, right_number)
+        self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
+        self._left, self._right = (0.0 if isinstance(side, CompiledProfile) else side for side in (left, right))
+        self._left_pieces = len(pieces[0])
 
     def _advance(self, ticks: int) -> int:
-        done = self._kernel(*self._arguments, self._tick, ticks)
+        done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 
     def _limit_passed(self, done: int, ticks: int) -> int:

@@ -32,6 +32,10 @@ class Scheme:
     scratch_rows: int
 
 
+# The table, the drive (rows of pieces), how many of them are the left end's, the numbers held at both ends, the tick,
+# and how many ticks.
+SIGNATURE = "int64(float64[:, ::1], float64[:, ::1], int64, float64, float64, int64, int64)"
+
 SCHEMES = {
     "pefrl": Scheme(compositions.advance_pefrl, 4, 4, compositions.HISTORY_ROWS, compositions.SCRATCH_ROWS),
     "leapfrog": Scheme(compositions.advance_leapfrog, 2, 1, compositions.HISTORY_ROWS, compositions.SCRATCH_ROWS),
