@@ -51,7 +51,7 @@ HEADINGS = ("what", "measured", "wanted", "verdict", "")
 
 def table(figures: Iterable[Figure]) -> str:
     """All figures, in aligned columns."""
-    rows = [HEADINGS]
+    rows: list[tuple[str, ...]] = [HEADINGS]
     rows += [(f.what, f"{f.value:.3g} {f.unit}", f.wanted, f.verdict, f.note) for f in figures]
     widths = [max(len(row[column]) for row in rows) for column in range(len(HEADINGS) - 1)]
     rows.insert(1, tuple("-" * width for width in (*widths, 0)))

@@ -54,5 +54,6 @@ def _verified_against(live: Call, path: Path, rounds: int, what: str) -> Figure:
     if not all(result.identical for result in results):
         raise AssertionError(f"{what}: {results[-1].message}")
     seconds = {name: float(np.median(values)) for name, values in times.items()}
-    note = f"live {seconds['live']:.2f} s, verified in {seconds['verify']:.2f} s; {results[-1].ticks} internal steps, {results[-1].frames} frames"
+    done = f"{results[-1].ticks} internal steps, {results[-1].frames} frames"
+    note = f"live {seconds['live']:.2f} s, verified in {seconds['verify']:.2f} s; {done}"
     return Figure(what, ratio(times["live"], times["verify"]), at_least=0.5, note=note)

@@ -1,7 +1,7 @@
 """The unit of the kernels' speed: square roots per second of this core, from arrays that fit its first-level cache.
 
-Hertz's force needs one square root, so nothing but square roots is a ceiling. The plain loop is what the compiler makes of it; on a
-CPU with 512-bit registers the compiler may use half of them, so a second loop asks for eight at once. The roof is the faster one.
+Hertz's force needs one square root, so nothing but square roots is a ceiling. The plain loop is what the compiler makes of it;
+with 512-bit registers it may use half of them, so a second loop asks for eight at once. The roof is the faster one.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def eight_wide(values, roots, repeats):
     """The same, eight at a time; the length is a multiple of eight."""
     for _ in range(repeats):
         for i in range(np.uint64(0), np.uint64(values.size), np.uint64(8)):
-            _eight_roots(values, roots, i)
+            _eight_roots(values, roots, i)  # pyright: ignore[reportCallIssue]
 
 
 def loops(repeats: int) -> dict[str, Callable[[], None]]:

@@ -15,7 +15,7 @@ _TAUS = 60.0
 
 
 def measure(grains: int = 100, tolerances: int = 33, rounds: int = 9) -> Iterator[Figure]:
-    """Problem 3.1 until 60 tau. Of the tolerances tried, scipy gets the largest that makes it at least as accurate as we are."""
+    """Problem 3.1 until 60 tau. Of the tolerances tried, scipy gets the largest that makes it as accurate as we are."""
     chain = chains.struck(grains)
     ticks = round(_TAUS * chains.TAU / chain.step_size)
     duration, start = ticks * chain.step_size, chain.save()
@@ -40,7 +40,7 @@ def measure(grains: int = 100, tolerances: int = 33, rounds: int = 9) -> Iterato
 
 
 def _solved(grains: int, duration: float, rtol: float) -> Any:
-    """Velocities / v0 at the end. Dimensionless, m = A = v0 = 1, so that tolerances mean the same for both halves of the state."""
+    """Velocities / v0 at the end. Dimensionless, m = A = v0 = 1: tolerances mean the same for both halves of the state."""
     from scipy.integrate import solve_ivp
 
     start = np.zeros(2 * grains)

@@ -21,7 +21,9 @@ def two_thirds_power(value: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def fifth_root(value: float) -> float:
-    """value^(1/5) for a number > 0, by Newton's iteration."""
+    """value^(1/5) for a finite number > 0, by Newton's iteration."""
+    if not 0.0 < value < float("inf"):
+        raise ValueError(f"fifth_root of {value}")
     scale = 1.0
     while value > 32.0:
         value, scale = value / 32.0, scale * 2.0

@@ -20,6 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
 # Largest step x angular frequency under precompression.
 _STEP_TIMES_FREQUENCY = 0.5
+_STEP_WITHOUT_CONTACTS = 1e-6
 # Masses and stiffnesses outside of this range are slips of units, and their powers would leave the range of a float.
 _SMALLEST, _LARGEST = 1e-60, 1e60
 
@@ -99,10 +100,10 @@ def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray
 
 def suggested_step_size(parameters: ChainParameters, chain: Geometry) -> float:
     """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact, .5 / omega under precompression; 1, 2 or 5 x 10^k, not above [s]."""
-    if not chain.stiffness[chain.real].size:
-        return 1e-6
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
-    ratio = float(np.min(lighter[chain.real] / chain.stiffness[chain.real]))
+    ratio = float(np.min(lighter[chain.real] / chain.stiffness[chain.real], initial=np.inf))
+    if not math.isfinite(ratio):  # nothing that a contact could accelerate
+        return _STEP_WITHOUT_CONTACTS
     gapped = bool(np.any(chain.rest_overlap < 0.0))
     scale = fifth_root(ratio) * fifth_root(ratio) / fifth_root(parameters.velocity_scale)
     step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * scale

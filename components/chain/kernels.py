@@ -146,7 +146,7 @@ def turn(a, drive, left_pieces, left_piece, right_piece, left, right, tick):
     right_piece = next_piece(drive, right_piece, drive.shape[0], tick)
     n_left = recentre(a, LEFT_DRIVE, drive, left_piece, 0, left, tick)
     n_right = recentre(a, RIGHT_DRIVE, drive, right_piece, left_pieces, right, tick)
-    mark = piece_mark(drive, left_piece, 0, left) + 3.0 * piece_mark(drive, right_piece, left_pieces, right)
+    mark = piece_mark(drive, left_piece, 0, left), piece_mark(drive, right_piece, left_pieces, right)
     return left_piece, right_piece, n_left, n_right, mark
 
 

@@ -170,7 +170,9 @@ def _parts_to_close(a, n):
     for j in range(n + 1):
         gap = -(a[U, j] - a[U, j + 1] + a[REST, j])
         speed = a[V, j] - a[V, j + 1]
-        if gap > 0.0 and speed > 0.0 and a[STIFFNESS, j] > 0.0:
+        # A gap within the displacements' rounding is closed: no step is short enough to end where it closes.
+        rounding = 1e-15 * (abs(a[U, j]) + abs(a[U, j + 1]))
+        if gap > rounding and speed > 0.0 and a[STIFFNESS, j] > 0.0:
             soonest = min(soonest, gap / speed)
     return soonest / a[SCALARS, STEP]
 

@@ -41,7 +41,7 @@ def _shift_accelerations(a, n):
 @jit
 def _start(a, n, n_left, n_right, mark):
     """Forget what was before a drive changed."""
-    a[TALLY, HISTORY_LENGTH], a[TALLY, HISTORY_DRIVE] = 0.0, mark
+    a[TALLY, HISTORY_LENGTH], a[TALLY, HISTORY_DRIVE], a[TALLY, HISTORY_DRIVE + 1] = 0.0, mark[0], mark[1]
     for i in range(n + 6):
         a[_GAP_U, i], a[_GAP_V, i] = 0.0, 0.0
     kernels.place_pistons(a, U, V, n_left, n_right, a[U, 1], a[U, n], 0.0)
@@ -87,7 +87,7 @@ def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
             a, drive, left_pieces, left_piece, right_piece, left, right, t
         )
         left_before, right_before = a[V, 1], a[V, n]
-        if t == 0 or a[TALLY, HISTORY_DRIVE] != mark:
+        if t == 0 or a[TALLY, HISTORY_DRIVE] != mark[0] or a[TALLY, HISTORY_DRIVE + 1] != mark[1]:
             _start(a, n, n_left, n_right, mark)
         if a[TALLY, HISTORY_LENGTH] < 3.0:
             _shift_history(a, n)
