@@ -26,12 +26,12 @@ from typing import Any, ClassVar, Literal, Protocol, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from .errors import FmuError, GranularError, GranularWarning, LogError, ParameterError, StepError, nearest, shortened
 from .packing import canonical_json, pack, unpack
 from .profiles import CompiledProfile, Profile, finite_number
-from .validation import filled, validated
+from .validation import filled, plain, validated
 
 __all__ = [
     "Block",
@@ -125,6 +125,14 @@ class Parameters(BaseModel):
     """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plain(cls, fields: Any) -> Any:
+        if not isinstance(fields, dict):
+            return fields
+        truths = {name for name, field in cls.model_fields.items() if field.annotation is bool}
+        return {name: value if name in truths else plain(name, value) for name, value in fields.items()}
 
 
 class Block:
@@ -250,7 +258,10 @@ class Component(ABC):
             ParameterError: a parameter is unknown, missing or out of range.
         """
         self.parameters = validated(self.Parameters, parameters, f"component {self.name!r}")
-        self._build()
+        try:
+            self._build()
+        except MemoryError as error:
+            raise ParameterError(f"component {self.name!r}: this size does not fit into memory: {error}") from None
         self.identity: str = hashlib.sha256(
             canonical_json([self.name, self.version, self.parameters.model_dump(mode="json")])
         ).hexdigest()
@@ -337,6 +348,8 @@ class Component(ABC):
         Raises:
             ParameterError: an unknown variable, a wrong shape, a value that is not finite; the state is unharmed.
         """
+        if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64):
+            raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number from 0 to 2^64 - 1, or None")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick = self._block.memory.copy(), self._tick
         self._block.memory[:] = 0.0
@@ -459,10 +472,13 @@ class Component(ABC):
             raise ParameterError(f"{name}: got {duration!r} s, expected more than 0 and finite")
         ticks = round(exact)
         if ticks < 1 or abs(exact - ticks) > 1e-9 * ticks or ticks > 2**52:
-            below, above = max(ticks if ticks <= exact else ticks - 1, 1), max(math.ceil(exact), 1)
+            if ticks > 2**52:
+                raise ParameterError(f"{name}: {duration:.12g} s is {exact:.3g} internal steps, more than can be counted")
+            steps = sorted({max(math.floor(exact), 1), max(math.ceil(exact), 1)})
+            choices = " or ".join(f"{count * self.step_size:.12g} s" for count in steps)
             raise ParameterError(
                 f"{name}: {duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
-                f"use {below * self.step_size:.12g} s or {above * self.step_size:.12g} s, or another step_size"
+                f"use {choices}, or another step_size"
             )
         return ticks
 
@@ -476,7 +492,7 @@ class Component(ABC):
         checked: dict[str, Held] = {}
         for name, value in inputs.items():
             if name not in self._inputs:
-                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {nearest(name, self._inputs)}")
+                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {self._input_advice(name)}")
             if isinstance(value, Profile):
                 checked[name] = value.compile(self.step_size, name)
             elif isinstance(value, CompiledProfile):
@@ -496,6 +512,10 @@ class Component(ABC):
                     )
                 checked[name] = number
         return checked
+
+    def _input_advice(self, name: str) -> str:
+        """What to say to whoever gives an input that there is not."""
+        return nearest(name, self._inputs)
 
     def _check_inputs(self, snapshot: Snapshot) -> None:
         if snapshot.inputs.keys() != self._inputs.keys():

@@ -317,7 +317,7 @@ def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
 def finite_number(name: str, value: Any, expected: str = "a number") -> float:
     """`value` as a float; `ParameterError` for text, arrays, NaN, infinity and whatever else is no number."""
     try:
-        if isinstance(value, (str, bytes)) or np.ndim(value):
+        if isinstance(value, (str, bytes, bool)) or np.ndim(value):
             raise TypeError
         number = float(value)
     except (TypeError, ValueError, OverflowError) as error:

@@ -21,47 +21,49 @@ def validated(model: type[Model], fields: Mapping[str, Any], where: str) -> Mode
     try:
         return model(**fields)
     except ValidationError as error:
-        raise ParameterError("\n".join(f"{where}: {line}" for line in explained(error, model))) from None
+        raise ParameterError(f"{where}: " + "\n  ".join(explained(error, model))) from None
 
 
 def explained(error: ValidationError, model: type[BaseModel]) -> list[str]:
     """One sentence for each fault that pydantic found: argument, what came, what was expected."""
-    lines: list[str] = []
+    faults: dict[str, list[Any]] = {}
     for fault in error.errors():
-        place = [str(part) for part in fault["loc"] if not _is_union_tag(part, model)]
-        name = ".".join(place) or "parameters"
-        if fault["type"] == "extra_forbidden":
-            advice = nearest(str(fault["loc"][-1]), model.model_fields) if len(fault["loc"]) == 1 else "remove it"
-            lines.append(f"{name}: unknown; {advice}")
-        elif fault["type"] == "missing":
-            lines.append(f"{name}: missing; {_meaning(model, place)}")
-        else:
-            text = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-            given = repr(fault["input"])
-            lines.append(
-                f"{name}: got {given if len(given) < 80 else given[:77] + '...'}, expected {text}"
-                if "Value error" not in fault["msg"]
-                else f"{name}: {text}"
-            )
+        faults.setdefault(str(fault["loc"][0]) if fault["loc"] else "", []).append(fault)
+    lines = [_sentence(fault, model) for group in faults.values() for fault in _telling(group)]
     return list(dict.fromkeys(lines))
+
+
+def _telling(faults: list[Any]) -> list[Any]:
+    """Of the faults of one field, those of the alternative that was meant: of the right type, but out of range."""
+    meant = [fault for fault in faults if not fault["type"].endswith(("_type", "_parsing"))]
+    alternatives = {fault["loc"][1] for fault in faults if len(fault["loc"]) > 1}
+    return meant or (faults[:1] if len(alternatives) > 1 else faults)
+
+
+def _sentence(fault: Any, model: type[BaseModel]) -> str:
+    place = [str(part) for part in fault["loc"] if not _is_union_tag(part, model)]
+    name = ".".join(place) or "parameters"
+    if fault["type"] == "extra_forbidden":
+        advice = nearest(str(fault["loc"][-1]), model.model_fields) if len(fault["loc"]) == 1 else "remove it"
+        return f"{name}: unknown; {advice}"
+    if fault["type"] == "missing":
+        return f"{name}: missing; {_meaning(model, place)}"
+    if fault["msg"].startswith("Value error, "):
+        text = fault["msg"].removeprefix("Value error, ")
+        # A check of the whole model names its field itself.
+        return f"{name}: {text}" if place else text
+    expected = fault["msg"].removeprefix("Input should be ")
+    return f"{name}: got {shortened(fault['input'])}, expected {expected}"
+
+
+_TYPE_TAGS = {"float", "int", "str", "list", "constrained-str", "dict"}
 
 
 def _is_union_tag(part: Any, model: type[BaseModel]) -> bool:
     """Pydantic adds the name of each tried alternative to a fault's place; people need only the place."""
-    return (
-        isinstance(part, str)
-        and part not in model.model_fields
-        and not part.isidentifier()
-        or part
-        in {
-            "float",
-            "int",
-            "str",
-            "list",
-            "constrained-str",
-            "dict",
-        }
-    )
+    if not isinstance(part, str) or part in model.model_fields:
+        return False
+    return part in _TYPE_TAGS or not part.isidentifier() or part[:1].isupper()
 
 
 def _meaning(model: type[BaseModel], place: list[str]) -> str:
@@ -73,8 +75,11 @@ def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     """An array of `shape` from a number, an array, or {index: value} (the rest is 0); `ParameterError` otherwise."""
     array = np.zeros(shape)
     if isinstance(value, Mapping):
-        for key, item in value.items():
-            array[_index(name, key, shape)] = finite_number(f"{name}[{key}]", item)
+        places = [_index(name, key, shape) for key in value]
+        if len(set(places)) < len(places):
+            raise ParameterError(f"{name}: got the indices {shortened(list(value))}, expected each index once")
+        for index, item in zip(places, value.values(), strict=True):
+            array[index] = finite_number(f"{name}[{index}]", item)
         return array
     try:
         given = np.asarray(value)
@@ -102,4 +107,17 @@ def _index(name: str, key: Any, shape: tuple[int, ...]) -> int:
         raise ParameterError(f"{name}: got the index {shortened(key)}, expected a whole number") from error
     if not -length <= index < length or (isinstance(key, float) and key != index):
         raise ParameterError(f"{name}: got the index {key}, expected {-length} to {length - 1}")
-    return index
+    return index % length
+
+
+def plain(name: str, value: Any) -> Any:
+    """A parameter as pydantic takes it: arrays and tuples as lists, numpy's numbers as Python's, no truth values."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, tuple):
+        return list(value)
+    if isinstance(value, bool):
+        raise ValueError(f"{name}: got {value}, expected no truth value")
+    return value

@@ -150,7 +150,8 @@ def test_a_moving_frame_sees_the_same(scheme: str) -> None:
         chain.reset(velocity=shift + np.array([1.0, 1.0] + 98 * [0.0]))
         chain.step(60.0)
         seen.append((chain.get("velocity") - shift, chain.get("displacement") - shift * 60.0))
-    bound = 7e-9 if scheme == "dop853" else 1e-11
+    # Rounding: up to 3000 steps that add to displacements of 420, each to half of 6e-14.
+    bound = 7e-9 if scheme == "dop853" else 1e-10
     assert np.abs(seen[1][0] - seen[0][0]).max() <= bound
     assert np.abs(seen[1][1] - seen[0][1]).max() <= 60.0 * bound
 

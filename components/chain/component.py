@@ -181,6 +181,13 @@ class Chain(Component):
         done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 
+    def _input_advice(self, name: str) -> str:
+        side, _, quantity = name.partition("_")
+        if side in ("left", "right") and quantity in ("force", "velocity"):
+            wanted = "piston" if quantity == "velocity" else "free"
+            return f"{side} is {getattr(self.parameters, side)!r}, and {name} needs {side} = {wanted!r}"
+        return super()._input_advice(name)
+
     def _limit_passed(self, done: int, ticks: int) -> int:
         """A limit was passed in the last of `done` ticks: an error, or a warning (once) and on with the rest."""
         self._failed_tick = self._tick + done
@@ -228,7 +235,7 @@ class Chain(Component):
             radius = float(self.geometry.smaller_radius[self.geometry.real][index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
-                f"that is {value / radius:.2g} radii, Hertz's law wants few: load the chain less, or raise overlap_limit"
+                f"that is {value / radius:.2g} radii, Hertz's law is for small overlaps: load less, or raise overlap_limit"
                 if deep
                 else f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
                 f"(now {self.step_size:g} s) or give the velocity_scale of the run"

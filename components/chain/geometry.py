@@ -39,7 +39,7 @@ class Geometry:
         smaller_radius: shape (n + 1,) [m].
         position: of the grains' centres in the reference configuration, the first at 0, shape (n,) [m].
         sound_speed: longitudinal, of each grain's material, shape (n,) [m/s].
-        yield_strength: of each grain's material, NaN where it is not known, shape (n,) [Pa].
+        yield_strength: of the weaker side of each contact, NaN where neither is known, shape (n + 1,) [Pa].
         real: which places are contacts of this chain, a slice.
     """
 
@@ -78,7 +78,7 @@ def geometry(parameters: ChainParameters) -> Geometry:
     _refuse_absurd(mass, stiffness[real], position)
     return Geometry(
         radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
-        _per_grain(materials, "longitudinal_speed"), _per_grain(materials, "yield_strength"), real,
+        _per_grain(materials, "longitudinal_speed"), _yield_strength(parameters, materials), real,
     )  # fmt: skip
 
 
@@ -115,6 +115,10 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry) -> float:
     return round_down_to_125(step)
 
 
+class _Same(list[Material]):
+    """One material for all grains: what follows from it is worked out once."""
+
+
 def _radius(parameters: ChainParameters) -> FloatArray:
     given = parameters.radius
     if isinstance(given, UniformRadii):
@@ -126,7 +130,7 @@ def _materials(parameters: ChainParameters) -> list[Material]:
     given = parameters.material
     if isinstance(given, list):
         return [material(one) for one in given]
-    return [material(given)] * parameters.grains
+    return _Same([material(given)] * parameters.grains)
 
 
 def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Material]) -> FloatArray:
@@ -150,9 +154,19 @@ def _inertia(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
 
 
 def _per_grain(materials: list[Material], name: str) -> FloatArray:
-    if all(one is materials[0] for one in materials):
+    if isinstance(materials, _Same):
         return np.full(len(materials), getattr(materials[0], name), dtype=np.float64)
     return np.array([getattr(one, name) for one in materials], dtype=np.float64)
+
+
+def _yield_strength(parameters: ChainParameters, materials: list[Material]) -> FloatArray:
+    """Of the weaker side; a free end, a piston and a rigid plane count as the grain that they meet."""
+    grains = _per_grain(materials, "yield_strength")
+    walls = [
+        grains[end] if given is None else material(given).yield_strength or np.nan
+        for end, given in ((0, parameters.left_wall_material), (-1, parameters.right_wall_material))
+    ]
+    return np.fmin(*_sides(grains, float(walls[0]), float(walls[1])))
 
 
 def _wall_radius(boundary: str, end_radius: float) -> float:

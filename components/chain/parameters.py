@@ -72,7 +72,7 @@ class ChainParameters(Parameters):
     integrator: Integrator = _field("pefrl", "pefrl, leapfrog, rk4, hamming or dop853 (reference)", "1")
     step_size: Positive | None = _field(None, "internal step; default suggested from stiffness, mass and velocity_scale", "s")
     velocity_scale: float = _field(
-        10.0, "largest relative speed of neighbours to expect, for the suggested step", "m/s", gt=0.0
+        10.0, "largest relative speed of neighbours to expect, for the suggested step", "m/s", ge=1e-9, le=1e9
     )
     tolerance: float = _field(1e-12, "relative error a step of dop853 may make", "1", ge=1e-15, le=1e-3)
     overlap_limit: float = _field(0.1, "overlap, as a part of the smaller radius, at which a step is refused", "1", gt=0.0)
@@ -97,6 +97,8 @@ class ChainParameters(Parameters):
                     f"{side}_wall_material: there is no wall, {side} is {getattr(self, side)!r}; "
                     f"expected {side} to be one of {', '.join(WALLS)}"
                 )
+            if getattr(self, f"{side}_wall_material") is not None and getattr(self, side) == "rigid_plane":
+                raise ValueError(f"{side}_wall_material: a rigid plane has none; give {side} = 'plane' or leave it out")
         if "piston" in (self.left, self.right) and self.grains == 1:
             raise ValueError("grains: got 1, expected at least 2 where an end is a piston: it needs a grain to push")
         gaps = self.gap if isinstance(self.gap, list) else [self.gap]

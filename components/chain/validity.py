@@ -104,7 +104,7 @@ def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _yield_pressure(chain: Geometry) -> FloatArray:
-    return _YIELD_PRESSURE * np.fmin(*_sides(chain.yield_strength))
+    return _YIELD_PRESSURE * chain.yield_strength
 
 
 def _oscillation(chain: Geometry) -> FloatArray:

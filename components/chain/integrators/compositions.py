@@ -55,6 +55,7 @@ _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED = (0.5, 0.5), (1.0,), (0.5,)
 
 # Chains longer than this are advanced tile by tile: the table of a shorter one fits a second-level cache.
 TILED_ABOVE = 16_384
+# A tile has to be wider than a block has stages, or it would move past the chain's left end.
 _TILE_GRAINS = 4096
 _BLOCK_STAGES = 128
 

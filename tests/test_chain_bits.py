@@ -1,0 +1,93 @@
+"""The same bits however the kernels run: JIT off, tiled, tick by tick, as plain numpy; and no stale machine code."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from chain_tools import INTEGRATORS, ROOT, bit_cases, python
+
+import granular_env as ge
+from granular_env.components.chain.integrators import compositions
+
+GRAINS, TICKS = 11, 40
+
+_UNJITTED = "import chain_tools; chain_tools.print_bit_cases({schemes!r}, {grains}, {ticks})"
+_TILED = """
+from granular_env.components.chain.integrators import compositions
+compositions.TILED_ABOVE, compositions._TILE_GRAINS, compositions._BLOCK_STAGES = {above}, {tile}, {block}
+"""
+
+
+def compiled(schemes: tuple[str, ...], grains: int, ticks: int) -> list[str]:
+    return [f"{name}: {digest}" for name, digest in bit_cases(schemes, grains, ticks)]
+
+
+@pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+def test_the_same_bits_with_the_jit_off() -> None:
+    said = python(_UNJITTED.format(schemes=INTEGRATORS, grains=GRAINS, ticks=TICKS), NUMBA_DISABLE_JIT="1")
+    assert said.splitlines() == compiled(INTEGRATORS, GRAINS, TICKS)
+
+
+@pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+@pytest.mark.parametrize(("tile", "block"), [(5, 15), (8, 10), (16, 64), (3, 5)])
+def test_the_same_bits_in_tiles(tile: int, block: int) -> None:
+    """Tiles narrower and wider than the chain, blocks of one and of many steps, with every kind of end."""
+    schemes, grains = ("pefrl", "leapfrog"), 29
+    code = _TILED.format(above=4, tile=tile, block=block) + _UNJITTED.format(schemes=schemes, grains=grains, ticks=TICKS)
+    assert python(code, NUMBA_DISABLE_JIT="1").splitlines() == compiled(schemes, grains, TICKS)
+
+
+def plain_numpy(chain: ge.Chain, velocity: np.ndarray, ticks: int) -> tuple[np.ndarray, np.ndarray]:
+    """PEFRL written as arrays, for a chain between two planes; the arithmetic of each grain in the same order."""
+    shape, h, mass = chain.geometry, chain.step_size, chain.geometry.mass
+    u, v = np.zeros(len(velocity) + 2), velocity.copy()
+    for _ in range(ticks):
+        u[1:-1] += compositions._PEFRL_DRIFTS[0] * h * v
+        for kick, drift in zip(compositions._PEFRL_KICKS, compositions._PEFRL_DRIFTS[1:], strict=True):
+            d = np.maximum(u[:-1] - u[1:] + shape.rest_overlap, 0.0)
+            force = shape.stiffness * (d * np.sqrt(d))
+            v += kick * h * (1.0 / mass) * (force[:-1] - force[1:])
+            u[1:-1] += drift * h * v
+    return u[1:-1], v
+
+
+@pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+@pytest.mark.parametrize("grains", [100, compositions.TILED_ABOVE + 3001])
+def test_against_plain_numpy_and_itself_tick_by_tick(grains: int) -> None:
+    """The long chain is advanced in tiles, 70 steps are three blocks of them."""
+    random = np.random.default_rng(5)
+    velocity = random.uniform(-1.0, 1.0, grains)
+    chain = ge.make("chain", grains=grains, left="plane", right="plane", radius={"low": 1e-3, "high": 3e-3, "seed": 1}, step_size=1e-7)
+    chain.reset(velocity=velocity)
+    chain.step(70 * chain.step_size)
+    whole = chain.save().to_bytes()
+    u, v = plain_numpy(chain, velocity, 70)
+    assert np.array_equal(chain.get("displacement"), u)
+    assert np.array_equal(chain.get("velocity"), v)
+    chain.reset(velocity=velocity)
+    for _ in range(70):
+        chain.step()
+    assert chain.save().to_bytes() == whole
+
+
+def test_an_edited_law_is_compiled_anew(tmp_path: Path) -> None:
+    """Hertz's law lies in another file than the integrator that calls it; numba's own cache would keep the old force."""
+    shutil.copytree(ROOT / "granular_env", tmp_path / "granular_env", ignore=shutil.ignore_patterns("__pycache__"))
+    code = (
+        "import granular_env as ge\n"
+        "assert ge.__file__.startswith({folder!r}), ge.__file__\n"
+        "chain = ge.make('chain', grains=3, integrator='rk4', contact_stiffness=1e7, step_size=1e-7)\n"
+        "chain.reset(velocity={{0: 1.0}}); chain.step(2e-5); print(chain.get('velocity').tolist())"
+    ).format(folder=str(tmp_path))
+    options = {"folder": tmp_path, "GRANULAR_ENV_CACHE": str(tmp_path / "cache")}
+    before = python(code, **options)
+    kernels = tmp_path / "granular_env" / "components" / "chain" / "kernels.py"
+    text = kernels.read_text(encoding="utf-8")
+    assert text.count("return k * (d * sqrt(d))") == 1
+    kernels.write_text(text.replace("return k * (d * sqrt(d))", "return k * (d * d)"), encoding="utf-8")
+    assert python(code, **options) != before
+    kernels.write_text(text, encoding="utf-8")
+    assert python(code, **options) == before

@@ -1,0 +1,193 @@
+"""What the chain refuses: contacts seen too seldom, too deep, too fast; parameters and inputs that make no sense. No tension, ever."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+from chain_tools import INTEGRATORS, advance, unit_chain
+
+import granular_env as ge
+from granular_env.components.profiles import Profile
+
+
+def test_seldom_seen_contacts_are_warned_of_once() -> None:
+    chain = unit_chain(5, step_size=0.3)
+    chain.reset(velocity={0: 1.0})
+    with pytest.warns(ge.GranularWarning, match=r"force evaluations, about 60 are wanted.*step_size") as caught:
+        advance(chain, 12.0)
+    assert len(caught) == 1
+    assert any("force evaluations" in sentence for sentence in chain.cautions())
+
+
+def test_a_warning_changes_no_bits() -> None:
+    seen = []
+    for pieces in (1, 40):
+        chain = unit_chain(5, step_size=0.3)
+        chain.reset(velocity={0: 1.0})
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            for _ in range(pieces):
+                chain.step(12.0 / pieces)
+        seen.append(chain.save().to_bytes())
+    assert seen[0] == seen[1]
+
+
+@pytest.mark.parametrize("scheme", ["pefrl", "leapfrog", "rk4", "hamming"])
+def test_contacts_hardly_seen_are_refused_and_the_state_is_unharmed(scheme: str) -> None:
+    chain = unit_chain(5, step_size=2.0, integrator=scheme)
+    chain.reset(velocity={0: 1.0})
+    before = chain.save().to_bytes()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(ge.StepError, match="force evaluations: take a smaller step_size") as caught:
+            chain.step(40.0)
+    assert caught.value.variable == "overlap" and caught.value.value > caught.value.limit
+    assert chain.save().to_bytes() == before
+
+
+def test_the_reference_resolves_by_itself() -> None:
+    chain = unit_chain(5, step_size=4.0, integrator="dop853")
+    chain.reset(velocity={0: 1.0})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        chain.step(40.0)
+    assert chain.get("momentum") == pytest.approx(1.0, rel=1e-13)
+    assert abs(chain.get("energy_residual")) <= 1e-10
+
+
+@pytest.mark.parametrize("scheme", INTEGRATORS)
+def test_too_deep(scheme: str) -> None:
+    chain = ge.make("chain", grains=4, radius=3e-3, overlap_limit=1e-3, integrator=scheme, step_size=1e-7)
+    chain.reset(velocity={0: 5.0})
+    before = chain.save().to_bytes()
+    with pytest.raises(ge.StepError, match=r"overlap\[\d\] reached .* radii, Hertz's law holds for small contacts.*overlap_limit"):
+        chain.step(1e-5)
+    assert chain.save().to_bytes() == before
+
+
+def test_too_fast() -> None:
+    chain = ge.make("chain", grains=2)
+    with pytest.raises(ge.ParameterError, match=r"velocity\[1\].*sound speed"):
+        chain.reset(velocity={1: 1e4})
+    before = chain.save().to_bytes()
+    with pytest.raises(ge.StepError, match="right|velocity|overlap") as caught:
+        chain.step(1e-3, right_force=1e6)
+    assert caught.value.variable == "velocity" and caught.value.index == 1
+    assert chain.save().to_bytes() == before
+    assert chain.get("right_force") == 0.0
+
+
+def test_a_start_too_deep_is_refused_at_once() -> None:
+    chain = ge.make("chain", grains=3)
+    before = chain.save().to_bytes()
+    with pytest.raises(ge.ParameterError, match=r"start: overlap\[0\]"):
+        chain.reset(displacement={0: 1e-3})
+    assert chain.save().to_bytes() == before
+
+
+@pytest.mark.parametrize("scheme", INTEGRATORS)
+def test_no_tension(scheme: str) -> None:
+    """Grains that are pulled apart fly apart freely."""
+    chain = ge.make("chain", grains=4, left="plane", right="plane", integrator=scheme, step_size=1e-7)
+    chain.reset(displacement=[1e-6, 3e-6, 1e-6, -2e-6], velocity=[1.0, 5.0, -5.0, -1.0])
+    for _ in range(200):
+        chain.step(5e-7)
+        force, overlap = chain.get("contact_force"), chain.get("overlap")
+        assert (force >= 0.0).all() and np.array_equal(force > 0.0, overlap > 0.0)
+        assert chain.get("left_wall_force") >= 0.0 >= chain.get("right_wall_force")
+    assert chain.get("potential_energy") >= 0.0
+
+
+GOOD = {"grains": 4}
+REFUSED = [
+    ({}, "grains"),
+    ({"grains": 0}, "grains"),
+    ({"grains": 2.5}, "grains"),
+    ({"grains": 10**12}, "grains"),
+    (GOOD | {"radius": -1e-3}, "radius"),
+    (GOOD | {"radius": 0.0}, "radius"),
+    (GOOD | {"radius": math.nan}, "radius"),
+    (GOOD | {"radius": [1e-3, 1e-3, 1e-3]}, "radius: got 3 values, expected one for all or 4"),
+    (GOOD | {"radius": [1e-3, 1e-3, -1e-3, 1e-3]}, "radius"),
+    (GOOD | {"radius": {"low": 2e-3, "high": 1e-3}}, "high"),
+    (GOOD | {"material": "steal"}, "did you mean 'steel'"),
+    (GOOD | {"material": ["steel"]}, "material: got 1 values"),
+    (GOOD | {"material": {"density": 7800.0, "young": 2e11, "poisson": 0.5}}, "poisson"),
+    (GOOD | {"mass": [1.0]}, "mass: got 1 values"),
+    (GOOD | {"mass": {4: 1.0}}, "mass: got index 4, expected 0 to 3"),
+    (GOOD | {"mass": {0: -1.0}}, "mass"),
+    (GOOD | {"contact_stiffness": -1.0}, "contact_stiffness"),
+    (GOOD | {"contact_stiffness": [1.0, 1.0, 1.0, 1.0]}, "contact_stiffness: got 4 values, expected one for all or 3"),
+    (GOOD | {"left": "plane", "contact_stiffness": [1.0, 1.0, 1.0]}, "contact_stiffness: got 3 values, expected one for all or 4"),
+    (GOOD | {"gap": -1e-6}, "gap"),
+    (GOOD | {"gap": [1e-6]}, "gap: got 1 values"),
+    (GOOD | {"gap": 1e-6, "precompression": 1.0}, "gap: a precompressed chain has none"),
+    (GOOD | {"precompression": -1.0}, "precompression"),
+    (GOOD | {"precompression": math.inf}, "precompression"),
+    (GOOD | {"left": "pistn"}, "left"),
+    (GOOD | {"left_wall_material": "steel"}, "left_wall_material: there is no wall"),
+    (GOOD | {"right": "piston", "right_wall_material": "steel"}, "right_wall_material: there is no wall"),
+    ({"grains": 1, "left": "piston"}, "grains: got 1, expected at least 2"),
+    (GOOD | {"integrator": "euler"}, "integrator"),
+    (GOOD | {"step_size": 0.0}, "step_size"),
+    (GOOD | {"velocity_scale": -1.0}, "velocity_scale"),
+    (GOOD | {"tolerance": 1.0}, "tolerance"),
+    (GOOD | {"overlap_limit": 0.0}, "overlap_limit"),
+    (GOOD | {"raduis": 1e-3}, "did you mean 'radius'"),
+]
+
+
+@pytest.mark.parametrize(("parameters", "words"), REFUSED, ids=[f"{number}-{words[:12]}" for number, (_, words) in enumerate(REFUSED)])
+def test_bad_parameters(parameters: dict[str, object], words: str) -> None:
+    with pytest.raises(ge.ParameterError) as caught:
+        ge.make("chain", **parameters)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "inputs", "words"),
+    [
+        ({}, {"left_velocity": 1.0}, "left_velocity"),
+        ({"left": "piston"}, {"left_force": 1.0}, "left_force"),
+        ({"right": "plane"}, {"right_force": 1.0}, "right_force"),
+        ({"right": "plane"}, {"right_velocity": 1.0}, "right_velocity"),
+        ({}, {"left_force": math.nan}, "left_force"),
+        ({}, {"left_force": math.inf}, "left_force"),
+        ({}, {"left_force": [1.0, 2.0]}, "left_force"),
+        ({}, {"left_force": "3"}, "left_force"),
+    ],
+)
+def test_bad_inputs(parameters: dict[str, object], inputs: dict[str, object], words: str) -> None:
+    chain = ge.make("chain", grains=4, **parameters)
+    before = chain.save().to_bytes()
+    with pytest.raises(ge.ParameterError) as caught:
+        chain.step(**inputs)
+    assert words in str(caught.value)
+    assert chain.save().to_bytes() == before
+
+
+def test_a_duration_that_is_no_multiple() -> None:
+    chain = ge.make("chain", grains=4)
+    with pytest.raises(ge.ParameterError, match="whole number"):
+        chain.step(1.5 * chain.step_size)
+
+
+@pytest.mark.parametrize("start", [{"velocity": [1.0, 2.0]}, {"velocity": math.nan}, {"velocity": {9: 1.0}}, {"overlap": 0.0}, {"speed": 1.0}])
+def test_bad_starts(start: dict[str, object]) -> None:
+    with pytest.raises(ge.ParameterError, match=next(iter(start))):
+        ge.make("chain", grains=4).reset(**start)
+
+
+def test_a_piston_keeps_its_start_velocity_until_it_is_told_another() -> None:
+    chain = ge.make("chain", grains=4, left="piston")
+    chain.reset(velocity={0: 2.0})
+    assert chain.get("left_velocity") == 2.0
+    chain.step(1e-5)
+    assert chain.get("velocity")[0] == 2.0
+    assert chain.get("displacement")[0] == pytest.approx(2e-5, rel=1e-12)
+    chain.step(1e-5, left_velocity=Profile(np.array([1e-5]), np.array([[2.0, -1e5]])))
+    assert chain.get("velocity")[0] == pytest.approx(1.0, rel=1e-12)
+    assert chain.get("displacement")[0] == pytest.approx(3.5e-5, rel=1e-12)

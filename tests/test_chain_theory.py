@@ -1,0 +1,208 @@
+"""The chain against closed forms: stiffnesses, two-sphere collisions, validity figures, nominal orders of the integrators."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from chain_tools import INTEGRATORS, MASS, RADIUS, STIFFNESS, paper_chain, unit_chain
+
+import granular_env as ge
+from granular_env.components.chain import theory
+
+STEEL = {"young": 2.0e11, "poisson": 0.29}
+BRASS = ge.Material(density=8530.0, young=1.1e11, poisson=0.35)
+
+
+def hertz(young_1: float, poisson_1: float, radius_1: float, young_2: float, poisson_2: float, radius_2: float) -> float:
+    modulus = 1.0 / ((1.0 - poisson_1**2) / young_1 + (1.0 - poisson_2**2) / young_2)
+    return 4.0 / 3.0 * modulus * math.sqrt(1.0 / (1.0 / radius_1 + 1.0 / radius_2))
+
+
+def stiffness_of(**parameters: object) -> np.ndarray:
+    """k of every contact, from the force at a known overlap."""
+    chain = ge.make("chain", grains=2, precompression=1.0, **parameters)
+    return chain.get("contact_force") / chain.get("overlap") ** 1.5
+
+
+def test_equal_spheres() -> None:
+    k = hertz(2e11, 0.29, 3e-3, 2e11, 0.29, 3e-3)
+    assert stiffness_of(radius=3e-3) == pytest.approx([k], rel=1e-12)
+    # The paper's form: A = E sqrt(2R) / (3 (1 - nu^2) m), which is 6.391e12 for these figures and not the printed 5.6e12.
+    assert k / MASS == pytest.approx(2e11 * math.sqrt(2.0 * RADIUS) / (3.0 * (1.0 - 0.29**2)) / MASS, rel=1e-12)
+    assert k / MASS == pytest.approx(6.391e12, rel=1e-3)
+
+
+def test_unlike_spheres() -> None:
+    k = stiffness_of(radius=[3e-3, 1e-3], material=["steel", BRASS])
+    assert k == pytest.approx([hertz(2e11, 0.29, 3e-3, 1.1e11, 0.35, 1e-3)], rel=1e-12)
+
+
+@pytest.mark.parametrize(("wall", "ratio"), [("fixed_grain", 1.0), ("plane", math.sqrt(2.0)), ("rigid_plane", 2.0 * math.sqrt(2.0))])
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("given", [None, STIFFNESS])
+def test_walls_against_the_grains(wall: str, ratio: float, side: str, given: float | None) -> None:
+    k = stiffness_of(radius=3e-3, contact_stiffness=given, **{side: wall})
+    at_wall, between = (k[0], k[1]) if side == "left" else (k[1], k[0])
+    assert at_wall / between == pytest.approx(ratio, rel=1e-12)
+
+
+def test_walls_of_another_material() -> None:
+    k = stiffness_of(radius=3e-3, left="plane", left_wall_material=BRASS, right="fixed_grain", right_wall_material="ptfe")
+    assert k[0] == pytest.approx(hertz(2e11, 0.29, 3e-3, 1.1e11, 0.35, math.inf), rel=1e-12)
+    assert k[2] == pytest.approx(hertz(2e11, 0.29, 3e-3, 1.46e9, 0.46, 3e-3), rel=1e-12)
+
+
+def test_given_stiffness_for_each_contact_and_given_masses() -> None:
+    chain = ge.make("chain", grains=3, left="plane", contact_stiffness=[1e9, 2e9, 3e9], mass={1: 0.5}, precompression=1.0)
+    assert chain.get("contact_force") / chain.get("overlap") ** 1.5 == pytest.approx([1e9, 2e9, 3e9], rel=1e-12)
+    chain.reset(velocity=1.0)
+    assert chain.get("momentum") == pytest.approx(2.0 * MASS + 0.5, rel=1e-12)
+
+
+@pytest.mark.parametrize("masses", [(1.0, 1.0), (1.0, 5.0)])
+def test_collision_of_two_spheres(masses: tuple[float, float]) -> None:
+    """T1 = 2.94328 (5 m*/4k)^(2/5) v^(-1/5), the largest overlap (5 m* v^2/4k)^(2/5), and velocities as of elastic billiards."""
+    chain = unit_chain(2, mass=list(masses), integrator="dop853", step_size=0.01)
+    chain.reset(velocity={0: 1.0})
+    reduced = masses[0] * masses[1] / sum(masses)
+    overlap = []
+    for _ in range(1000):
+        chain.step()
+        overlap.append(chain.get("overlap")[0])
+    velocity = chain.get("velocity")
+    assert velocity == pytest.approx([(masses[0] - masses[1]) / sum(masses), 2.0 * masses[0] / sum(masses)], abs=1e-9)
+    # Once apart they part at the speed of their approach: back from the gap to the moment of separation.
+    duration = chain.time - (-overlap[-1]) / (velocity[1] - velocity[0])
+    assert duration == pytest.approx(theory.collision_duration(reduced, 1.0, 1.0), rel=2e-6)
+    assert duration / (1.25 * reduced) ** 0.4 == pytest.approx(2.94328, abs=5e-6)
+    assert duration / (1.25 * reduced) ** 0.4 == pytest.approx(2.0 * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9), rel=1e-8)
+    assert max(overlap) == pytest.approx(theory.collision_overlap(reduced, 1.0, 1.0), rel=1e-4)
+
+
+def test_collision_with_a_wall_turns_the_velocity_round() -> None:
+    chain = ge.make("chain", grains=1, right="rigid_plane", integrator="dop853", step_size=1e-7)
+    chain.reset(velocity={0: 1.0})
+    chain.step(1e-4)
+    assert chain.get("velocity")[0] == pytest.approx(-1.0, rel=1e-10)
+    assert chain.get("impulse") == pytest.approx(-2.0 * chain.geometry.mass[0], rel=1e-10)
+
+
+def test_validity_figures_against_hand_formulas() -> None:
+    speed, step = 5.0, 2e-8
+    chain = ge.make("chain", grains=2, radius=3e-3, material="steel", step_size=step)
+    assert all(math.isnan(value) for value in chain.report().values()) and not chain.cautions()
+    chain.reset(velocity={0: speed})
+    chain.step(5e-5)
+    k, reduced = hertz(2e11, 0.29, RADIUS, 2e11, 0.29, RADIUS), 0.5 * MASS
+    overlap = (1.25 * reduced * speed**2 / k) ** 0.4
+    contact_radius = math.sqrt(0.5 * RADIUS * overlap)
+    pressure = 1.5 * k * overlap**1.5 / (math.pi * contact_radius**2)
+    duration = 2.94328 * (1.25 * reduced / k) ** 0.4 * speed**-0.2
+    sound = math.sqrt(2e11 * 0.71 / (7800.0 * 1.29 * 0.42))
+    expected = [pressure, pressure / (1.6 * 2e9), contact_radius / RADIUS, duration / (2.5 * RADIUS / sound), 4.0 * duration / step]
+    assert list(chain.report().values()) == pytest.approx(expected, rel=1e-3)
+    assert any("yield" in sentence for sentence in chain.cautions()) == (pressure > 3.2e9)
+    assert expected[1] > 1.0
+
+
+def test_a_gentle_run_has_no_cautions() -> None:
+    chain = ge.make("chain", grains=3)
+    chain.reset(velocity={0: 0.01})
+    chain.step(2e-4)
+    assert chain.cautions() == []
+
+
+@pytest.mark.parametrize(("velocity_scale", "gap"), [(10.0, 0.0), (0.1, 0.0), (10.0, 1e-6), (3.7, 0.0)])
+@pytest.mark.parametrize("radius", [1e-3, 3e-3, 0.02])
+def test_suggested_step(velocity_scale: float, gap: float, radius: float) -> None:
+    """1, 2 or 5 x 10^k s, the largest such below .1 tau (.03 with gaps)."""
+    chain = ge.make("chain", grains=5, radius=radius, velocity_scale=velocity_scale, gap=gap)
+    k, mass = hertz(2e11, 0.29, radius, 2e11, 0.29, radius), 7800.0 * 4.0 / 3.0 * math.pi * radius**3
+    wanted = (0.03 if gap else 0.1) * (mass / k) ** 0.4 * velocity_scale**-0.2
+    digits = f"{chain.step_size:.12e}"
+    assert float(digits.split("e")[0]) in (1.0, 2.0, 5.0) and float(digits) == chain.step_size
+    assert wanted / 2.5 * (1.0 - 1e-9) <= chain.step_size <= wanted
+
+
+def test_suggested_step_under_precompression() -> None:
+    """h omega <= .5, omega^2 = 4 K / m of the tangent stiffness K."""
+    chain = ge.make("chain", grains=5, precompression=1e4)
+    k = hertz(2e11, 0.29, RADIUS, 2e11, 0.29, RADIUS)
+    tangent = 1.5 * k * (1e4 / k) ** (1.0 / 3.0)
+    assert chain.step_size * math.sqrt(4.0 * tangent / MASS) <= 0.5
+    assert chain.step_size < ge.make("chain", grains=5).step_size
+
+
+# -- nominal orders, while contacts stay closed ------------------------------------------------------------------------
+
+FORCE = ge.Profile(np.array([0.0, 4.0]), np.array([[0.1, 0.05, -0.02, 0.003, 0.0], [0.092, 0.05, 0.0, -0.01, 0.001]]))
+MOTION = ge.Profile(np.array([0.0]), np.array([[0.0, 0.0, 0.05, -0.01, 0.0005]]))
+CLOSED = {
+    "free": ({}, {}),
+    "force": ({}, {"left_force": FORCE}),
+    "force on the right": ({"left": "plane"}, {"right_force": FORCE}),
+    "piston": ({"left": "piston"}, {"left_velocity": MOTION}),
+    "piston on the right": ({"left": "fixed_grain", "right": "piston"}, {"right_velocity": MOTION}),
+}
+
+
+def closed_run(scheme: str, step_size: float, case: str, tolerance: float = 1e-13) -> np.ndarray:
+    """State, work and impulse after 8 tau of small waves in a pressed chain, not one contact of which opens."""
+    parameters, inputs = CLOSED[case]
+    chain = unit_chain(16, precompression=1.0, overlap_limit=1.0, integrator=scheme, step_size=step_size, tolerance=tolerance, **parameters)
+    velocity = 0.05 * np.sin(np.arange(16.0))
+    if "piston" in parameters.values():
+        velocity[[0, -1]] = 0.0
+    chain.reset(velocity=velocity)
+    lowest = 1.0
+    for _ in range(8):
+        chain.step(1.0, **inputs)
+        inputs = {}
+        lowest = min(lowest, chain.get("overlap").min())
+    assert lowest > 0.2
+    return np.concatenate((chain.get("velocity"), chain.get("displacement"), [chain.get("input_work"), chain.get("impulse")]))
+
+
+@pytest.mark.parametrize("case", CLOSED)
+@pytest.mark.parametrize(
+    ("scheme", "order", "steps"),
+    [("pefrl", 4, (0.1, 0.05, 0.025)), ("leapfrog", 2, (0.02, 0.01, 0.005)), ("rk4", 4, (0.05, 0.025, 0.0125)),
+     ("hamming", 4, (0.025, 0.0125, 0.00625))],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+def test_nominal_order(scheme: str, order: int, steps: tuple[float, ...], case: str) -> None:
+    reference = closed_run("dop853", 0.05, case)
+    errors = [np.abs(closed_run(scheme, step, case) - reference).max() for step in steps]
+    slopes = [math.log(errors[i] / errors[i + 1]) / math.log(steps[i] / steps[i + 1]) for i in range(2)]
+    assert slopes[1] == pytest.approx(order, abs=0.2 if scheme == "hamming" else 0.1)
+
+
+def test_order_of_the_reference() -> None:
+    """With a tolerance that cuts no step: at least 7."""
+    reference = closed_run("dop853", 0.02, "force")
+    errors = [np.abs(closed_run("dop853", step, "force", tolerance=1e-3) - reference).max() for step in (1.0, 0.5)]
+    assert math.log2(errors[0] / errors[1]) >= 7.0
+
+
+@pytest.mark.parametrize("scheme", INTEGRATORS)
+def test_a_change_of_both_drives_is_noticed(scheme: str) -> None:
+    """Where (3, 0) N becomes (0, 1) N every scheme starts anew, the one with a memory too."""
+    seen = []
+    for right in (1.0, 1.0 + 1e-9):
+        chain = ge.make("chain", grains=6, integrator=scheme, precompression=100.0, step_size=1e-7)
+        chain.step(2e-5, left_force=3.0)
+        chain.step(2e-5, left_force=0.0, right_force=right)
+        seen.append(chain.get("velocity"))
+    assert np.abs(seen[0] - seen[1]).max() <= 1e-8 * np.abs(seen[0]).max()
+
+
+def test_a_gap_as_small_as_rounding_does_not_stop_the_reference() -> None:
+    """Displacements of .1 mm are rounded to 1e-20 m: a contact that is open by that much cannot be closed by a shorter step."""
+    chain = paper_chain(3)
+    step = np.spacing(1e-4)
+    chain.reset(displacement=[1e-4, 1e-4 + step, 1e-4 + step], velocity={0: 1e-9})
+    assert chain.get("overlap")[0] < 0.0
+    chain.step(1e-3)
+    assert chain.get("momentum") == pytest.approx(MASS * 1e-9, rel=1e-12)
