@@ -14,7 +14,10 @@ from granular_env.components.chain.integrators import compositions
 
 GRAINS, TICKS = 11, 40
 
-_UNJITTED = "import chain_tools; chain_tools.print_bit_cases({schemes!r}, {grains}, {ticks})"
+_UNJITTED = """
+import chain_tools
+chain_tools.print_bit_cases({schemes!r}, {grains}, {ticks})
+"""
 _TILED = """
 from granular_env.components.chain.integrators import compositions
 compositions.TILED_ABOVE, compositions._TILE_GRAINS, compositions._BLOCK_STAGES = {above}, {tile}, {block}
@@ -32,12 +35,17 @@ def test_the_same_bits_with_the_jit_off() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
-@pytest.mark.parametrize(("tile", "block"), [(5, 15), (8, 10), (16, 64), (3, 5)])
+@pytest.mark.parametrize(("tile", "block"), [(6, 5), (11, 10), (16, 15), (17, 8), (40, 40)])
 def test_the_same_bits_in_tiles(tile: int, block: int) -> None:
-    """Tiles narrower and wider than the chain, blocks of one and of many steps, with every kind of end."""
-    schemes, grains = ("pefrl", "leapfrog"), 29
-    code = _TILED.format(above=4, tile=tile, block=block) + _UNJITTED.format(schemes=schemes, grains=grains, ticks=TICKS)
-    assert python(code, NUMBA_DISABLE_JIT="1").splitlines() == compiled(schemes, grains, TICKS)
+    """Tiles narrower and wider than the chain, blocks of one and of many steps, every kind of end.
+
+    The lengths make the last grain change tiles before, in the middle of, and after a step.
+    """
+    schemes, lengths, ticks = ("pefrl", "leapfrog"), (20, 21, 23, 24, 26, 30), 9
+    code = _TILED.format(above=4, tile=tile, block=block)
+    code += "".join(_UNJITTED.format(schemes=schemes, grains=grains, ticks=ticks) for grains in lengths)
+    expected = [line for grains in lengths for line in compiled(schemes, grains, ticks)]
+    assert python(code, NUMBA_DISABLE_JIT="1").splitlines() == expected
 
 
 def plain_numpy(chain: ge.Chain, velocity: np.ndarray, ticks: int) -> tuple[np.ndarray, np.ndarray]:
@@ -60,7 +68,9 @@ def test_against_plain_numpy_and_itself_tick_by_tick(grains: int) -> None:
     """The long chain is advanced in tiles, 70 steps are three blocks of them."""
     random = np.random.default_rng(5)
     velocity = random.uniform(-1.0, 1.0, grains)
-    chain = ge.make("chain", grains=grains, left="plane", right="plane", radius={"low": 1e-3, "high": 3e-3, "seed": 1}, step_size=1e-7)
+    chain = ge.make(
+        "chain", grains=grains, left="plane", right="plane", radius={"low": 1e-3, "high": 3e-3, "seed": 1}, step_size=1e-7
+    )
     chain.reset(velocity=velocity)
     chain.step(70 * chain.step_size)
     whole = chain.save().to_bytes()
@@ -73,15 +83,29 @@ def test_against_plain_numpy_and_itself_tick_by_tick(grains: int) -> None:
     assert chain.save().to_bytes() == whole
 
 
+@pytest.mark.parametrize("more", [4096 - 1, 4096 - 50, 4096 - 103])
+def test_a_right_piston_on_a_chain_of_many_tiles(more: int) -> None:
+    """The piston changes tiles in mid-step; it moves as its velocity says, and the whole as tick by tick."""
+    grains = compositions.TILED_ABOVE + more
+    states = []
+    for pieces in (1, 60):
+        chain = ge.make("chain", grains=grains, right="piston", step_size=1e-7)
+        for _ in range(pieces):
+            chain.step(60 // pieces * chain.step_size, right_velocity=-1.0)
+        assert chain.get("displacement")[-1] == pytest.approx(-6e-6, rel=1e-12)
+        states.append(chain.save().to_bytes())
+    assert states[0] == states[1]
+
+
 def test_an_edited_law_is_compiled_anew(tmp_path: Path) -> None:
     """Hertz's law lies in another file than the integrator that calls it; numba's own cache would keep the old force."""
     shutil.copytree(ROOT / "granular_env", tmp_path / "granular_env", ignore=shutil.ignore_patterns("__pycache__"))
     code = (
         "import granular_env as ge\n"
-        "assert ge.__file__.startswith({folder!r}), ge.__file__\n"
+        f"assert ge.__file__.startswith({str(tmp_path)!r}), ge.__file__\n"
         "chain = ge.make('chain', grains=3, integrator='rk4', contact_stiffness=1e7, step_size=1e-7)\n"
-        "chain.reset(velocity={{0: 1.0}}); chain.step(2e-5); print(chain.get('velocity').tolist())"
-    ).format(folder=str(tmp_path))
+        "chain.reset(velocity={0: 1.0}); chain.step(2e-5); print(chain.get('velocity').tolist())"
+    )
     options = {"folder": tmp_path, "GRANULAR_ENV_CACHE": str(tmp_path / "cache")}
     before = python(code, **options)
     kernels = tmp_path / "granular_env" / "components" / "chain" / "kernels.py"

@@ -10,7 +10,7 @@ import granular_env as ge
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 
-# The decay of two moving grains, N = 100, T = 60 tau, against DOP853 at a tolerance of 1e-13: largest |dv| and |dE/E|, as published.
+# Two moving grains, N = 100, T = 60 tau, against DOP853 at a tolerance of 1e-13: largest |dv| and |dE/E|, as tabulated.
 PUBLISHED_ERRORS = {
     ("leapfrog", 0.0125): (3.1e-4, 6e-6),
     ("rk4", 0.1): (1.7e-4, 7e-5),
@@ -31,12 +31,12 @@ def reference() -> np.ndarray:
 
 
 @pytest.mark.parametrize(("scheme", "step_size"), PUBLISHED_ERRORS)
-def test_error_and_energy_are_the_published_ones(scheme: str, step_size: float, reference: np.ndarray) -> None:
+def test_error_and_energy_are_the_tabulated_ones(scheme: str, step_size: float, reference: np.ndarray) -> None:
     chain = unit_chain(integrator=scheme, step_size=step_size)
     chain.reset(velocity={0: 1.0, 1: 1.0})
     advance(chain, 60.0)
     error, drift = PUBLISHED_ERRORS[scheme, step_size]
-    # The published figures are rounded to one or two digits: the last digit may be half a unit off.
+    # The tabulated figures are rounded to one or two digits: the last digit may be half a unit off.
     assert np.abs(chain.get("velocity") - reference).max() <= 1.06 * error
     assert abs(chain.get("energy_residual")) <= 1.5 * drift
 
@@ -48,7 +48,11 @@ CASES = {
     "walls": ({"left": "rigid_plane", "right": "plane"}, {3: SPEED, 50: -SPEED}, {}),
     "forces": ({"left": "free"}, {}, {"left_force": ge.Profile.triangle(500.0, 1e-4), "right_force": -20.0}),
     "pressed": ({"precompression": 50.0, "right": "fixed_grain"}, {5: 1.0}, {"left_force": PUSH}),
-    "pressed between pistons": ({"precompression": 50.0, "left": "piston", "right": "piston"}, {0: 1.0, 99: 1.0}, {"right_velocity": -1.0}),
+    "pressed between pistons": (
+        {"precompression": 50.0, "left": "piston", "right": "piston"},
+        {0: 1.0, 99: 1.0},
+        {"right_velocity": -1.0},
+    ),
 }
 
 
@@ -116,7 +120,9 @@ def test_scaling(scheme: str) -> None:
     seen = []
     for speed in (0.05, 5.0, 500.0):
         unit_of_time = (5.6e12**2 * speed) ** -0.2
-        chain = paper_chain(integrator=scheme, step_size=unit_of_time * (0.02 if scheme == "leapfrog" else 0.1), overlap_limit=2.0)
+        chain = paper_chain(
+            integrator=scheme, step_size=unit_of_time * (0.02 if scheme == "leapfrog" else 0.1), overlap_limit=2.0
+        )
         chain.reset(velocity={0: speed, 1: speed})
         advance(chain, 60.0 * unit_of_time)
         seen.append(chain.get("velocity") / speed)
@@ -143,7 +149,7 @@ def test_a_mirrored_chain_moves_as_the_mirror_image_bit_for_bit(scheme: str) -> 
 
 @pytest.mark.parametrize("scheme", INTEGRATORS)
 def test_a_moving_frame_sees_the_same(scheme: str) -> None:
-    """Free ends only. Schemes of a fixed step differ by rounding; the adaptive one takes other steps, and its published error holds."""
+    """Free ends only. A fixed step leaves rounding; the adaptive scheme takes other steps, and its tabulated error holds."""
     seen = []
     for shift in (0.0, 7.0):
         chain = unit_chain(integrator=scheme, step_size=0.1 if scheme != "leapfrog" else 0.02)

@@ -39,7 +39,9 @@ def test_unlike_spheres() -> None:
     assert k == pytest.approx([hertz(2e11, 0.29, 3e-3, 1.1e11, 0.35, 1e-3)], rel=1e-12)
 
 
-@pytest.mark.parametrize(("wall", "ratio"), [("fixed_grain", 1.0), ("plane", math.sqrt(2.0)), ("rigid_plane", 2.0 * math.sqrt(2.0))])
+@pytest.mark.parametrize(
+    ("wall", "ratio"), [("fixed_grain", 1.0), ("plane", math.sqrt(2.0)), ("rigid_plane", 2.0 * math.sqrt(2.0))]
+)
 @pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize("given", [None, STIFFNESS])
 def test_walls_against_the_grains(wall: str, ratio: float, side: str, given: float | None) -> None:
@@ -63,7 +65,7 @@ def test_given_stiffness_for_each_contact_and_given_masses() -> None:
 
 @pytest.mark.parametrize("masses", [(1.0, 1.0), (1.0, 5.0)])
 def test_collision_of_two_spheres(masses: tuple[float, float]) -> None:
-    """T1 = 2.94328 (5 m*/4k)^(2/5) v^(-1/5), the largest overlap (5 m* v^2/4k)^(2/5), and velocities as of elastic billiards."""
+    """T1 = 2.94328 (5 m*/4k)^(2/5) v^(-1/5), the largest overlap (5 m* v^2/4k)^(2/5), and velocities of elastic balls."""
     chain = unit_chain(2, mass=list(masses), integrator="dop853", step_size=0.01)
     chain.reset(velocity={0: 1.0})
     reduced = masses[0] * masses[1] / sum(masses)
@@ -77,7 +79,9 @@ def test_collision_of_two_spheres(masses: tuple[float, float]) -> None:
     duration = chain.time - (-overlap[-1]) / (velocity[1] - velocity[0])
     assert duration == pytest.approx(theory.collision_duration(reduced, 1.0, 1.0), rel=2e-6)
     assert duration / (1.25 * reduced) ** 0.4 == pytest.approx(2.94328, abs=5e-6)
-    assert duration / (1.25 * reduced) ** 0.4 == pytest.approx(2.0 * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9), rel=1e-8)
+    assert duration / (1.25 * reduced) ** 0.4 == pytest.approx(
+        2.0 * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9), rel=1e-8
+    )
     assert max(overlap) == pytest.approx(theory.collision_overlap(reduced, 1.0, 1.0), rel=1e-4)
 
 
@@ -101,7 +105,13 @@ def test_validity_figures_against_hand_formulas() -> None:
     pressure = 1.5 * k * overlap**1.5 / (math.pi * contact_radius**2)
     duration = 2.94328 * (1.25 * reduced / k) ** 0.4 * speed**-0.2
     sound = math.sqrt(2e11 * 0.71 / (7800.0 * 1.29 * 0.42))
-    expected = [pressure, pressure / (1.6 * 2e9), contact_radius / RADIUS, duration / (2.5 * RADIUS / sound), 4.0 * duration / step]
+    expected = [
+        pressure,
+        pressure / (1.6 * 2e9),
+        contact_radius / RADIUS,
+        duration / (2.5 * RADIUS / sound),
+        4.0 * duration / step,
+    ]
     assert list(chain.report().values()) == pytest.approx(expected, rel=1e-3)
     assert any("yield" in sentence for sentence in chain.cautions()) == (pressure > 3.2e9)
     assert expected[1] > 1.0
@@ -128,11 +138,10 @@ def test_suggested_step(velocity_scale: float, gap: float, radius: float) -> Non
 
 def test_suggested_step_under_precompression() -> None:
     """h omega <= .5, omega^2 = 4 K / m of the tangent stiffness K."""
-    chain = ge.make("chain", grains=5, precompression=1e4)
+    chain = ge.make("chain", grains=5, precompression=1e4, velocity_scale=1e-6)
     k = hertz(2e11, 0.29, RADIUS, 2e11, 0.29, RADIUS)
     tangent = 1.5 * k * (1e4 / k) ** (1.0 / 3.0)
-    assert chain.step_size * math.sqrt(4.0 * tangent / MASS) <= 0.5
-    assert chain.step_size < ge.make("chain", grains=5).step_size
+    assert 0.5 / 2.5 * (1.0 - 1e-9) <= chain.step_size * math.sqrt(4.0 * tangent / MASS) <= 0.5
 
 
 # -- nominal orders, while contacts stay closed ------------------------------------------------------------------------
@@ -151,7 +160,9 @@ CLOSED = {
 def closed_run(scheme: str, step_size: float, case: str, tolerance: float = 1e-13) -> np.ndarray:
     """State, work and impulse after 8 tau of small waves in a pressed chain, not one contact of which opens."""
     parameters, inputs = CLOSED[case]
-    chain = unit_chain(16, precompression=1.0, overlap_limit=1.0, integrator=scheme, step_size=step_size, tolerance=tolerance, **parameters)
+    chain = unit_chain(
+        16, precompression=1.0, overlap_limit=1.0, integrator=scheme, step_size=step_size, tolerance=tolerance, **parameters
+    )
     velocity = 0.05 * np.sin(np.arange(16.0))
     if "piston" in parameters.values():
         velocity[[0, -1]] = 0.0
@@ -169,10 +180,11 @@ def closed_run(scheme: str, step_size: float, case: str, tolerance: float = 1e-1
 @pytest.mark.parametrize(
     ("scheme", "order", "steps"),
     [("pefrl", 4, (0.1, 0.05, 0.025)), ("leapfrog", 2, (0.02, 0.01, 0.005)), ("rk4", 4, (0.05, 0.025, 0.0125)),
-     ("hamming", 4, (0.025, 0.0125, 0.00625))],
+     ("hamming", 5, (0.025, 0.0125, 0.00625))],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 def test_nominal_order(scheme: str, order: int, steps: tuple[float, ...], case: str) -> None:
+    """Hamming's corrector has order 4; its mop-up takes the leading error away, and 5 is what is seen of smooth motion."""
     reference = closed_run("dop853", 0.05, case)
     errors = [np.abs(closed_run(scheme, step, case) - reference).max() for step in steps]
     slopes = [math.log(errors[i] / errors[i + 1]) / math.log(steps[i] / steps[i + 1]) for i in range(2)]

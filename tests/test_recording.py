@@ -10,10 +10,11 @@ import pytest
 from recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
+from granular_env.components.contract import Snapshot
 from granular_env.components.errors import LogError, ParameterError, StepError
 from granular_env.components.profiles import Profile
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.format import FRAMES, HASHES, HEADER, STEPS, Record
+from granular_env.recording.format import FRAMES, HASHES, HEADER, SNAPSHOTS, STEPS, Record
 
 
 def test_frames_are_what_the_component_said(tmp_path: Path) -> None:
@@ -33,6 +34,9 @@ def test_frames_are_what_the_component_said(tmp_path: Path) -> None:
     times, velocity = log.series("velocity")
     assert np.allclose(times, 0.02 * np.arange(51), rtol=0, atol=1e-12)
     assert log.get("velocity", 0.5) == velocity[25] == log.get("velocity", 0.51)
+    assert log.get("velocity", log.duration + 0.004) == velocity[-1], "rounding is no matter"
+    with pytest.raises(ParameterError, match="from 0 s to 1 s"):
+        log.get("velocity", 1.01)
 
 
 def test_default_frames_thin_out_and_are_the_same_each_time(tmp_path: Path) -> None:
@@ -150,7 +154,7 @@ def test_one_changed_input_bit_is_caught_at_its_step(tmp_path: Path, second_acco
         tmp_path / "a.mcap", tmp_path / "b.mcap", lambda old: change(old if second_account else _without_second_account(old))
     )
     result = verify(tmp_path / "b.mcap")
-    assert not result.identical and result.variable in {"left_force", "velocity", "displacement"}
+    assert not result.identical and result.variable == "left_force"
     # Step 7 goes from tick 21 to 24; with a hash at every tick the first tick shows it.
     assert result.interval == pytest.approx((21 * component.step_size, 22 * component.step_size))
     assert result.variable in result.message
@@ -185,15 +189,75 @@ def test_a_changed_parameter_is_caught(tmp_path: Path, honest_identity: bool) ->
         return dataclasses.replace(old, header=header)
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    if honest_identity:
-        with pytest.raises(LogError, match="snapshot"):
-            verify(tmp_path / "b.mcap")
-        return
     result = verify(tmp_path / "b.mcap")
-    assert not result.identical and result.variable is not None and result.interval is not None
-    assert "identity" in result.message
-    with pytest.raises(LogError, match="identity"):
+    assert not result.identical and result.variable == "stiffness" and result.interval is not None
+    assert "identity" in result.message and "stiffness" in result.message
+    with pytest.raises(LogError, match=r"identity|snapshot"):
         open_log(tmp_path / "b.mcap").component()
+
+
+@pytest.mark.parametrize("honest_identity", [True, False])
+def test_a_changed_parameter_that_changes_the_step_size_is_named(tmp_path: Path, honest_identity: bool) -> None:
+    chain_log(tmp_path / "a.mcap")
+    identity = catalogue.make("chain", **{**CHAIN, "radius": 3.0000001e-3}).identity
+
+    def change(old: Record) -> Record:
+        if old.kind != HEADER:
+            return old
+        header = {**old.header, "parameters": {**old.header["parameters"], "radius": 3.0000001e-3}}
+        return dataclasses.replace(old, header={**header, "identity": identity} if honest_identity else header)
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert (
+        not result.identical
+        and result.variable == "radius"
+        and result.interval == (0.0, open_log(tmp_path / "b.mcap").duration)
+    )
+    assert "radius" in result.message
+
+
+@pytest.mark.parametrize("array", ["profile_coefficients", "profile_ticks"])
+@pytest.mark.parametrize("hash_every", [1, 4096])
+def test_one_changed_bit_of_a_profile_names_its_input(tmp_path: Path, array: str, hash_every: int) -> None:
+    component = catalogue.make("chain", **{**CHAIN, "left": "piston"})
+    h = component.step_size
+    with record(component, tmp_path / "a.mcap", hash_every=hash_every):
+        component.reset()
+        component.step(50 * h)
+        component.step(100 * h, left_velocity=Profile.triangle(1.0, 80 * h, start=60 * h))
+
+    def change(old: Record) -> Record:
+        if old.kind != STEPS or not len(old.arrays[array]):
+            return old
+        values = old.arrays[array].copy()
+        values.view(np.int64)[np.flatnonzero(values)[-1]] ^= 1
+        return changed(old, **{array: values})
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable == "left_velocity" and result.interval is not None
+    if hash_every == 1:
+        assert result.interval == pytest.approx((50 * h, 51 * h))
+    assert 0.0 <= result.interval[0] < result.interval[1] <= 150.0001 * h and "left_velocity" in result.message
+
+
+def test_a_changed_held_number_names_its_input(tmp_path: Path) -> None:
+    component = catalogue.make("chain", **CHAIN)
+    component.step(left_force=20.0)
+    with record(component, tmp_path / "a.mcap"):
+        component.step(50 * component.step_size)
+
+    def change(old: Record) -> Record:
+        if old.kind != SNAPSHOTS:
+            return old
+        snapshot = Snapshot.from_bytes(old.arrays["snapshot"].tobytes())
+        snapshot.inputs = {**snapshot.inputs, "left_force": np.nextafter(20.0, 21.0).item()}
+        return changed(old, snapshot=np.frombuffer(snapshot.to_bytes(), dtype=np.uint8))
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable == "left_force" and "left_force" in result.message
 
 
 def test_one_changed_bit_of_a_frame_is_named_with_its_index(tmp_path: Path) -> None:

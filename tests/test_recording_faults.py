@@ -145,10 +145,12 @@ def test_a_full_disk_is_reported_and_the_state_kept(room: int) -> None:
     component = catalogue.make("oscillator")
     twin = catalogue.make("oscillator")
     recorder = Recorder(component, Path("full/disk.mcap"), _FullDisk(room), ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
-    with pytest.raises(LogError, match=r"full/disk\.mcap.*No space left"):
+    with pytest.raises(LogError, match=r"full/disk\.mcap.*No space left") as caught:
         for _ in range(200000):
             twin.step(0.01, force=0.3)
             component.step(0.01, force=0.3)
+    told = str(caught.value)
+    assert f"at {component.time:.12g} s" in told and "step itself stands" in told and "Recording has stopped" in told
     assert component.tick == twin.tick and component.save().memory.tobytes() == twin.save().memory.tobytes()
     component.step(0.01)
     with pytest.raises(LogError, match="No space left"):
@@ -163,6 +165,36 @@ def test_a_full_disk_at_the_very_end() -> None:
     with pytest.raises(LogError, match="No space left"):
         recorder.close()
     assert component.tick == 10000
+
+
+def test_recovering_onto_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    before = (tmp_path / "a.mcap").read_bytes()
+    monkeypatch.setattr("granular_env.recording.recover.create", lambda path, overwrite: _FullDisk(5000))
+    with pytest.raises(LogError, match=r"whole\.mcap'.*No space left.*a\.mcap' is as it was") as caught:
+        recover(tmp_path / "a.mcap", tmp_path / "whole.mcap")
+    assert ".part" not in str(caught.value) and "granular-env recover" not in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"] and (tmp_path / "a.mcap").read_bytes() == before
+
+
+@pytest.mark.parametrize(("gigabytes", "grains", "fits"), [(23, 2e7, True), (128, 1e8, True), (4, 1e7, True), (2, 2e7, False)])
+def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int, grains: float, fits: bool) -> None:
+    """A log that a machine could record is not refused by it for its size."""
+    from granular_env.components.chain.component import Chain
+    from granular_env.recording import caps
+
+    monkeypatch.setattr(caps, "_memory", lambda: gigabytes << 30)
+    checks = caps.Caps("a.mcap")
+    for count in (grains, int(grains)):
+        if fits:
+            checks.parameters({"grains": count}, Chain.Parameters)
+        else:
+            with pytest.raises(LogError, match="allow-large"):
+                checks.parameters({"grains": count}, Chain.Parameters)
+    if fits:
+        checks.chunk(int(grains) * 32)
+    with pytest.raises(LogError, match="limit"):
+        checks.parameters({"grains": 100_000_001}, Chain.Parameters)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")

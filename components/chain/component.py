@@ -190,8 +190,10 @@ class Chain(Component):
 
     def _limit_passed(self, done: int, ticks: int) -> int:
         """A limit was passed in the last of `done` ticks: an error, or a warning (once) and on with the rest."""
+        unsound = done >= kernels.UNSOUND
+        done -= kernels.UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
-        if self._worst()[2] > 1.0:
+        if unsound or self._worst()[2] > 1.0:
             return 1
         self._table[kernels.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         caution(self._resolution_sentence())

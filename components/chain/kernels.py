@@ -30,13 +30,16 @@ LEFT_DRIVE, RIGHT_DRIVE = 5, 6
 # integrator's history, then its scratch.
 TALLY, U, V, PEAK, FREE_ROW = 7, 8, 9, 10, 11
 
-# Columns of the row SCALARS.
-STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, STATIC_FORCE, SPEED_LIMIT, TOLERANCE, GRAINS = range(9)
+# Columns of the row SCALARS; the last is scratch, what one tile tells the next: where a right piston was when the tick began.
+STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, STATIC_FORCE, SPEED_LIMIT, TOLERANCE, GRAINS, RIGHT_BASE = range(10)
 # Columns of the row TALLY: compensated sums (value, compensation), what was there at the reset, the history's length and drive.
 WORK_LEFT, WORK_RIGHT, IMPULSE_LEFT, IMPULSE_RIGHT = 0, 2, 4, 6
 START_ENERGY, START_MOMENTUM, HISTORY_LENGTH, HISTORY_DRIVE = 8, 9, 10, 11
 # Kinds of an end.
 FREE, PISTON, WALL = 0, 1, 2
+
+# What `advance` subtracts from its result where a velocity passed its limit, or is not a number.
+UNSOUND = 1 << 60
 
 # Overlaps below this count as open: their forces would be denormal numbers, which are slow.
 SMALLEST_OVERLAP = 1e-150
@@ -210,7 +213,7 @@ def place_pistons(a, u, v, n_left, n_right, left_base, right_base, e):
 
 @jit
 def finish(a, left_before, right_before):
-    """The end of a step for integrators that keep no tallies themselves; True where a limit was passed.
+    """The end of a step for integrators that keep no tallies themselves; whether an overlap, and a velocity, passed its limit.
 
     What changes a prescribed grain's own velocity is work and impulse too.
     """
@@ -226,7 +229,10 @@ def finish(a, left_before, right_before):
         p = a[PEAK, j]
         a[PEAK, j] = d if d > p else p
         passed |= not (d <= a[LIMIT, j])
-    return passed
+    fastest, unsound = a[SCALARS, SPEED_LIMIT], False
+    for i in range(np.uint64(1), np.uint64(n + 1)):
+        unsound |= not (abs(a[V, i]) <= fastest)
+    return passed, unsound
 
 
 @jit
@@ -237,14 +243,11 @@ def tally_piston(a, mass, before, after, work, impulse):
 
 
 @jit
-def unsound(a):
-    """True where a velocity is above its limit, or a velocity or displacement is not finite."""
-    fastest = a[SCALARS, SPEED_LIMIT]
-    bad = False
-    for i in range(np.uint64(1), np.uint64(a[SCALARS, GRAINS] + 1.0)):
-        bad |= not (abs(a[V, i]) <= fastest)
-        bad |= not (abs(a[U, i]) <= 1e300)
-    return bad
+def ended(ticks, passed, unsound):
+    """What `advance` returns: the ticks done, negative if an overlap passed its limit, and far below 0 if a velocity did."""
+    if unsound:
+        return -ticks - UNSOUND
+    return -ticks if passed else ticks
 
 
 @jit

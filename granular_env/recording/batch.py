@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..components.contract import Component, Snapshot
-from ..components.packing import digest
+from ..components.packing import canonical_json, digest
 from ..components.profiles import CompiledProfile
 from .format import FRAMES, HASHES, SNAPSHOTS, STEPS, Record, bits, words
 from .sink import CHUNK_BYTES, Sink
@@ -65,21 +65,21 @@ class Profiles:
     """Numbers for compiled profiles: the same object gets the same number while it is remembered."""
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[CompiledProfile, int]] = {}
+        self._known: dict[int, tuple[CompiledProfile, int, int]] = {}
         self.count = 0
         self._new: list[CompiledProfile] = []
 
-    def number(self, profile: CompiledProfile) -> int:
-        """Its number; a new one is stored with the next batch."""
+    def number(self, profile: CompiledProfile) -> tuple[int, int]:
+        """Its number and its `held_word`; a new one is stored with the next batch."""
         known = self._known.pop(id(profile), None)
         if known is None:
-            known = (profile, self.count)
+            known = (profile, self.count, held_word(profile))
             self.count += 1
             self._new.append(profile)
             if len(self._known) >= _KNOWN_PROFILES:
                 self._known.pop(next(iter(self._known)))
         self._known[id(profile)] = known
-        return known[1]
+        return known[1:]
 
     def new(self) -> dict[str, np.ndarray]:
         """The profiles that have not been stored yet, laid end to end."""
@@ -110,21 +110,40 @@ def _word(data: bytes) -> int:
     return int.from_bytes(data, "little", signed=True)
 
 
+def parameter_digests(component: Component) -> dict[str, str]:
+    """A digest of each parameter, apart from the header's list of them, so that a changed one can be named."""
+    parameters = component.parameters.model_dump(mode="json")
+    return {name: digest(canonical_json(value)).hex() for name, value in parameters.items()}
+
+
 def step_digests(durations: np.ndarray, sets: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, str]:
-    """Digests of what a batch of steps did: under "" its lengths, under each input's name when it was set and to what."""
+    """Digests of what a batch of steps did: under "" its lengths, under each input's name when it was set and to what.
+
+    What it was set to is a `held_word`: a profile counts by its content.
+    """
     found = {"": digest(durations.tobytes()).hex()}
     for name, (places, values) in sets.items():
         found[name] = digest(places.tobytes() + values.tobytes()).hex()
     return found
 
 
-def write_batch(batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inputs: list[str], step_size: float) -> None:
-    """Write all that a batch holds."""
-    for record in _records(batch, sink, profiles, names, inputs):
+def write_batch(
+    batch: Batch,
+    sink: Sink,
+    profiles: Profiles,
+    names: list[str],
+    inputs: list[str],
+    step_size: float,
+    parameters: Mapping[str, str],
+) -> None:
+    """Write all that a batch holds; where a segment starts also the `parameter_digests`."""
+    for record in _records(batch, sink, profiles, names, inputs, parameters):
         sink.add(record, round((batch.elapsed + record.last) * step_size * 1e9))
 
 
-def _records(batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inputs: list[str]) -> Iterator[Record]:
+def _records(
+    batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inputs: list[str], parameters: Mapping[str, str]
+) -> Iterator[Record]:
     starts = [item for item in batch.snapshots if item[1] == 0]
     yield from _snapshots(batch, sink, starts)
     if batch.durations:
@@ -135,7 +154,7 @@ def _records(batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inp
         ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
         arrays = {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])}
         place = (batch.segment, int(ticks[0]), int(ticks[-1]), len(ticks))
-        yield Record(HASHES, 0, *place, sink.number(HASHES), {}, arrays)
+        yield Record(HASHES, 0, *place, sink.number(HASHES), {"parameters": dict(parameters)} if starts else {}, arrays)
     yield from _snapshots(batch, sink, [item for item in batch.snapshots if item[1] != 0])
 
 
@@ -148,19 +167,25 @@ def _snapshots(batch: Batch, sink: Sink, items: list[tuple[int, int, Snapshot]])
 def _steps(batch: Batch, sink: Sink, profiles: Profiles, inputs: list[str]) -> Iterator[Record]:
     durations = np.array(batch.durations, dtype=np.int64)
     by_name: dict[str, tuple[list[int], list[int], list[float]]] = {}
+    profile_words: dict[int, int] = {}
     for place, name, value in batch.sets:
         if place >= len(durations):
             continue  # Ctrl-C fell between noting the input and noting the step: then the step counts as not recorded
         places, numbers, values = by_name.setdefault(name, ([], [], []))
-        is_profile = isinstance(value, CompiledProfile)
         places.append(place)
-        numbers.append(profiles.number(value) if is_profile else -1)
-        values.append(0.0 if is_profile else value)
+        if isinstance(value, CompiledProfile):
+            number, word = profiles.number(value)
+            profile_words[number] = word
+            numbers.append(number)
+            values.append(0.0)
+        else:
+            numbers.append(-1)
+            values.append(value)
     arrays = {"durations": durations}
     content = {}
     for name, lists in by_name.items():
         places, numbers, values = (np.array(x, dtype=d) for x, d in zip(lists, (np.int64, np.int64, np.float64), strict=True))
-        content[name] = (places, np.where(numbers < 0, values.view(np.int64), numbers))
+        content[name] = (places, set_words(numbers, values, profile_words))
         label = str(inputs.index(name))
         arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": values}
     arrays |= profiles.new()
@@ -170,6 +195,14 @@ def _steps(batch: Batch, sink: Sink, profiles: Profiles, inputs: list[str]) -> I
     yield Record(STEPS, 0, *place, sink.number(STEPS), header, arrays)
     # A second account of the inputs, apart from the first: a changed one does not go unnoticed even where rounding hides it.
     yield Record(HASHES, 1, *place, sink.number(HASHES), {"steps": step_digests(durations, content)}, {})
+
+
+def set_words(numbers: np.ndarray, values: np.ndarray, profile_words: Mapping[int, int]) -> np.ndarray:
+    """The `held_word` of each value that an input was set to; `numbers` are those of profiles, -1 for a plain number."""
+    found = values.view(np.int64).copy()
+    for place in np.flatnonzero(numbers >= 0).tolist():
+        found[place] = profile_words[int(numbers[place])]
+    return found
 
 
 def _frames(batch: Batch, sink: Sink, names: list[str]) -> Iterator[Record]:

@@ -6,6 +6,7 @@ is never larger than the bytes that hold it.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,12 +16,15 @@ from pydantic import BaseModel
 from ..components.errors import LogError
 
 _ADVICE = "open it with allow_large=True (--allow-large) if you trust where it comes from"
-# One chunk is decompressed as a whole; ours are near 1 MB or hold one array [bytes].
+# One chunk is decompressed as a whole; ours are near 1 MB or hold one array, which for the largest components is more [bytes].
 _CHUNK_BYTES = 256 << 20
+# A log that this machine could record, it may read as well: part of its memory that one chunk may take, and what a grain,
+# node or cell takes in a component, at least [bytes].
+_CHUNK_SHARE, _COMPONENT_SHARE, _UNIT_BYTES = 4, 2, 160
 # What reading one variable, or all the steps, may allocate [bytes].
 _SERIES_BYTES = 8 << 30
-# The largest whole number among a component's parameters: grains, nodes, cells.
-_COUNT = 10_000_000
+# The largest whole number among a component's parameters (grains, nodes, cells): at least, and at most, by the memory here.
+_COUNT, _MOST = 10_000_000, 100_000_000
 # Ticks in one log, and ticks times words of state: about a day's work.
 _TICKS = 10_000_000_000
 _WORK = 10**14
@@ -39,7 +43,7 @@ class Caps:
 
     def chunk(self, size: int) -> None:
         """Bytes that a chunk says it decompresses to."""
-        self._check("the decompressed size of a chunk, in bytes,", size, _CHUNK_BYTES)
+        self._check("the decompressed size of a chunk, in bytes,", size, max(_CHUNK_BYTES, _memory() // _CHUNK_SHARE))
 
     def series(self, size: int) -> None:
         """Bytes that the arrays asked for will take."""
@@ -52,7 +56,16 @@ class Caps:
 
     def parameters(self, given: Mapping[str, Any], model: type[BaseModel]) -> None:
         """The whole numbers (grains, nodes, cells) among the parameters of a component that is about to be built."""
+        limit = max(_COUNT, min(_MOST, _memory() // (_COMPONENT_SHARE * _UNIT_BYTES)))
         for name, field in model.model_fields.items():
             value = given.get(name)
-            if field.annotation is int and isinstance(value, (int, float)) and not value <= _COUNT:
-                self._check(f"parameter {name!r}", int(min(value, 2.0**62)), _COUNT)
+            if field.annotation is int and isinstance(value, (int, float)) and not value <= limit:
+                self._check(f"parameter {name!r}", int(min(value, 2.0**62)), limit)
+
+
+def _memory() -> int:
+    """Bytes of memory that this machine has; 0 where it does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 0

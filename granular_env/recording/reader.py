@@ -193,7 +193,11 @@ class Log:
         return ticks * self.step_size, np.empty((0, *shape)) if values is None else values
 
     def get(self, name: str, time: float) -> Any:
-        """The frame of a variable at a time [s], or the last one before it: a number, or an array of its shape."""
+        """The frame of a variable at a time [s], or the last one before it: a number, or an array of its shape.
+
+        Raises:
+            ParameterError: the variable was not recorded, or the time is outside of the log.
+        """
         tick = self._tick_at(time)
         rows = self._frame_rows(name)
         if not len(rows):
@@ -202,6 +206,8 @@ class Log:
         place = int(np.searchsorted(firsts, tick, side="right")) - 1
         if place < 0:
             raise ParameterError(f"time: got {time:g} s, the first frame of {name!r} is at {firsts[0] * self.step_size:g} s")
+        if tick > self.end_tick:
+            raise self._outside(time)
         ticks, values = self._frames(rows[place], name)
         own = int(np.searchsorted(self._log_tick(rows[place][SEGMENT], ticks), tick, side="right")) - 1
         value = values[own]
@@ -305,12 +311,15 @@ class Log:
         """Segment and its own tick at a time [s] of the log; where two segments meet, the later one."""
         tick = self._tick_at(time)
         if not self.start_tick <= tick <= self.end_tick or not self.segments:
-            first, last = self.start_tick * self.step_size, self.end_tick * self.step_size
-            raise ParameterError(f"time: got {time:g} s, the log goes from {first:.12g} s to {last:.12g} s")
+            raise self._outside(time)
         segment = next(s for s in reversed(self.segments) if self._log_tick(s.number, s.start) <= tick)
         return segment, tick - self._log_tick(segment.number, 0)
 
     # -- details ----------------------------------------------------------------------------------------------------
+
+    def _outside(self, time: float) -> ParameterError:
+        first, last = self.start_tick * self.step_size, self.end_tick * self.step_size
+        return ParameterError(f"time: got {time:.12g} s, the log goes from {first:.12g} s to {last:.12g} s")
 
     def _tick_at(self, time: float) -> int:
         try:
@@ -378,8 +387,13 @@ class Log:
                 self._at_hand.popitem(last=False)
         return known
 
-    @cached_property
+    @property
     def _steps(self) -> dict[int, Steps]:
+        return self._program[0]
+
+    @cached_property
+    def _program(self) -> tuple[dict[int, Steps], list[CompiledProfile]]:
+        """The steps of each segment, and all profiles by their number."""
         rows = self._index.select(STEPS)
         self._caps.series(int(rows[:, COUNT].sum()) * 16)
         profiles: list[CompiledProfile] = []
@@ -388,7 +402,7 @@ class Log:
             records = [self._record(row) for row in rows[rows[:, SEGMENT] == segment.number]]
             names = list(self.input_variables)
             found[segment.number] = step_records.steps_of(records, segment.start, names, profiles, self.step_size)
-        return found
+        return found, profiles
 
 
 def restore(component: Component, snapshot: Snapshot) -> None:

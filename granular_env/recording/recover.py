@@ -43,7 +43,8 @@ def recover(
     partial = target.with_name(target.name + ".part")
     with Log(source, allow_large, scan=True) as log:
         try:
-            _copy(log, Sink(partial, create(partial, overwrite=True)))
+            unharmed = f"{str(source)!r} is as it was; nothing was left behind"
+            _copy(log, Sink(target, create(partial, overwrite=True), unharmed))
             os.replace(partial, target)
         except OSError as error:
             raise LogError(f"log {str(target)!r} cannot be written: {error.strerror}") from error

@@ -13,15 +13,17 @@ import numpy as np
 
 from ..components.contract import Component, Held, Snapshot, StepError
 from ..components.errors import GranularError, LogError
-from .batch import hash_row, held_word, step_digests
+from .accounts import changed_input, changed_parameters
+from .batch import hash_row, held_word
 from .facts import machine, versions
-from .format import FRAMES, HASHES, SNAPSHOTS, STEPS, words
+from .format import FRAMES, HASHES, SNAPSHOTS, words
 from .index import DETAIL, FIRST, Segment
 from .reader import Log, open_log, restore
-from .steps import raw_sets
 from .track import LEDGER
 
 Changes = list[tuple[int, dict[str, Held]]]
+# What differs, the ticks of the log between which that arose, why (if known), which element.
+_Found = tuple[str, tuple[int, int], str, int | None]
 
 
 @dataclass(slots=True)
@@ -105,20 +107,52 @@ class _Replay:
     def run(self) -> Verification:
         log, result = self.log, self.result
         log._caps.work(log.end_tick - log.start_tick, len(self.component._block.memory))
-        self._check_header()
-        for segment in log.segments:
+        parameters, why_not = changed_parameters(log, self.component), ""
+        changed, found = None, None
+        try:
+            self._check_header()
+            changed = changed_input(log)
+            found = self._first_difference()
+        except LogError as error:
+            # A changed parameter is what people have to hear of, also where nothing can be re-run with it.
+            if not parameters:
+                raise
+            why_not = str(error)
+        self._name_causes(parameters, changed, found)
+        if not self._trusted and result.identical:
+            self._differs("parameters", (log.start_tick, log.end_tick), "", None)
+        result.notes += [f"it cannot be re-run with them: {why_not}"] if why_not else []
+        self._conclude()
+        return result
+
+    def _first_difference(self) -> _Found | None:
+        for segment in self.log.segments:
             try:
                 self._run_segment(segment)
             except _Difference as found:
-                self._report(segment, found)
-                break
-            result.steps += len(log.steps_of(segment))
-            result.ticks += segment.end - segment.start
-        self._check_step_digests()
-        if not self._trusted and result.identical:
-            self._differs("parameters", (log.start_tick, log.end_tick), "", None)
-        self._conclude()
-        return result
+                before = self._agreed.get(found.variable, segment.start)
+                first, last = (self.log._log_tick(segment.number, tick) for tick in (before, found.tick))
+                return found.variable, (first, last), found.reason, found.index
+            self.result.steps += len(self.log.steps_of(segment))
+            self.result.ticks += segment.end - segment.start
+        return None
+
+    def _name_causes(self, parameters: list[str], changed: tuple[str, tuple[int, int]] | None, found: _Found | None) -> None:
+        """What was changed comes first, in the interval where that shows; then what came of it."""
+        whole = self.log.start_tick, self.log.end_tick
+        for name in parameters:
+            self._differs(name, found[1] if found else whole, "this parameter is not what was recorded", None)
+        if changed is not None:
+            name, (first, last) = changed
+            if found is None or found[1][1] > first:
+                if found is not None and found[1][0] < last:
+                    first, last = max(first, found[1][0]), min(last, found[1][1])
+                self._differs(name, (first, last), f"input {name!r} is not what was recorded", None)
+                changed = None
+        if found is not None:
+            self._differs(*found)
+        if changed is not None:
+            self._differs(*changed, f"input {changed[0]!r} is not what was recorded", None)
 
     # -- one segment ------------------------------------------------------------------------------------------------
 
@@ -153,7 +187,9 @@ class _Replay:
         rows = self.log._rows(FRAMES)
         rows = rows[rows[:, 2] == segment.number]
         found = [self._frame_marks(rows[rows[:, DETAIL] == n], name) for n, name in enumerate(self.log.variables)]
-        return [*found, self._hash_marks(segment), self._snapshot_marks(segment)]
+        # At the same tick the inputs come first: a difference in them is the cause, one in the state what came of it.
+        held, hashed = (self._hash_marks(segment, check) for check in (self._check_held, self._check_hash))
+        return [held, *found, hashed, self._snapshot_marks(segment)]
 
     def _frame_marks(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
         for row in rows:
@@ -161,7 +197,7 @@ class _Replay:
             for tick, value in zip(ticks.tolist(), values, strict=True):
                 yield tick, self._check_frame, name, value
 
-    def _hash_marks(self, segment: Segment) -> Iterator[tuple[Any, ...]]:
+    def _hash_marks(self, segment: Segment, check: Callable[..., None]) -> Iterator[tuple[Any, ...]]:
         for row in self.log._index.select(HASHES, 0, segment.number):
             record = self.log._record(row)
             ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
@@ -171,7 +207,7 @@ class _Replay:
             if rows.dtype != np.int64 or ticks.dtype != np.int64 or (np.diff(ticks) <= 0).any() or ticks[0] < row[FIRST]:
                 raise LogError(f"log {str(self.log.path)!r}: a record of hashes has the wrong form")
             for tick, own in zip(ticks.tolist(), rows, strict=True):
-                yield tick, self._check_hash, own
+                yield tick, check, own
 
     def _snapshot_marks(self, segment: Segment) -> Iterator[tuple[Any, ...]]:
         for row in self.log._index.select(SNAPSHOTS, None, segment.number):
@@ -188,6 +224,13 @@ class _Replay:
             raise _Difference(name, tick, index)
         self._agreed[name] = tick
         self.result.frames += 1
+
+    def _check_held(self, tick: int, row: np.ndarray) -> None:
+        names = list(self.log.input_variables)
+        for name, word in zip(names, row.tolist()[-len(names) :] if names else [], strict=True):
+            if held_word(self.component._held[name]) != word:
+                raise _Difference(name, tick)
+            self._agreed[name] = tick
 
     def _check_hash(self, tick: int, row: np.ndarray) -> None:
         own = hash_row(self.component, self._state(), list(self.log.input_variables))
@@ -223,8 +266,9 @@ class _Replay:
 
     def _adopted(self, snapshot: Snapshot) -> Snapshot:
         """With changed parameters, go on all the same: the first difference is what people want to know."""
-        if snapshot.identity == self.log._header.get("identity"):
-            snapshot.identity = self.component.identity
+        if snapshot.identity != self.log._header.get("identity"):
+            self._trusted = False
+        snapshot.identity = self.component.identity
         return snapshot
 
     def _state(self) -> list[str]:
@@ -233,7 +277,7 @@ class _Replay:
     def _hashed(self) -> list[str]:
         return [*self._state(), "state", *self.log.input_variables]
 
-    # -- what the header and the second account of the inputs say ---------------------------------------------------------
+    # -- what the header says -----------------------------------------------------------------------------------------------
 
     def _check_header(self) -> None:
         log, component = self.log, self.component
@@ -247,37 +291,12 @@ class _Replay:
         if list(log.input_variables) != known:
             raise LogError(f"log {str(log.path)!r}: this program's {component.name!r} has other inputs: {', '.join(known)}")
         if log.step_size != component.step_size:
-            self._differs("step_size", (log.start_tick, log.end_tick), "the parameters give another internal step", None)
             raise LogError(
                 f"log {str(log.path)!r}: its parameters give a step_size of {component.step_size!r} s, its header says "
                 f"{log.step_size!r} s; parameters or header were changed"
             )
 
-    def _check_step_digests(self) -> None:
-        rows = self.log._rows(STEPS)
-        accounts = self.log._rows(HASHES)
-        accounts = accounts[accounts[:, DETAIL] == 1]
-        for row, account in zip(rows, accounts, strict=False):
-            record = self.log._record(row)
-            mine = step_digests(record.arrays["durations"], raw_sets(record, list(self.log.input_variables)))
-            told = self.log._record(account).header.get("steps")
-            if mine != told:
-                names = [
-                    n
-                    for n in {*mine, *(told if isinstance(told, dict) else {})}
-                    if not isinstance(told, dict) or mine.get(n) != told.get(n)
-                ]
-                name = next((n for n in sorted(names) if n), "the steps' lengths")
-                span = (self.log._log_tick(row[2], record.first), self.log._log_tick(row[2], record.last))
-                self._differs(name, span, f"input {name!r} is not what was recorded", None)
-                return
-
     # -- the result -------------------------------------------------------------------------------------------------
-
-    def _report(self, segment: Segment, found: _Difference) -> None:
-        before = self._agreed.get(found.variable, segment.start)
-        span = (self.log._log_tick(segment.number, before), self.log._log_tick(segment.number, found.tick))
-        self._differs(found.variable, span, found.reason, found.index)
 
     def _differs(self, variable: str, span: tuple[int, int], reason: str, index: int | None) -> None:
         result, step_size = self.result, self.log.step_size
@@ -295,7 +314,8 @@ class _Replay:
         result = self.result
         if not self._trusted:
             result.notes.append(
-                "the log's parameters do not give the identity that it claims: they were changed, or the program was"
+                "the log's parameters do not give the identity that it or its snapshots claim: they were changed, or the "
+                "program was"
             )
         if not result.identical:
             result.notes += _foreign_facts(self.log._header)

@@ -15,14 +15,15 @@ from .chunks import ChunkWriter, Part
 from .format import COLUMNS, HEADER, KINDS, PROFILE, TOPICS, Record, encode, log_identity
 
 CHUNK_BYTES = 1 << 20
+_SAVE_THE_REST = "What was written until then can be opened, and `granular-env recover` makes it a complete log"
 
 
 class Sink:
     """Writes records to an MCAP file. One thread only; after an error nothing more is written."""
 
-    def __init__(self, path: Path, file: IO[bytes]) -> None:
-        """Write the head of the file."""
-        self.path, self._file = path, file
+    def __init__(self, path: Path, file: IO[bytes], advice: str = _SAVE_THE_REST) -> None:
+        """Write the head of the file; `advice` ends the message of an error."""
+        self.path, self._file, self._advice = path, file, advice
         self.log = ""
         self._rows: list[tuple[int, ...]] = []
         self._numbers = [0] * len(KINDS)
@@ -99,7 +100,7 @@ class Sink:
         except (OSError, ValueError) as error:
             self._failed = LogError(
                 f"log {str(self.path)!r} cannot be written any more: {_reason(error)}; free some space or choose another "
-                "folder. What was written until then can be opened, and `granular-env recover` makes it a complete log"
+                f"folder. {self._advice}"
             )
             raise self._failed from error
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..components.contract import Held
 from ..components.errors import GranularError, LogError
 from ..components.profiles import CompiledProfile
-from .batch import held_word
+from .batch import held_word, set_words
 from .format import Record
 
 
@@ -72,7 +72,7 @@ def steps_of(
         durations = _array(record, "durations", np.int64)
         if len(durations) != record.count or (durations < 1).any() or int(durations.sum()) != record.last - record.first:
             raise LogError(f"the steps from tick {record.first} to {record.last} do not add up; the log is damaged")
-        _add_profiles(record, profiles, step_size)
+        _add_profiles(record, inputs, profiles, step_size)
         for name, places, values in _sets_of(record, inputs, profiles):
             parts = sets.setdefault(name, ([], []))
             parts[0].append(places + before)
@@ -82,13 +82,15 @@ def steps_of(
     return Steps(np.concatenate(marks), {name: (np.concatenate(places), values) for name, (places, values) in sets.items()})
 
 
-def raw_sets(record: Record, inputs: Sequence[str]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """What `batch.step_digests` takes, from a record."""
+def raw_sets(
+    record: Record, inputs: Sequence[str], profile_words: Mapping[int, int]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """What `batch.step_digests` takes, from a record that `steps_of` has found sound."""
     found = {}
     for label, name in enumerate(inputs):
         if f"{label}.steps" in record.arrays:
             places, numbers, values = (record.arrays[f"{label}.{part}"] for part in ("steps", "profiles", "values"))
-            found[name] = (places, np.where(numbers < 0, values.view(np.int64), numbers))
+            found[name] = (places, set_words(numbers, values, profile_words))
     return found
 
 
@@ -111,7 +113,14 @@ def _sets_of(
         yield name, places, [profiles[n] if n >= 0 else plain[i] for i, n in enumerate(numbers.tolist())]
 
 
-def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: float) -> None:
+def _users(record: Record, inputs: Sequence[str], number: int) -> str:
+    """Which inputs a profile is for, and when, as far as the record still tells."""
+    labels = {f"{label}.profiles": name for label, name in enumerate(inputs)}
+    names = [name for label, name in labels.items() if label in record.arrays and (record.arrays[label] == number).any()]
+    return f"{' and '.join(map(repr, names)) or 'an input'} from tick {record.first} to {record.last}"
+
+
+def _add_profiles(record: Record, inputs: Sequence[str], profiles: list[CompiledProfile], step_size: float) -> None:
     shapes = _array(record, "profile_shapes", np.int64, 2)
     ticks, coefficients = _array(record, "profile_ticks", np.int64), _array(record, "profile_coefficients", np.float64)
     if record.header.get("profiles_before") != len(profiles):
@@ -119,12 +128,13 @@ def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: fl
     pieces = number = 0
     for rows, columns in shapes.tolist():
         if rows < 1 or columns < 1 or pieces + rows > len(ticks) or number + rows * columns > len(coefficients):
-            raise LogError("a profile in the log is not what was written")
+            raise LogError(f"the profile of {_users(record, inputs, len(profiles))} is not what was written")
         part = coefficients[number : number + rows * columns].reshape(rows, columns)
         try:
             profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part))
         except GranularError as error:
-            raise LogError(f"a profile in the log is not what was written: {error}") from error
+            users = _users(record, inputs, len(profiles))
+            raise LogError(f"the profile of {users} is not what was written: {error}") from error
         pieces, number = pieces + rows, number + rows * columns
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..components.contract import Component, GranularError, Held, Ledger
 from ..components.errors import LogError
-from .batch import Batch, Profiles, hash_row, write_batch
+from .batch import Batch, Profiles, hash_row, parameter_digests, write_batch
 from .facts import header_of, plain_json
 from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record
 from .options import checked_names, checked_schedule, plain_values
@@ -110,7 +110,7 @@ class Recorder:
         self._backlog = 0
         self._error: GranularError | None = None
         self._track = Track(component.particles(), scalar_names(component))
-        self._profiles = Profiles()
+        self._profiles, self._parameters = Profiles(), parameter_digests(component)
         self._batch = self._inside = Batch(-1, 0, 0)
         self._sink = Sink(path, file)
         self._write_header(experiment, parent)
@@ -291,7 +291,10 @@ class Recorder:
     def _hurry(self) -> None:
         if self._error is not None:
             self._component.ignore(self)
-            raise self._error
+            raise LogError(
+                f"{self._error}. The step itself stands: the component is at {self._component.time:.12g} s, do not step again. "
+                "Recording has stopped; further steps go on without it"
+            ) from self._error
         self._wake.set()
         with self._written:
             self._written.wait_for(self._kept_up, _LONGEST_WAIT)
@@ -345,7 +348,8 @@ class Recorder:
 
     def _write(self, item: Batch | Record) -> None:
         if isinstance(item, Batch):
-            write_batch(item, self._sink, self._profiles, self._names, self._inputs, self._component.step_size)
+            names = self._names, self._inputs
+            write_batch(item, self._sink, self._profiles, *names, self._component.step_size, self._parameters)
         else:
             self._sink.add(dataclasses.replace(item, number=self._sink.number(EVENTS)), self._nanoseconds(item.first))
 

@@ -1,7 +1,6 @@
 """Integrators of the chain: name -> kernel, its forces per step, and the rows of history and scratch it wants.
 
-Every kernel has the signature advance(a, drive, left_pieces, left, right, tick, ticks) and returns the ticks done, negative
-where a limit was passed in the last of them.
+Every kernel has the signature advance(a, drive, left_pieces, left, right, tick, ticks) and returns what `kernels.ended` says.
 """
 
 from __future__ import annotations
@@ -40,6 +39,6 @@ SCHEMES = {
     "pefrl": Scheme(compositions.advance_pefrl, 4, 4, compositions.HISTORY_ROWS, compositions.SCRATCH_ROWS),
     "leapfrog": Scheme(compositions.advance_leapfrog, 2, 1, compositions.HISTORY_ROWS, compositions.SCRATCH_ROWS),
     "rk4": Scheme(runge_kutta.advance_rk4, 4, 4, runge_kutta.HISTORY_ROWS, runge_kutta.SCRATCH_ROWS),
-    "hamming": Scheme(hamming.advance_hamming, 4, 2, hamming.HISTORY_ROWS, hamming.SCRATCH_ROWS),
+    "hamming": Scheme(hamming.advance_hamming, 5, 2, hamming.HISTORY_ROWS, hamming.SCRATCH_ROWS),
     "dop853": Scheme(dop853.advance_dop853, 8, 12, dop853.HISTORY_ROWS, dop853.SCRATCH_ROWS),
 }

@@ -32,11 +32,13 @@ from ..kernels import (
     PEAK,
     PISTON,
     REST,
+    RIGHT_BASE,
     RIGHT_DRIVE,
     RIGHT_KIND,
     RIGHT_MASS,
     SCALARS,
     SMALLEST_OVERLAP,
+    SPEED_LIMIT,
     STATIC_FORCE,
     STEP,
     STIFFNESS,
@@ -95,7 +97,16 @@ def _kick_and_drift_watched(a, here, there, kick, drift, f, low, high):
         p = a[PEAK, i]
         a[PEAK, i] = d if d > p else p
         passed |= not (d <= a[LIMIT, i])
-    return passed, f
+    return f, passed
+
+
+@jit
+def _too_fast(a, fastest, low, high):
+    """Whether a velocity is above its limit or not a number."""
+    found = False
+    for i in range(np.uint64(low), np.uint64(high)):
+        found |= not (abs(a[V, i]) <= fastest)
+    return found
 
 
 @jit
@@ -124,8 +135,10 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
     work_left, work_right = kernels.tallied(a, WORK_LEFT), kernels.tallied(a, WORK_RIGHT)
     impulse_left, impulse_right = kernels.tallied(a, IMPULSE_LEFT), kernels.tallied(a, IMPULSE_RIGHT)
-    left_base, right_base = 0.0, 0.0
-    bad, done, stage = False, 0, 0
+    # The tile before may have handed the last grain over in mid-tick.
+    left_base, right_base = 0.0, a[SCALARS, RIGHT_BASE]
+    fastest = a[SCALARS, SPEED_LIMIT]
+    bad, unsound, done, stage = False, False, 0, 0
     for t in range(tick, tick + ticks):
         left_piece = kernels.next_piece(drive, left_piece, left_pieces, t)
         right_piece = kernels.next_piece(drive, right_piece, drive.shape[0], t)
@@ -137,6 +150,7 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
             left_base = a[here, 1]
         if high == n + 1 and low <= n:
             right_base = a[here, n]
+            a[SCALARS, RIGHT_BASE] = right_base
         _drift(a, here, drifts[0] * h, low, max(low, high))
         if has_first and left_piston:
             a[here, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, drifts[0])
@@ -156,7 +170,7 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                     impulse_left = kernels.added(impulse_left, kick * f)
                     bad |= s == 0 and _watch(a, here, 0)
                 if s == 0:
-                    over, f = _kick_and_drift_watched(a, here, there, kick, drift, f, low, min(high, n))
+                    f, over = _kick_and_drift_watched(a, here, there, kick, drift, f, low, min(high, n))
                     bad |= over
                 else:
                     f = _kick_and_drift(a, here, there, kick, drift, f, low, min(high, n))
@@ -194,48 +208,51 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
             work_right = kernels.added(work_right, 0.5 * a[SCALARS, RIGHT_MASS] * (last - first) * (last + first))
             impulse_right = kernels.added(impulse_right, a[SCALARS, RIGHT_MASS] * (last - first))
             a[V, n] = last
+        # Velocities count as they are at the end of every step, however many steps a call makes.
+        unsound |= _too_fast(a, fastest, low, max(low, high))
         done += 1
-        if bad and shift == 0:
+        if (bad or unsound) and shift == 0:
             break
     kernels.keep(a, WORK_LEFT, work_left)
     kernels.keep(a, WORK_RIGHT, work_right)
     kernels.keep(a, IMPULSE_LEFT, impulse_left)
     kernels.keep(a, IMPULSE_RIGHT, impulse_right)
-    return done, bad
+    return done, bad, unsound
 
 
 @jit
 def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, passed):
     n, stages = int(a[SCALARS, GRAINS]), len(kicks)
     a[_OTHER_U, 0], a[_OTHER_U, n + 1] = 0.0, 0.0
-    done, bad = 0, False
+    done, bad, unsound = 0, False, False
     # A chain that fits the cache is one tile that stands still.
     tiled = n > TILED_ABOVE
     block = max(1, _BLOCK_STAGES // (stages + 1)) if tiled else ticks
     tile = _TILE_GRAINS if tiled else n
-    while done < ticks and not bad:
+    while done < ticks and not (bad or unsound):
         some, edge, advanced = min(block, ticks - done), 1, 0
         last_edge = n + 1 + some * (stages + 1) if tiled else 2
         while edge < last_edge:
-            advanced, over = _sweep(
+            advanced, over, fast = _sweep(
                 a, drive, left_pieces, left, right, tick + done, some, edge, edge + tile, int(tiled), drifts, kicks, passed
             )
             bad |= over
+            unsound |= fast
             edge += tile
         if (advanced * stages) % 2:
             for i in range(np.uint64(n + 2)):
                 a[U, i] = a[_OTHER_U, i]
         done += advanced
-    return -done if bad or kernels.unsound(a) else done
+    return kernels.ended(done, bad, unsound)
 
 
 @jit
 def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
     return _advance(a, drive, left_pieces, left, right, tick, ticks, _PEFRL_DRIFTS, _PEFRL_KICKS, _PEFRL_PASSED)
 
 
 @jit
 def advance_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
     return _advance(a, drive, left_pieces, left, right, tick, ticks, _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED)

@@ -257,7 +257,7 @@ def _one_tick(a, n, n_left, n_right):
 
 @jit
 def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
     n = int(a[SCALARS, GRAINS])
     left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
@@ -267,6 +267,7 @@ def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
         )
         left_before, right_before = a[V, 1], a[V, n]
         _one_tick(a, n, n_left, n_right)
-        if kernels.finish(a, left_before, right_before):
-            return -(t + 1 - tick)
-    return -ticks if kernels.unsound(a) else ticks
+        passed, unsound = kernels.finish(a, left_before, right_before)
+        if passed or unsound:
+            return kernels.ended(t + 1 - tick, passed, unsound)
+    return ticks

@@ -1,8 +1,9 @@
-"""Hamming's predictor-corrector of order 4 with its modifier, the other scheme that Nesterenko (1983) used.
+"""Hamming's predictor-corrector with its modifier, the other scheme that Nesterenko (1983) used.
 
 R. W. Hamming, J. ACM 6 (1959) 37: p = y_{n-3} + (4h/3)(2 f_n - f_{n-1} + 2 f_{n-2}); the modifier 112/121 and the
-mop-up 9/121; two forces a step. Three Runge-Kutta steps start it, and start it again where an input jumps. Its memory
-is part of the state.
+mop-up 9/121; two forces a step. The formulas are of order 4; the mop-up takes their leading error away, and order 5 is
+what is measured. Three Runge-Kutta steps start it, and start it again where an input jumps. Its memory is part of the
+state.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def _predict_and_correct(a, n, n_left, n_right):
 
 @jit
 def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`; returns the ticks done, negative if a limit was passed in the last of them."""
+    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
     n = int(a[SCALARS, GRAINS])
     left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
@@ -97,6 +98,7 @@ def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
             _predict_and_correct(a, n, n_left, n_right)
         _shift_accelerations(a, n)
         kernels.derivative(a, U, V, n_left, n_right, 1.0, _A0)
-        if kernels.finish(a, left_before, right_before):
-            return -(t + 1 - tick)
-    return -ticks if kernels.unsound(a) else ticks
+        passed, unsound = kernels.finish(a, left_before, right_before)
+        if passed or unsound:
+            return kernels.ended(t + 1 - tick, passed, unsound)
+    return ticks

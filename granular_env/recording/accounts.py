@@ -1,0 +1,43 @@
+"""The second accounts that a log keeps of its parameters and inputs, so that a changed one can be named."""
+
+from __future__ import annotations
+
+from ..components.contract import Component
+from ..components.errors import LogError
+from .batch import held_word, parameter_digests, step_digests
+from .format import HASHES, STEPS
+from .index import DETAIL, SEGMENT
+from .reader import Log
+from .steps import raw_sets
+
+
+def changed_parameters(log: Log, component: Component) -> list[str]:
+    """Parameters of the component, built from the header, that are not those that the log was recorded with."""
+    mine = parameter_digests(component)
+    for row in log._index.select(HASHES, 0):
+        told = log._record(row).header.get("parameters")
+        if isinstance(told, dict):
+            names = [name for name in {**mine, **told} if mine.get(name) != told.get(name)]
+            if names:
+                return names
+    return []
+
+
+def changed_input(log: Log) -> tuple[str, tuple[int, int]] | None:
+    """The first input whose steps are not what their digests say, and the ticks of the log that its batch spans."""
+    accounts = log._rows(HASHES)
+    accounts = accounts[accounts[:, DETAIL] == 1]
+    rows, inputs = log._rows(STEPS), list(log.input_variables)
+    # Where the writer was killed, the digests of the last batch may be what it did not come to.
+    if len(rows) != len(accounts) and log.complete:
+        raise LogError(f"log {str(log.path)!r}: {len(rows)} batches of steps have {len(accounts)} digests; it was put together")
+    profile_words = {number: held_word(profile) for number, profile in enumerate(log._program[1])}
+    for row, account in zip(rows, accounts, strict=False):
+        record, told = log._record(row), log._record(account).header.get("steps")
+        mine = step_digests(record.arrays["durations"], raw_sets(record, inputs, profile_words))
+        if mine != told:
+            told = told if isinstance(told, dict) else {}
+            names = sorted(name for name in {**mine, **told} if mine.get(name) != told.get(name))
+            name = next((name for name in names if name), "the steps' lengths")
+            return name, (log._log_tick(row[SEGMENT], record.first), log._log_tick(row[SEGMENT], record.last))
+    return None

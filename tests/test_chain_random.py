@@ -1,0 +1,200 @@
+"""Chains that hypothesis draws: radii, materials, gaps, ends, drives and integrators of every kind."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import granular_env as ge
+from granular_env.components.chain.parameters import WALLS
+from granular_env.components.contract import Snapshot
+
+EXAMPLES = 200
+TICKS = 60
+
+ENDS = ("free", "piston", *WALLS)
+SCHEMES = ("pefrl", "leapfrog", "rk4", "hamming", "dop853")
+
+
+@dataclass
+class Case:
+    """A chain, its start and what is done to it."""
+
+    parameters: dict[str, Any]
+    velocity: list[float]
+    inputs: dict[str, Any] = field(default_factory=dict)
+
+    def chain(self) -> ge.Chain:
+        chain = ge.make("chain", **self.parameters)
+        chain.reset(velocity=self.velocity)
+        return chain
+
+    def mirrored(self) -> Case:
+        """The same seen from behind."""
+        turned = {}
+        for name, value in self.parameters.items():
+            other = {"left": "right", "right": "left"}.get(name.split("_")[0])
+            name = name if other is None else other + name[len(name.split("_")[0]) :]
+            turned[name] = value[::-1] if isinstance(value, list) else value
+        inputs = {}
+        for name, value in self.inputs.items():
+            side, rest = name.split("_")
+            opposite = ge.Profile(value.starts, -value.coefficients) if isinstance(value, ge.Profile) else -value
+            inputs[f"{'right' if side == 'left' else 'left'}_{rest}"] = opposite
+        return Case(turned, [-speed for speed in self.velocity[::-1]], inputs)
+
+
+def numbers(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_nan=False, allow_subnormal=False)
+
+
+@st.composite
+def signals(draw: st.DrawFn, size: float) -> Any:
+    """A number, or up to three pieces of degree up to 3, over some ten microseconds."""
+    if draw(st.booleans()):
+        return draw(numbers(-size, size))
+    pieces = draw(st.integers(1, 3))
+    starts = np.cumsum([draw(numbers(0.0, 1e-6))] + [draw(numbers(2e-6, 5e-6)) for _ in range(pieces - 1)])
+    degree = draw(st.integers(0, 3))
+    rows = [[draw(numbers(-size, size)) / (1e-5) ** power for power in range(degree + 1)] for _ in range(pieces)]
+    return ge.Profile(starts, np.array(rows))
+
+
+@st.composite
+def cases(draw: st.DrawFn, schemes: tuple[str, ...] = SCHEMES) -> Case:
+    grains = draw(st.integers(2, 8))
+    left, right = draw(st.sampled_from(ENDS)), draw(st.sampled_from(ENDS))
+    contacts = grains - 1 + (left in WALLS) + (right in WALLS)
+    material = st.sampled_from(["steel", "aluminium", "brass", "glass"])
+    parameters: dict[str, Any] = {
+        "grains": grains,
+        "radius": [draw(numbers(1e-3, 4e-3)) for _ in range(grains)],
+        "material": [draw(material) for _ in range(grains)],
+        "left": left,
+        "right": right,
+        "integrator": draw(st.sampled_from(schemes)),
+        "overlap_limit": 0.3,
+        "velocity_scale": 20.0,
+    }
+    for side, end in (("left", left), ("right", right)):
+        if end in ("fixed_grain", "plane") and draw(st.booleans()):
+            parameters[f"{side}_wall_material"] = draw(material)
+    closed = draw(st.sampled_from(["touching", "pressed", "gaps"]))
+    if closed == "pressed":
+        parameters["precompression"] = draw(numbers(0.1, 100.0))
+    elif closed == "gaps":
+        parameters["gap"] = [draw(numbers(0.0, 2e-6)) for _ in range(contacts)]
+    velocity = [draw(numbers(-3.0, 3.0)) for _ in range(grains)]
+    inputs = {}
+    for side, end in (("left", left), ("right", right)):
+        if end == "free" and draw(st.booleans()):
+            inputs[f"{side}_force"] = draw(signals(100.0))
+        if end == "piston" and draw(st.booleans()):
+            inputs[f"{side}_velocity"] = draw(signals(2.0))
+    return Case(parameters, velocity, inputs)
+
+
+def stepped(chain: ge.Chain, ticks: int, **inputs: Any) -> None:
+    """Step quietly; what the guard refuses is no example."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            chain.step(ticks * chain.step_size, **inputs)
+        except ge.StepError:
+            assume(False)
+
+
+def samples(case: Case) -> tuple[ge.Chain, float, float]:
+    """The chain after 60 steps; the run's largest sum |p| with the static force's impulse, and its largest energy and work."""
+    chain, inputs = case.chain(), case.inputs
+    momentum, energy = 0.0, 0.0
+    for _ in range(TICKS // 5):
+        stepped(chain, 5, **inputs)
+        inputs = {}
+        ledger = chain.ledger()
+        momentum = max(momentum, float(np.abs(chain.geometry.mass * chain.get("velocity")).sum()))
+        energy = max(energy, ledger.kinetic_energy + ledger.potential_energy + abs(ledger.input_work))
+    return chain, momentum + case.parameters.get("precompression", 0.0) * chain.time, energy
+
+
+@settings(max_examples=EXAMPLES)
+@given(cases())
+def test_momentum_closes(case: Case) -> None:
+    chain, size, _ = samples(case)
+    assert abs(chain.get("momentum_residual")) <= 1e-13 * size
+
+
+@settings(max_examples=EXAMPLES)
+@given(cases(schemes=("dop853",)))
+def test_energy_closes_with_the_reference(case: Case) -> None:
+    chain, _, size = samples(case)
+    assert abs(chain.get("energy_residual")) <= 1e-9 * size
+
+
+@settings(max_examples=EXAMPLES)
+@given(cases(schemes=("pefrl", "leapfrog", "rk4", "hamming")))
+def test_energy_converges(case: Case) -> None:
+    """At a tenth of the step the ledger closes at least to the 3e-4 for which the default step is made."""
+    suggested = ge.make("chain", **case.parameters).step_size
+    chain, _, size = samples(Case(case.parameters | {"step_size": suggested / 10.0}, case.velocity, case.inputs))
+    assert abs(chain.get("energy_residual")) <= 3e-4 * size
+
+
+@settings(max_examples=EXAMPLES)
+@given(cases())
+def test_no_tension(case: Case) -> None:
+    chain, inputs = case.chain(), case.inputs
+    for _ in range(TICKS // 5):
+        stepped(chain, 5, **inputs)
+        inputs = {}
+        force, overlap = chain.get("contact_force"), chain.get("overlap")
+        assert (force >= 0.0).all()
+        assert np.array_equal(force > 0.0, overlap > 1e-150)
+        assert chain.get("left_wall_force") >= 0.0 >= chain.get("right_wall_force")
+
+
+@settings(max_examples=EXAMPLES)
+@given(cases(), st.lists(st.integers(1, 30), min_size=1, max_size=6))
+def test_any_partition_of_steps_gives_the_same_bits(case: Case, parts: list[int]) -> None:
+    whole, pieces = case.chain(), case.chain()
+    stepped(whole, sum(parts), **case.inputs)
+    inputs = case.inputs
+    for ticks in parts:
+        stepped(pieces, ticks, **inputs)
+        inputs = {}
+    assert whole.save().to_bytes() == pieces.save().to_bytes()
+
+
+@settings(max_examples=EXAMPLES)
+@given(cases(), st.integers(0, 20), st.integers(1, 20))
+def test_a_snapshot_goes_on_bit_for_bit(case: Case, before: int, after: int) -> None:
+    chain = case.chain()
+    if before:
+        stepped(chain, before, **case.inputs)
+    data = chain.save().to_bytes()
+    stepped(chain, after)
+    other = ge.make("chain", **case.parameters)
+    other.restore(Snapshot.from_bytes(data))
+    assert other.save().to_bytes() == data
+    stepped(other, after)
+    assert other.save().to_bytes() == chain.save().to_bytes()
+
+
+@settings(max_examples=EXAMPLES)
+@given(cases())
+def test_the_mirror_image(case: Case) -> None:
+    """Bit for bit: the arithmetic is symmetric."""
+    one, other = case.chain(), case.mirrored().chain()
+    assert one.step_size == other.step_size
+    stepped(one, TICKS, **case.inputs)
+    stepped(other, TICKS, **case.mirrored().inputs)
+    assert np.array_equal(one.get("velocity"), -other.get("velocity")[::-1])
+    assert np.array_equal(one.get("displacement"), -other.get("displacement")[::-1])
+    assert np.array_equal(one.get("contact_force"), other.get("contact_force")[::-1])
+    assert one.get("input_work") == pytest.approx(other.get("input_work"), rel=1e-12, abs=1e-18)

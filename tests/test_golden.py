@@ -1,0 +1,53 @@
+"""Golden logs are replayed bit for bit, and their runs end in the states pinned here. See `golden_logs.py`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from golden_logs import CASES, FOLDER, final_hash, log_path, played
+
+import granular_env as ge
+
+FINAL = {
+    "piston": "2654590cfb390a76a768d6b26fab1240",
+    "two-grains": "14b50ac30748a36bdb01b915072252eb",
+    "two-grains-leapfrog": "52838ae174cb9ffd1552a0e8085c18f5",
+    "wall-striker": "25c7c928e1c26c4ca1e72672c5f7fd0a",
+    "gaps": "90e1dc47177727ae1ad6f6060c08616b",
+    "pressed-dimer": "7ddb86b72d10ff61919797e0f1cb2610",
+    "random-right-piston": "ca13b1c61a99c873172aed27c4448535",
+    "hamming": "ed710df8976c37e5ccfe14b13513281a",
+    "rk4": "06270df3f976f946e8de36448ce53d84",
+    "dop853": "21d7182844281ee90b90ad7ff7ab82ad",
+    "oscillator": "96e94df6bb99efd59687d5fbcda22117",
+}
+
+
+def test_every_log_is_pinned_and_small() -> None:
+    assert set(FINAL) == set(CASES)
+    logs = sorted(FOLDER.glob("*.mcap"))
+    assert {path.stem for path in logs} == set(CASES)
+    assert sum(path.stat().st_size for path in logs) < 1_000_000
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_fresh_run_ends_in_the_pinned_state(name: str) -> None:
+    assert final_hash(played(name)) == FINAL[name]
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+def test_a_golden_log_replays_bit_for_bit(name: str) -> None:
+    result = ge.verify(log_path(name))
+    assert result.identical, result.message
+    assert result.steps > 0 and result.hashes > 0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_golden_log_holds_the_run(name: str) -> None:
+    """The last frame is the state that the run ends in."""
+    component, log = played(name), ge.open_log(log_path(name))
+    assert log.complete
+    for variable in ("velocity", "displacement" if "displacement" in component.variables else "position"):
+        _, values = log.series(variable)
+        assert np.asarray(values[-1]).tobytes() == np.asarray(component.get(variable)).tobytes()
