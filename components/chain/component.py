@@ -283,7 +283,8 @@ class Chain(Component):
         return u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
 
     def _contact_force(self) -> FloatArray:
-        pressed = np.maximum(self._overlap(), 0.0)
+        overlap = self._overlap()
+        pressed = np.where(overlap < kernels.SMALLEST_OVERLAP, 0.0, overlap)
         return self.geometry.stiffness * (pressed * np.sqrt(pressed))
 
     def particles(self) -> Particles:
