@@ -26,7 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except GranularError as error:
-        print(f"granular-env {parsed.command}: {error}", file=sys.stderr)
+        # The library advises in Python; here the same advice is an option.
+        text = str(error).replace("overwrite=True", "--overwrite")
+        print(f"granular-env {parsed.command}: {text}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f"granular-env {parsed.command}: interrupted", file=sys.stderr)
@@ -97,6 +99,7 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     recover = commands.add_parser("recover", help="make a whole log of one whose program was killed")
     recover.add_argument("log", metavar="LOG")
     recover.add_argument("-o", "--out", metavar="OUT", required=True, help="the log to write")
+    recover.add_argument("--overwrite", action="store_true", help="replace OUT if it exists")
 
     view = commands.add_parser("view", help="look at a log in rerun")
     view.add_argument("log", metavar="LOG")
@@ -111,6 +114,9 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     report = commands.add_parser("report", help="write a page with figures of a log")
     report.add_argument("log", metavar="LOG")
     report.add_argument("-o", "--out", metavar="FOLDER", help="where to write it (default: beside the log, by its name)")
+
+    for command in (replay, branch, recover, view, report):
+        command.add_argument("--allow-large", action="store_true", help="lift the caps on sizes that a log may declare")
 
 
 def _set_option(parser: argparse.ArgumentParser, text: str) -> None:

@@ -103,12 +103,12 @@ def replay_log(args: argparse.Namespace) -> int:
         from granular_env.running import replay
 
         with _told_by_us():
-            result = replay(args.log, progress=True)
+            result = replay(args.log, progress=True, allow_large=args.allow_large)
         _print_result(result, quiet=False)
         return _INTERRUPTED if result.interrupted else 0
     from granular_env.recording import verify
 
-    found = verify(args.log)
+    found = verify(args.log, allow_large=args.allow_large)
     kinds = f"{found.frames} frames, {found.hashes} hashes, {found.snapshots} snapshots"
     outcome = "identical" if found.identical else "different"
     print(f"{found.steps} calls of step, {found.ticks} steps compared ({kinds}): {outcome}")
@@ -123,7 +123,7 @@ def branch_off(args: argparse.Namespace) -> int:
     from granular_env.recording import open_log
 
     out = Path(args.out) if args.out else free_log_path(f"{Path(args.log).stem}-branch")
-    with open_log(args.log) as log:
+    with open_log(args.log, allow_large=args.allow_large) as log:
         begun = log.branch(args.at)
         inputs = inputs_from(args.overrides, begun.component)
         with begun.run(out, inputs, args.until, overwrite=args.overwrite) as child:
@@ -135,7 +135,7 @@ def recover_log(args: argparse.Namespace) -> int:
     """Make a whole log of a broken one."""
     from granular_env.recording import recover
 
-    log = recover(args.log, args.out)
+    log = recover(args.log, args.out, allow_large=args.allow_large, overwrite=args.overwrite)
     print(f"recovered: {args.out}, {log.duration:g} s, {log.end_tick - log.start_tick} steps")
     return 0
 
@@ -145,7 +145,7 @@ def view_log(args: argparse.Namespace) -> int:
     from granular_env import viewing
     from granular_env.recording import open_log
 
-    log = open_log(args.log)
+    log = open_log(args.log, allow_large=args.allow_large)
     if args.save:
         print(f"written: {viewing.save_rrd(log, args.save, exaggerate=args.exaggerate)}")
     elif args.screenshot:
@@ -161,7 +161,7 @@ def report_log(args: argparse.Namespace) -> int:
     from granular_env.recording import open_log
 
     folder = Path(args.out) if args.out else Path(args.log).with_suffix("")
-    print(f"written: {viewing.report(open_log(args.log), folder)}")
+    print(f"written: {viewing.report(open_log(args.log, allow_large=args.allow_large), folder)}")
     return 0
 
 

@@ -105,7 +105,7 @@ def run(
         )
 
 
-def replay(log: str | os.PathLike[str], *, progress: bool = False) -> RunResult:
+def replay(log: str | os.PathLike[str], *, progress: bool = False, allow_large: bool = False) -> RunResult:
     """Run a log's program again, from its start to its end, without comparing (`verify` does that).
 
     Raises:
@@ -113,7 +113,7 @@ def replay(log: str | os.PathLike[str], *, progress: bool = False) -> RunResult:
     """
     from granular_env.recording import open_log
 
-    with _collected() as told, open_log(log) as opened:
+    with _collected() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)

@@ -95,7 +95,7 @@ def test_faults_name_file_and_line(tmp_path, text, arguments, said):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(ExperimentError, match="cannot be read"):
         read_history(tmp_path / "none.csv", "time", "force", None, None, "N")
-    with pytest.raises(ExperimentError, match="cannot be read"):
+    with pytest.raises(ExperimentError, match="it is a folder"):
         read_history(tmp_path, "time", "force", None, None, "N")
 
 

@@ -199,12 +199,12 @@ def test_a_changed_parameter_is_caught(tmp_path: Path, honest_identity: bool) ->
 @pytest.mark.parametrize("honest_identity", [True, False])
 def test_a_changed_parameter_that_changes_the_step_size_is_named(tmp_path: Path, honest_identity: bool) -> None:
     chain_log(tmp_path / "a.mcap")
-    identity = catalogue.make("chain", **{**CHAIN, "radius": 3.0000001e-3}).identity
+    identity = catalogue.make("chain", **{**CHAIN, "radius": 9e-3}).identity
 
     def change(old: Record) -> Record:
         if old.kind != HEADER:
             return old
-        header = {**old.header, "parameters": {**old.header["parameters"], "radius": 3.0000001e-3}}
+        header = {**old.header, "parameters": {**old.header["parameters"], "radius": 9e-3}}
         return dataclasses.replace(old, header={**header, "identity": identity} if honest_identity else header)
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)

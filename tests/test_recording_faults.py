@@ -170,7 +170,9 @@ def test_a_full_disk_at_the_very_end() -> None:
 def test_recovering_onto_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     oscillator_log(tmp_path / "a.mcap")
     before = (tmp_path / "a.mcap").read_bytes()
-    monkeypatch.setattr("granular_env.recording.recover.create", lambda path, overwrite: _FullDisk(5000))
+    # The package's name `recover` is the function; the module of that name is only among the loaded ones.
+    module = sys.modules["granular_env.recording.recover"]
+    monkeypatch.setattr(module, "create", lambda path, overwrite: _FullDisk(5000))
     with pytest.raises(LogError, match=r"whole\.mcap'.*No space left.*a\.mcap' is as it was") as caught:
         recover(tmp_path / "a.mcap", tmp_path / "whole.mcap")
     assert ".part" not in str(caught.value) and "granular-env recover" not in str(caught.value)

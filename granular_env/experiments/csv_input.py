@@ -14,19 +14,23 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ExperimentError, nearest
+from granular_env.components.errors import ExperimentError, caution, nearest
+
+from .files import read_bounded
 
 FloatArray = npt.NDArray[np.float64]
 Row = tuple[int, list[str]]
 Header = list[tuple[str, str | None]]
 
 _LARGEST_FILE = 256 * 2**20
+# A step so many times the usual one is pointed at as a hole.
+_HOLE = 10.0
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _HEADER = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 
@@ -87,10 +91,22 @@ def read_history(
     with np.errstate(over="ignore"):  # told of below, with the line
         times, values = times * to_seconds[0] / to_seconds[1], values * to_value[0] / to_value[1]
     _check_order(path, samples, times)
+    _point_at_holes(path, samples, times)
     if not np.isfinite(values).all():
         where = int(np.argmin(np.isfinite(values)))
         raise ExperimentError(f"{path}: line {samples[where][0]}: the value overflows in {unit}")
     return times, values
+
+
+def _point_at_holes(path: Path, samples: Sequence[Row], times: np.ndarray) -> None:
+    """A sampling step far above the usual one may be a hole in the measurement: say so, the straight line across it stays."""
+    steps = np.diff(times)
+    wide = np.flatnonzero(steps > _HOLE * np.median(steps))
+    if len(wide):
+        caution(
+            f"{path}: line {samples[int(wide[0]) + 1][0]}: {steps[wide[0]]:.3g} s after the sample before, the usual step is "
+            f"{np.median(steps):.3g} s; if samples are missing there, the straight line across the hole is made up"
+        )
 
 
 def _rows(path: Path, delimiter: str) -> Iterator[Row]:
@@ -115,10 +131,9 @@ def _rows(path: Path, delimiter: str) -> Iterator[Row]:
 
 def _text(path: Path) -> str:
     try:
-        size = path.stat().st_size
-        if size > _LARGEST_FILE:
-            raise ExperimentError(f"{path}: it has {size} bytes, at most {_LARGEST_FILE} are read; thin the samples out")
-        data = path.read_bytes()
+        data = read_bounded(path, _LARGEST_FILE, "thin the samples out")
+    except ExperimentError:
+        raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise ExperimentError(

@@ -13,12 +13,13 @@ from typing import Any
 from granular_env.components.errors import ExperimentError, nearest
 
 from .faults import shortened
+from .files import read_bounded, refuse_long_keys
 from .schema import Experiment, known_keys, parse, refuse_unknown
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
 
 _SHIPPED = Path(__file__).parent
-_LARGEST_FILE = 64 * 2**20
+_LARGEST_FILE = 16 * 2**20
 _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 
 
@@ -74,9 +75,8 @@ def experiment_path(source: str | os.PathLike[str]) -> Path:
 def read_document(path: Path) -> dict[str, Any]:
     """The content of a TOML file; `ExperimentError` with the line where it is none."""
     try:
-        if path.stat().st_size > _LARGEST_FILE:
-            raise ExperimentError(f"{path}: larger than {_LARGEST_FILE} bytes; put long histories into a CSV file")
-        text = path.read_bytes().decode("utf-8")
+        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file").decode("utf-8")
+        refuse_long_keys(path, text)
         return tomllib.loads(text)
     except OSError as error:
         raise ExperimentError(f"{path}: cannot be read: {error.strerror or error}") from None

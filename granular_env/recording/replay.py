@@ -141,7 +141,9 @@ class _Replay:
         """What was changed comes first, in the interval where that shows; then what came of it."""
         whole = self.log.start_tick, self.log.end_tick
         for name in parameters:
-            self._differs(name, found[1] if found else whole, "this parameter is not what was recorded", None)
+            # Where it shows at once, as in the energy of the start, nothing is narrowed down.
+            span = found[1] if found and found[1][0] < found[1][1] else whole
+            self._differs(name, span, "this parameter is not what was recorded", None)
         if changed is not None:
             name, (first, last) = changed
             if found is None or found[1][1] > first:

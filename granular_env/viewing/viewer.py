@@ -43,6 +43,13 @@ _START_SECONDS = 60.0
 _SETTLE_SECONDS = 5.0
 
 
+def _regular(path: Path) -> Path:
+    """A path to write to: new, or a file; what else stands there is not to be replaced by one."""
+    if path.exists() and not path.is_file():
+        raise ParameterError(f"{str(path)!r} is there and is no file; give the path of a file to write")
+    return path
+
+
 def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = None) -> Path:
     """Write a log's scene, with its layout, as a file for rerun.
 
@@ -61,7 +68,7 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
         GranularError: the file cannot be written.
     """
     rr = needed("rerun", "saving a rerun file")
-    target = Path(path)
+    target = _regular(Path(path))
     footage = from_log(log)
     scales = _scales(footage, exaggerate)
     recording = rr.RecordingStream(APPLICATION, recording_id=f"{footage.title} ({Path(str(log.path)).name})")
@@ -127,7 +134,9 @@ def screenshot(
         GranularError: the viewer cannot start; the message names the system packages it needs.
     """
     needed("rerun", "a screenshot")
-    target = Path(png).absolute()
+    target = _regular(Path(png).absolute())
+    if target.suffix.lower() != ".png":
+        raise ParameterError(f"{str(target)!r}: a screenshot is a PNG picture; give a name that ends in .png")
     start = log.start_tick * log.step_size
     instant = start + 2.0 / 3.0 * log.duration if at is None else at
     if not start <= instant <= start + log.duration:

@@ -1,0 +1,64 @@
+"""What people name is opened with care: regular files of a bounded size only."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from granular_env.components.errors import ExperimentError, GranularWarning
+from granular_env.experiments import load_experiment
+from granular_env.experiments.csv_input import read_history
+from granular_env.experiments.files import read_bounded
+from granular_env.experiments.prepare import prepare
+
+PUSHED = """name = "pushed"
+duration = 0.1
+
+[component]
+type = "oscillator"
+
+[input.force]
+profile = "csv"
+path = {path!r}
+time_column = "time"
+value_column = "force"
+time_unit = "s"
+value_unit = "N"
+"""
+
+
+def test_an_endless_device_is_no_csv_file(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(PUSHED.format(path="/dev/zero"))
+    with pytest.raises(ExperimentError, match="/dev/zero: it is a device, a pipe or a socket, expected a file"):
+        prepare(load_experiment(tmp_path / "a.toml"))
+
+
+def test_a_pipe_and_a_folder_are_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for name, what in (("pipe", "a pipe"), (".", "a folder")):
+        with pytest.raises(ExperimentError, match=what):
+            read_bounded(tmp_path / name, 10, "")
+
+
+def test_no_more_than_the_cap_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"x" * 11)
+    assert read_bounded(tmp_path / "a", 11, "") == b"x" * 11
+    with pytest.raises(ExperimentError, match="more than 10 bytes; thin it out"):
+        read_bounded(tmp_path / "a", 10, "thin it out")
+
+
+@pytest.mark.parametrize("key", ["a", '"a b"', "'a'"])
+def test_a_key_of_thousands_of_parts_is_refused_before_it_is_parsed(tmp_path: Path, key: str) -> None:
+    (tmp_path / "a.toml").write_text('name = "a"\n' + ".".join([key] * 100_000) + " = 1\n")
+    with pytest.raises(ExperimentError, match="line 2: a key of more than 64 parts"):
+        load_experiment(tmp_path / "a.toml")
+
+
+def test_a_hole_in_the_sampling_is_pointed_at(tmp_path: Path) -> None:
+    lines = ["time [us],force [N]", *(f"{time},1.0" for time in (0, 1, 2, 3, 900, 901))]
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    with pytest.warns(GranularWarning, match="line 6: 0.000897 s after the sample before, the usual step is 1e-06 s"):
+        times, _ = read_history(tmp_path / "a.csv", "time", "force", None, None, "N")
+    assert len(times) == 6
