@@ -134,6 +134,8 @@ def test_momentum_closes(case: Case) -> None:
 @settings(max_examples=EXAMPLES)
 @given(cases(schemes=("dop853",)))
 def test_energy_closes_with_the_reference(case: Case) -> None:
+    # Between two pistons alone nothing is solved for, and so nothing controls the error of their work.
+    assume(not (case.parameters["grains"] == 2 and case.parameters["left"] == case.parameters["right"] == "piston"))
     chain, _, size = samples(case)
     assert abs(chain.get("energy_residual")) <= 1e-9 * size
 
