@@ -125,9 +125,10 @@ def branch_off(args: argparse.Namespace) -> int:
     out = Path(args.out) if args.out else free_log_path(f"{Path(args.log).stem}-branch")
     with open_log(args.log, allow_large=args.allow_large) as log:
         begun = log.branch(args.at)
+        left_at = begun.component.time
         inputs = inputs_from(args.overrides, begun.component)
         with begun.run(out, inputs, args.until, overwrite=args.overwrite) as child:
-            _print_log(args.quiet, child.path, f"branched at {args.at:g} s, {child.duration:.9g} s long")
+            _print_log(args.quiet, child.path, f"branched at {left_at:.9g} s, {child.duration:.9g} s long")
     return 0
 
 
