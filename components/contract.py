@@ -262,9 +262,9 @@ class Component(ABC):
             self._build()
         except MemoryError as error:
             raise ParameterError(f"component {self.name!r}: this size does not fit into memory: {error}") from None
-        self.identity: str = hashlib.sha256(
-            canonical_json([self.name, self.version, self.parameters.model_dump(mode="json")])
-        ).hexdigest()
+        # Parameters at their default do not count: one that is added later leaves the logs of today as they are.
+        told = self.parameters.model_dump(mode="json", exclude_defaults=True)
+        self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
         self.variables: dict[str, Variable] = {variable.name: variable for variable in self._all_variables()}
         self._readers: dict[str, Callable[[], Any]] = self._outputs()
         self._inputs = {v.name: v for v in self.variables.values() if v.causality == "input"}
@@ -292,7 +292,10 @@ class Component(ABC):
 
     @abstractmethod
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        """How to read each output of `_declare`: name -> function that returns a fresh number or array."""
+        """How to read each output of `_declare`: name -> function that returns a number or an array.
+
+        The array may lie in the block: `get` copies such a one.
+        """
 
     @abstractmethod
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
@@ -409,6 +412,11 @@ class Component(ABC):
 
     def get(self, name: str) -> Any:
         """The present value of any variable: a number, or a fresh array of its shape."""
+        value = self.peek(name)
+        return value.copy() if value.__class__ is np.ndarray and value.base is not None else value
+
+    def peek(self, name: str) -> Any:
+        """`get` without a copy: an array may be the component's own memory. Read it before the next step, never write to it."""
         reader = self._readers.get(name) if isinstance(name, str) else None
         if reader is not None:
             return reader()

@@ -126,8 +126,8 @@ class Chain(Component):
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         return {
             "position": lambda: self.geometry.position + self._table[kernels.U, self._grains],
-            "displacement": lambda: self._table[kernels.U, self._grains].copy(),
-            "velocity": lambda: self._table[kernels.V, self._grains].copy(),
+            "displacement": lambda: self._table[kernels.U, self._grains],
+            "velocity": lambda: self._table[kernels.V, self._grains],
             "overlap": lambda: self._overlap()[self.geometry.real],
             "contact_force": lambda: self._contact_force()[self.geometry.real],
             "left_wall_force": lambda: kernels.contact(self._table, kernels.U, 0),
