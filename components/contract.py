@@ -277,6 +277,8 @@ class Component(ABC):
         self._memory_bytes, self._backup_bytes = self._block.memory.data.cast("B"), self._backup.data.cast("B")
         # Replaced, never changed in place: snapshots share it.
         self._held: Mapping[str, Held] = {}
+        # Whether any of them is a profile.
+        self._profiled = False
         self._tick = 0
         self.reset()
 
@@ -301,9 +303,11 @@ class Component(ABC):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
         """Write the start state into the (zeroed) block; return the inputs' start values that are not 0."""
 
-    @abstractmethod
-    def _apply(self, held: Mapping[str, Held]) -> None:
-        """Take over the inputs that are held from now on, all of them."""
+    def _apply(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
+        """Prepare for the inputs that are held from now on, one of which is, or just was, a profile.
+
+        Where all are numbers this is not called: `_advance` finds them in `self._held`.
+        """
 
     @abstractmethod
     def _advance(self, ticks: int) -> int:
@@ -363,8 +367,7 @@ class Component(ABC):
             self._block.memory[:] = before
             self._tick = tick
             raise
-        self._held = {name: float(given.get(name, 0.0)) for name in self._inputs}
-        self._apply(self._held)
+        self._hold({name: float(given.get(name, 0.0)) for name in self._inputs})
         for observer in self._observers:
             observer.began(self)
 
@@ -386,16 +389,18 @@ class Component(ABC):
             ticks = self._whole_ticks(duration)
         held = self._held
         if inputs:
-            bounds = self._bounds
+            bounds, numbers = self._bounds, not self._profiled
             for name, value in inputs.items():
                 if value.__class__ is float and name in bounds:
                     low, high = bounds[name]
                     if low <= value <= high:
                         continue
-                inputs = self._compiled(inputs)
+                inputs, numbers = self._compiled(inputs), False
                 break
-            self._held = {**held, **inputs}
-            self._apply(self._held)
+            if numbers:
+                self._held = inputs if len(inputs) == len(bounds) else {**held, **inputs}
+            else:
+                self._hold({**held, **inputs})
         if self._observers or ticks > self._chunk_ticks:
             self._long_step(ticks, inputs, held)
             return
@@ -453,8 +458,7 @@ class Component(ABC):
             )
         if snapshot.inputs is not self._held:
             self._check_inputs(snapshot)
-            self._held = snapshot.inputs
-            self._apply(self._held)
+            self._hold(snapshot.inputs)
         self._memory_bytes[:] = snapshot.data
         self._tick = snapshot.tick
         for observer in self._observers:
@@ -521,6 +525,12 @@ class Component(ABC):
                 checked[name] = number
         return checked
 
+    def _hold(self, held: Mapping[str, Held]) -> None:
+        before, self._profiled = self._profiled, any(value.__class__ is not float for value in held.values())
+        self._held = held
+        if before or self._profiled:
+            self._apply(held)
+
     def _input_advice(self, name: str) -> str:
         """What to say to whoever gives an input that there is not."""
         return nearest(name, self._inputs)
@@ -569,8 +579,7 @@ class Component(ABC):
     def _undo(self, tick: int, held: Mapping[str, Held]) -> None:
         self._block.memory[:] = self._backup
         self._tick = tick
-        self._held = held
-        self._apply(held)
+        self._hold(held)
 
     def _start_values(self, name: str, value: Any) -> FloatArray:
         variable = self.variables.get(name)

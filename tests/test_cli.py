@@ -156,8 +156,13 @@ def test_verify_counts_the_steps(log, capsys):
 def test_verify_tells_a_difference_by_its_status(log, capsys, monkeypatch):
     from granular_env.components.oscillator import Oscillator
 
-    apply = Oscillator._apply
-    monkeypatch.setattr(Oscillator, "_apply", lambda self, inputs: apply(self, {name: 1.0 for name in inputs}))
+    advance = Oscillator._advance
+
+    def pushed(self, ticks):
+        self._block["velocity"][...] += 1e-9
+        return advance(self, ticks)
+
+    monkeypatch.setattr(Oscillator, "_advance", pushed)
     assert main(["replay", log, "--verify"]) == 1
     text = capsys.readouterr().out
     assert "different" in text

@@ -162,15 +162,8 @@ class Chain(Component):
             raise ParameterError(f"start: {error}")
 
     def _apply(self, held: Mapping[str, Held]) -> None:
-        # The speed of a step from Python hangs on these lines: two numbers are all that most steps change.
-        left, right = held.get(self._left_input, 0.0), held.get(self._right_input, 0.0)
-        if left.__class__ is float and right.__class__ is float:
-            self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, left, right
-        else:
-            self._apply_profiles(left, right)
-
-    def _apply_profiles(self, left: Held, right: Held) -> None:
         """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""
+        left, right = held.get(self._left_input, 0.0), held.get(self._right_input, 0.0)
         pieces = [_pieces(left), _pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
         self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
@@ -178,7 +171,12 @@ class Chain(Component):
         self._left_pieces = len(pieces[0])
 
     def _advance(self, ticks: int) -> int:
-        done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
+        # The speed of a step from Python hangs on these lines.
+        if self._profiled:
+            done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
+        else:
+            left, right = self._held.get(self._left_input, 0.0), self._held.get(self._right_input, 0.0)
+            done = self._kernel(self._table, _NO_PIECES, 0, left, right, self._tick, ticks)
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 
     def _input_advice(self, name: str) -> str:
