@@ -257,3 +257,11 @@ def test_stop_rules_decide(rule, value, met):
 
 def test_errors_are_of_the_family():
     assert issubclass(ExperimentError, GranularError)
+
+
+def test_a_profile_table_has_to_say_how_it_is_built():
+    from granular_env.experiments.inputs import PROFILES, ProfileTable
+
+    with pytest.raises(TypeError, match="abstract.*build"):
+        type("Unbuilt", (ProfileTable,), {})()
+    assert not any(table.__abstractmethods__ for table in PROFILES.values())
