@@ -78,7 +78,7 @@ def run_experiment(args: argparse.Namespace) -> int:
 def check_file(args: argparse.Namespace) -> int:
     """Validate an experiment file or a log, without running it."""
     if Path(args.file).suffix == ".mcap":
-        return _check_log(args.file)
+        return _check_log(args.file, args.allow_large)
     from granular_env.experiments.prepare import prepare
 
     experiment = load_experiment(args.file, args.overrides)
@@ -138,6 +138,8 @@ def recover_log(args: argparse.Namespace) -> int:
 
     log = recover(args.log, args.out, allow_large=args.allow_large, overwrite=args.overwrite)
     print(f"recovered: {args.out}, {log.duration:g} s, {log.end_tick - log.start_tick} steps")
+    lost = log.metadata["events"][-1]
+    print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
     return 0
 
 
@@ -183,10 +185,10 @@ def _told_by_us() -> warnings.catch_warnings:
     return warnings.catch_warnings(action="ignore", category=GranularWarning)
 
 
-def _check_log(path: str) -> int:
+def _check_log(path: str, allow_large: bool) -> int:
     from granular_env.recording import open_log
 
-    log = open_log(path)
+    log = open_log(path, allow_large=allow_large)
     facts = log.metadata
     state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
     size = f"{log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables"

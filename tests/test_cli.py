@@ -197,10 +197,48 @@ def test_recover_check_and_report(log, folder, capsys):
     assert main(["check", "cut.mcap"]) == 1
     assert "recover" in capsys.readouterr().out
     assert main(["recover", "cut.mcap", "-o", "whole.mcap"]) == 0
+    assert re.search(r"^lost: .+ \(\d+ bytes\)$", capsys.readouterr().out, re.MULTILINE)
     assert main(["check", "whole.mcap"]) == 0
     assert main(["report", log, "--out", "page"]) == 0
     assert "written: page" in capsys.readouterr().out
     assert [*Path("page").glob("*.html")]
+
+
+OPENING = [
+    ["check", "a.mcap"],
+    ["replay", "a.mcap"],
+    ["replay", "a.mcap", "--verify"],
+    ["branch", "a.mcap", "--at", "5", "--log", "b.mcap"],
+    ["recover", "a.mcap", "-o", "whole.mcap"],
+    ["report", "a.mcap", "--out", "page"],
+    ["view", "a.mcap", "--save", "a.rrd"],
+]
+
+
+@pytest.mark.parametrize("arguments", OPENING, ids=lambda arguments: " ".join(arguments))
+def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder, capsys, monkeypatch):
+    from granular_env.recording import caps
+
+    monkeypatch.setattr(caps, "_CHUNK_BYTES", 10)
+    monkeypatch.setattr(caps, "_memory", lambda: 0)
+    assert main(arguments) == 2
+    told = capsys.readouterr().err
+    # In the words of the command line, and in no others.
+    assert "pass --allow-large if you trust" in told
+    assert "allow_large" not in told
+    assert [path.name for path in folder.iterdir()] == [log]
+    assert main([*arguments, "--allow-large"]) == 0
+
+
+def test_without_a_screen_the_options_are_named(log, capsys, monkeypatch):
+    pytest.importorskip("rerun")
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert main(["view", log]) == 2
+    told = capsys.readouterr().err
+    assert "the web viewer (--web), a rerun file (--save FILE.rrd) or a picture (--screenshot FILE.png)" in told
+    assert "web=True" not in told
 
 
 def test_view_saves_for_rerun(log, capsys):

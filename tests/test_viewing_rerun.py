@@ -117,7 +117,7 @@ def test_without_a_screen_the_other_ways_are_named(chain_log, monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    with pytest.raises(GranularError, match="--web.*--save.*--screenshot"):
+    with pytest.raises(GranularError, match="web=True.*save_rrd.*screenshot"):
         view(chain_log)
 
 

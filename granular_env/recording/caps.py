@@ -15,7 +15,7 @@ from pydantic import BaseModel
 
 from ..components.errors import LogError
 
-_ADVICE = "open it with allow_large=True (--allow-large) if you trust where it comes from"
+_ADVICE = "open it with allow_large=True if you trust where it comes from"
 # One chunk is decompressed as a whole; ours are near 1 MB or hold one array, which for the largest components is more [bytes].
 _CHUNK_BYTES = 256 << 20
 # A log that this machine could record, it may read as well: part of its memory that one chunk may take, and what a grain,

@@ -75,7 +75,8 @@ class Log:
         messages = self._container.messages(0) if self._container.chunk_count else []
         first = next((m for m in messages if m.topic in TOPICS), None)
         if first is None or TOPICS[first.topic] != HEADER:
-            raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost")
+            why = f": {self._container.damage}" if self._container.damage else ""
+            raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost{why}")
         self._log = log_identity(first.data)
         record = decode(first.data, HEADER, None)
         self._header, self._header_arrays = record.header, record.arrays

@@ -102,7 +102,7 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
     if not web and sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise GranularError(
             "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set, so the desktop viewer cannot open; "
-            "use the web viewer (web=True, --web), a rerun file (--save FILE.rrd) or a picture (--screenshot FILE.png)"
+            "use the web viewer (web=True), a rerun file (save_rrd) or a picture (screenshot)"
         )
     with tempfile.TemporaryDirectory(prefix="granular-env-") as folder:
         file = save_rrd(log, Path(folder) / "scene.rrd", exaggerate)
