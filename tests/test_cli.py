@@ -92,6 +92,14 @@ def test_new_writes_a_file_that_is_valid(template, folder, capsys):
     assert main(["new", template, "-o", "sub/mine.toml", "--force"]) == 0
 
 
+def test_new_of_an_experiment_whose_data_file_is_gone_writes_nothing(folder, capsys):
+    assert main(["new", "measured/hammer", "-o", "mine.toml"]) == 0
+    Path("hammer.csv").unlink()
+    assert main(["new", "mine.toml", "-o", "other/x.toml"]) == 2
+    assert "hammer.csv: the CSV file cannot be read" in capsys.readouterr().err
+    assert [path.name for path in folder.iterdir()] == ["mine.toml"]
+
+
 def test_new_names_the_copy_after_its_file(folder, capsys):
     assert main(["new", "nesterenko-1983/3.4-piston", "-o", "my-pulse.toml"]) == 0
     assert load_experiment("my-pulse.toml").name == "my-pulse"

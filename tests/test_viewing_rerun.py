@@ -100,8 +100,9 @@ def test_a_jump_of_an_input_is_drawn_as_a_jump(tmp_path):
 
 
 def test_a_path_that_cannot_be_written_is_named(chain_log, tmp_path):
-    with pytest.raises(GranularError, match="nowhere"):
-        save_rrd(chain_log, tmp_path / "nowhere" / "scene.rrd")
+    (tmp_path / "taken").write_text("a file, no folder")
+    with pytest.raises(GranularError, match=r"taken/scene\.rrd' cannot be written"):
+        save_rrd(chain_log, tmp_path / "taken" / "scene.rrd")
 
 
 @pytest.mark.parametrize(

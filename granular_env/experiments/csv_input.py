@@ -30,7 +30,7 @@ FloatArray = npt.NDArray[np.float64]
 Row = tuple[int, list[str]]
 Header = list[tuple[str, str | None]]
 
-_LARGEST_FILE = 256 * 2**20
+LARGEST_FILE = 256 * 2**20
 _DELIMITERS = (",", ";", "\t")
 # A step so many times the median one is a hole in the sampling.
 _HOLE = 10.0
@@ -156,7 +156,7 @@ def _rows(path: Path, delimiter: str) -> Iterator[Row]:
 
 def _text(path: Path) -> str:
     try:
-        data = read_bounded(path, _LARGEST_FILE, "thin the samples out")
+        data = read_bounded(path, LARGEST_FILE, "thin the samples out")
     except ExperimentError:
         raise
     except (OSError, ValueError) as error:
