@@ -36,6 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except GranularError as error:
         print(f"granular-env {parsed.command}: {_spoken(str(error))}", file=sys.stderr)
         return 2
+    except MemoryError:
+        print(f"granular-env {parsed.command}: it asks for more memory than there is; ask for less", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print(f"granular-env {parsed.command}: interrupted", file=sys.stderr)
         return _INTERRUPTED
