@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Sequence
 
@@ -52,7 +53,7 @@ def _spoken(message: str) -> str:
     """A message of the library in the words of the command line."""
     for python, option in _OPTIONS.items():
         message = message.replace(python, option)
-    return message
+    return re.sub(r"\boverride (?=['\"])", "--set ", message)
 
 
 def _parser() -> argparse.ArgumentParser:

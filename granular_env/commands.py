@@ -125,10 +125,10 @@ def branch_off(args: argparse.Namespace) -> int:
     out = Path(args.out) if args.out else free_log_path(f"{Path(args.log).stem}-branch")
     with open_log(args.log, allow_large=args.allow_large) as log:
         begun = log.branch(args.at)
-        left_at = begun.component.time
+        left_at = _instant(args.at, begun.component.time, log.step_size)
         inputs = inputs_from(args.overrides, begun.component)
         with begun.run(out, inputs, args.until, overwrite=args.overwrite) as child:
-            _print_log(args.quiet, child.path, f"branched at {left_at:.9g} s, {child.duration:.9g} s long")
+            _print_log(args.quiet, child.path, f"branched at {left_at}, {child.duration:.9g} s long")
     return 0
 
 
@@ -178,6 +178,12 @@ def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
     while (path := folder / f"{stem}-{number}.mcap").exists():
         number += 1
     return path
+
+
+def _instant(asked: float, found: float, step_size: float) -> str:
+    """When a log was left, in words; an instant between two steps was moved to the nearest, which is said."""
+    between = abs(asked / step_size - round(asked / step_size)) > 1e-6
+    return f"{found:.9g} s" + (f" (the step nearest to {asked:.9g} s)" if between else "")
 
 
 def _told_by_us() -> warnings.catch_warnings:

@@ -188,6 +188,14 @@ def test_a_branch_with_other_inputs(log, capsys):
     assert verify("b.mcap").identical
 
 
+@pytest.mark.parametrize(
+    ("at", "said"), [("5", "branched at 5 s, "), ("5.0037", "branched at 5 s (the step nearest to 5.0037 s), ")]
+)
+def test_a_branch_says_where_it_left_the_log(at, said, log, capsys):
+    assert main(["branch", log, "--at", at, "--log", "b.mcap"]) == 0
+    assert said in capsys.readouterr().out
+
+
 def test_a_branch_with_the_same_inputs_has_the_parents_bits(log, capsys):
     assert main(["branch", log, "--at", "0.5", "--quiet"]) == 0
     path = capsys.readouterr().out.strip()
@@ -264,6 +272,12 @@ def test_view_saves_for_rerun(log, capsys):
         (["run", "oscillator/pushed", "--set", "component.mas=1"], "did you mean 'mass'?"),
         (["run", "oscillator/pushed", "--set", "component.mass=-1"], "mass: got -1"),
         (["run", "oscillator/pushed", "--hash-every", "0"], "hash_every: got 0"),
+        (
+            ["run", "oscillator/pushed", "--set", "component.mass=-1"],
+            "run: --set 'component.mass=-1': component: 'oscillator': mass",
+        ),
+        (["run", "."], ".: it is a folder, expected a TOML file"),
+        (["check", "."], ".: it is a folder, expected a TOML file"),
         (["describe", "chian"], "did you mean 'chain'?"),
         (["describe", "chain", "--set", "grains=-1"], "grains: got -1"),
         (["new", "oscilator"], "did you mean 'oscillator'?"),

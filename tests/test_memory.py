@@ -48,7 +48,10 @@ def test_the_command_line_says_so_too(small_machine, tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     for command in ("run", "check"):
         assert main([command, "nesterenko-1983/3.4-piston", "--set", "component.grains=100000000"]) == 2
-        assert "8 GB are available" in capsys.readouterr().err
+        told = capsys.readouterr().err
+        # No key is named in it, so the one that was overridden is told beside the file.
+        assert "3.4-piston.toml with --set 'component.grains=100000000': component: component 'chain' needs" in told
+        assert "8 GB are available" in told
     assert [*tmp_path.iterdir()] == []
 
 
