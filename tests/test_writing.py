@@ -11,6 +11,7 @@ import pytest
 
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, LogError, ParameterError
+from granular_env.recording import open_log, verify
 from granular_env.writing import replacing, write_files
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -113,6 +114,17 @@ sys.exit(main(sys.argv[2:]))
 """
 
 
+def limited(room: int, arguments: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", LIMITED, str(room), *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
 @pytest.mark.parametrize(
     ("room", "arguments", "package"),
     [
@@ -128,14 +140,7 @@ def test_a_full_disk_is_told_and_nothing_is_left(log, tmp_path, room, arguments,
     pytest.importorskip(package)
     (tmp_path / "out").mkdir()
     arguments = [str(log) if word == "LOG" else word for word in arguments]
-    ended = subprocess.run(
-        [sys.executable, "-c", LIMITED, str(room), *arguments],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    ended = limited(room, arguments, tmp_path)
     assert ended.returncode == 2, ended.stderr
     told = ended.stderr.splitlines()[-1]
     assert told.startswith(f"granular-env {arguments[0]}: ")
@@ -143,6 +148,27 @@ def test_a_full_disk_is_told_and_nothing_is_left(log, tmp_path, room, arguments,
     assert "out" in told
     assert "Traceback" not in ended.stderr
     assert os.listdir(tmp_path / "out") == []
+
+
+def test_what_a_full_disk_leaves_of_a_run_can_be_read_and_recovered(tmp_path):
+    pytest.importorskip("resource")
+    command = ["run", "oscillator/pushed", "--log", "a.mcap", "--hash-every", "1", "--set", "duration=2000", "--quiet"]
+    ended = limited(60_000, command, tmp_path)
+    assert ended.returncode == 2, ended.stderr
+    assert "a.mcap' cannot be written any more: File too large; free some space" in ended.stderr
+    assert "Traceback" not in ended.stderr
+    with open_log(tmp_path / "a.mcap") as log:
+        facts = log.metadata
+        assert not log.complete and not facts["complete"]
+        assert facts["component"] == "oscillator" and facts["experiment"]["name"] == "oscillator/pushed"
+        assert facts["experiment"]["duration"] == 2000.0 and facts["parameters"]["mass"] == 1.0
+        assert facts["report"] == {} and "cut off" in facts["damage"]
+        kept = log.end_tick
+    assert main(["recover", str(tmp_path / "a.mcap"), "-o", str(tmp_path / "whole.mcap")]) == 0
+    with open_log(tmp_path / "whole.mcap") as whole:
+        assert whole.complete and whole.end_tick == kept > 0
+        assert whole.metadata["events"][-1]["event"] == "recovered"
+    assert verify(tmp_path / "whole.mcap").identical
 
 
 def test_a_device_is_left_alone(tmp_path):

@@ -300,6 +300,8 @@ class Log:
     def branch(self, at: float, components: Mapping[str, type[Component]] | None = None) -> Branch:
         """A component in the state at a time [s] of the log, and what the log did from there.
 
+        A time between two steps is moved to the nearest; ``.component.time`` is the one that was taken.
+
         Raises:
             ParameterError: the time is outside of the log.
             LogError: the log cannot be re-run.
