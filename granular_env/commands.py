@@ -163,8 +163,9 @@ def report_log(args: argparse.Namespace) -> int:
     from granular_env import viewing
     from granular_env.recording import open_log
 
-    folder = Path(args.out) if args.out else Path(args.log).with_suffix("")
-    print(f"written: {viewing.report(open_log(args.log, allow_large=args.allow_large), folder)}")
+    with open_log(args.log, allow_large=args.allow_large) as log:
+        folder = Path(args.out) if args.out else Path(args.log).with_suffix("")
+        print(f"written: {viewing.report(log, folder)}")
     return 0
 
 

@@ -37,12 +37,9 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         part.touch(exist_ok=False)
         yield part
         os.replace(part, target)
-    except (OSError, ValueError) as error:
-        if isinstance(error, GranularError):
-            raise
-        reason = getattr(error, "strerror", None) or error
+    except OSError as error:
         raise kind(
-            f"{os.fspath(path)!r} cannot be written: {reason}; free some space or choose another folder; "
+            f"{os.fspath(path)!r} cannot be written: {error.strerror or error}; free some space or choose another folder; "
             "what stood there is kept"
         ) from error
     finally:
@@ -60,8 +57,12 @@ def write_files(contents: Mapping[Path, bytes], kind: type[GranularError] = Gran
 
 def refused_unless_file(path: str | os.PathLike[str]) -> Path:
     """Where a path leads, links followed; `ParameterError` where a folder, a device or a pipe stands there."""
-    target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():
-        what = "a folder" if target.is_dir() else "a device, a pipe or a socket"
+    try:
+        target = Path(os.path.realpath(path))
+    except ValueError as error:
+        raise ParameterError(f"{os.fspath(path)!r} is no path: {error}") from None
+    # Not Path.exists: that one raises for names that are too long, which the writing itself will tell.
+    if os.path.exists(target) and not os.path.isfile(target):
+        what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"
         raise ParameterError(f"{os.fspath(path)!r} is {what}; give the path of a file to write")
     return target

@@ -99,6 +99,13 @@ def test_a_jump_of_an_input_is_drawn_as_a_jump(tmp_path):
     assert found["inputs/force"]["tick"] == [0, 9, 10, 20]
 
 
+def test_a_log_whose_name_is_no_text_is_saved_too(chain_log, tmp_path):
+    odd = tmp_path / "chain\udcff.mcap"
+    odd.write_bytes(chain_log.path.read_bytes())
+    with open_log(odd) as log:
+        assert save_rrd(log, tmp_path / "scene.rrd").stat().st_size > 1000
+
+
 def test_a_path_that_cannot_be_written_is_named(chain_log, tmp_path):
     (tmp_path / "taken").write_text("a file, no folder")
     with pytest.raises(GranularError, match=r"taken/scene\.rrd' cannot be written"):

@@ -93,6 +93,16 @@ def test_nothing_is_written_over_a_folder_or_a_pipe(log, tmp_path, capsys, numbe
     assert set(os.listdir(tmp_path)) <= {"target.png", "hammer.csv"}
 
 
+@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("name", ["x" * 300 + ".png", "x\0y.png"], ids=["long", "zero byte"])
+def test_names_that_no_file_can_have_are_told(log, tmp_path, capsys, number, name):
+    pytest.importorskip("rerun")
+    assert main(writers(log, str(tmp_path / name))[number]) == 2
+    told = capsys.readouterr().err
+    assert "cannot be written: File name too long" in told or "is no path: embedded null byte" in told
+    assert os.listdir(tmp_path) == []
+
+
 def test_a_report_takes_no_file_for_a_folder(log, tmp_path, capsys):
     pytest.importorskip("matplotlib")
     (tmp_path / "page").write_text("taken")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -60,7 +61,7 @@ def write(name: str, target: Path, force: bool = False) -> list[Path]:
     text = template(name, target.stem)
     copies = {} if name in catalogue.names() else _data_files(name, target.parent)
     for path in (target, *copies):
-        if path.exists() and not force:
+        if os.path.lexists(path) and not force:
             raise ExperimentError(f"{path} exists; choose another name, or replace it with --force")
     contents = {copied: _content(original) for copied, original in copies.items()}
     write_files({**contents, target: text.encode("utf-8")}, ExperimentError)

@@ -37,9 +37,9 @@ def recover(
         ParameterError: `out` exists, or is no regular file, or is the damaged file itself.
     """
     source, target = as_path(path), as_path(out)
-    if target.exists() and not overwrite:
+    if os.path.lexists(target) and not overwrite:
         raise ParameterError(f"out: {str(target)!r} exists; choose another name, or pass overwrite=True")
-    if target.exists() and source.exists() and os.path.samefile(source, target):
+    if os.path.exists(target) and os.path.exists(source) and os.path.samefile(source, target):
         raise ParameterError(f"out: {str(target)!r} is the damaged log itself; choose another name")
     with Log(source, allow_large, scan=True) as log, replacing(target, LogError) as part:
         unharmed = f"{str(source)!r} is as it was; nothing was left behind"

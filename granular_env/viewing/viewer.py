@@ -66,7 +66,9 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
     refused_unless_file(target)
     footage = from_log(log)
     scales = _scales(footage, exaggerate)
-    recording = rr.RecordingStream(APPLICATION, recording_id=f"{footage.title} ({Path(str(log.path)).name})")
+    # A file's name may hold bytes that are no text; rerun takes text only.
+    name = Path(str(log.path)).name.encode("utf-8", "replace").decode()
+    recording = rr.RecordingStream(APPLICATION, recording_id=f"{footage.title} ({name})")
     # Through memory: where the disk becomes full, rerun's own writer drops the rest, or hangs, and raises nothing.
     kept = recording.memory_recording()
     try:
