@@ -99,6 +99,11 @@ def test_a_jump_of_an_input_is_drawn_as_a_jump(tmp_path):
     assert found["inputs/force"]["tick"] == [0, 9, 10, 20]
 
 
+def test_a_live_run_is_not_written_over_a_folder(tmp_path):
+    with pytest.raises(ParameterError, match="is a folder"):
+        LiveViewer(make("oscillator"), save=tmp_path)
+
+
 def test_a_log_whose_name_is_no_text_is_saved_too(chain_log, tmp_path):
     odd = tmp_path / "chain\udcff.mcap"
     odd.write_bytes(chain_log.path.read_bytes())
