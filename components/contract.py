@@ -29,6 +29,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from .errors import FmuError, GranularError, GranularWarning, LogError, ParameterError, StepError, nearest, shortened
+from .memory import refuse_beyond
 from .packing import canonical_json, pack, unpack
 from .profiles import CompiledProfile, Profile, finite_number
 from .validation import filled, plain, validated
@@ -255,9 +256,10 @@ class Component(ABC):
         """Check the parameters, allocate everything once, and reset.
 
         Raises:
-            ParameterError: a parameter is unknown, missing or out of range.
+            ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
         """
         self.parameters = validated(self.Parameters, parameters, f"component {self.name!r}")
+        refuse_beyond(self.memory_needed(self.parameters), f"component {self.name!r}")
         try:
             self._build()
         except MemoryError as error:
@@ -320,6 +322,11 @@ class Component(ABC):
     @abstractmethod
     def ledger(self) -> Ledger:
         """Energy and momentum: in, stored, lost, and what is left over."""
+
+    @classmethod
+    def memory_needed(cls, parameters: Any) -> int:
+        """Bytes that building and stepping take at least, from the parameters alone; 0 where they are too few to matter."""
+        return 0
 
     def report(self) -> dict[str, float]:
         """Figures that say how far the model's own assumptions held, name with unit -> value."""

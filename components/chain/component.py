@@ -24,6 +24,8 @@ _DURATION_TIMES_FREQUENCY = 4.0302
 
 _KINDS = {"free": kernels.FREE, "piston": kernels.PISTON} | dict.fromkeys(WALLS, kernels.WALL)
 _NO_PIECES = np.zeros((0, 2))
+# Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
+_GEOMETRY_ROWS = 17
 
 
 class Chain(Component):
@@ -37,6 +39,14 @@ class Chain(Component):
     parameters: ChainParameters
 
     # -- building ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def memory_needed(cls, parameters: ChainParameters) -> int:
+        """The table of the kernels, a second copy of its state, and the arrays of the geometry."""
+        scheme = SCHEMES[parameters.integrator]
+        state_rows = kernels.FREE_ROW - kernels.TALLY + scheme.history_rows
+        rows = kernels.TALLY + 2 * state_rows + scheme.scratch_rows + _GEOMETRY_ROWS
+        return 8 * rows * kernels.row_width(parameters.grains)
 
     def _build(self) -> None:
         p = self.parameters
