@@ -4,7 +4,7 @@ With d(x) the overlap above that at rest, F the contact force above that at rest
 
     V^2 d = tent * F(d),   F = (d0 + d)^1.5 - d0^1.5,   V v = box * F,
 
-where * is convolution (Friesecke & Wattis 1994; English & Pego 2005). Iterating it with the height held fixed converges to the wave.
+where * is convolution (Friesecke & Wattis 1994; English & Pego 2005). Iterated with the height held fixed it converges.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _SMALLEST_RISE = 0.005
 
 @dataclass(frozen=True, eq=False)
 class LatticeWave:
-    """The discrete solitary wave; it travels towards larger x. Lengths in a, times in tau = (A^2 v)^(-1/5) with m = A = a = v = 1.
+    """The discrete solitary wave; it travels towards larger x. All in the units in which m = A = a = 1.
 
     Attributes:
         position: x - Vt of a contact (overlap) or a grain (velocity), equidistant, the crest at 0, shape (n,).
@@ -87,7 +87,7 @@ class LatticeWave:
 
     @property
     def kinetic_energy(self) -> float:
-        """Sum over the grains, in its mean over time; an uncompressed wave has 5/4 of its potential energy, as the virial theorem says."""
+        """Sum over the grains, its mean over time; without precompression 5/4 of the potential energy (virial theorem)."""
         return 0.5 * float((self.velocity**2).sum()) * self._step
 
     @property
@@ -98,7 +98,7 @@ class LatticeWave:
 
     @property
     def energy_ratio(self) -> float:
-        """Ek/Ep averaged over the time in which the wave moves on by one grain; 1.2513 for the uncompressed one."""
+        """Mean of Ek/Ep over the time in which the wave moves on by one grain; 1.25077 for the uncompressed one."""
         every = round(1.0 / self._step)
         rest, whole = self.rest_overlap, self.rest_overlap + self.overlap
         stored = 0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap
