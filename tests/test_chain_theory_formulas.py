@@ -53,7 +53,7 @@ def test_order_of_the_long_wave_equation() -> None:
 
 
 @pytest.mark.parametrize(
-    ("diameters", "heights", "order"), [((0.2, 0.1, 0.05), (1e-7,) * 3, 4.0), ((1e-3,) * 3, (0.1, 0.05, 0.025), 3.0)]
+    ("diameters", "heights", "order"), [((0.4, 0.2, 0.1), (1e-6,) * 3, 4.0), ((1e-3,) * 3, (0.1, 0.05, 0.025), 3.0)]
 )
 def test_orders_of_the_weakly_nonlinear_equation(diameters, heights, order: float) -> None:
     """(2.3) leaves out (a/L)^4 of the linear term, and the third power of the strain's change."""
