@@ -95,19 +95,19 @@ def test_shares_of_energy_of_a_travelling_wave() -> None:
 # -- small oscillations -----------------------------------------------------------------------------------------------
 
 GRAINS = 23
+# So small a step that PEFRL's error is below 1e-8, and so small an amplitude that overlaps of 4 see no nonlinearity.
+STEP, TINY = 0.01, 1e-6
 
 
 def frequency_of_mode(shape: np.ndarray, expected: float, **parameters: object) -> float:
     """Of a standing wave of tiny amplitude between two fixed grains, from its phase after ten periods and a quarter [rad/s]."""
-    time = round(10.25 * 2.0 * math.pi / expected / 0.05) * 0.05
-    chain = unit_chain(
-        GRAINS, precompression=8.0, left="fixed_grain", right="fixed_grain", integrator="dop853", step_size=0.05, **parameters
-    )
-    chain.reset(displacement=1e-7 * shape)
+    time = round(10.25 * 2.0 * math.pi / expected / STEP) * STEP
+    chain = unit_chain(GRAINS, precompression=8.0, left="fixed_grain", right="fixed_grain", step_size=STEP, **parameters)
+    chain.reset(displacement=TINY * shape)
     chain.step(time)
     seen, mass = chain.get("displacement"), chain.geometry.mass
-    part = float((mass * shape * seen).sum() / (mass * shape**2).sum()) / 1e-7
-    assert np.abs(seen - 1e-7 * part * shape).max() <= 1e-6 * 1e-7  # still the same mode
+    part = float((mass * shape * seen).sum() / (mass * shape**2).sum()) / TINY
+    assert np.abs(seen - TINY * part * shape).max() <= 1e-5 * TINY  # still the same mode
     whole = round(expected * time / math.pi - 0.5)
     return (math.pi * whole + math.acos(part if whole % 2 == 0 else -part)) / time
 
@@ -119,7 +119,7 @@ def test_frequencies_of_equal_grains(mode: int) -> None:
     phase = math.pi * mode / (GRAINS + 1)
     expected = theory.monatomic_frequency(phase, tangent, 1.0, 1.0)
     shape = np.sin(phase * np.arange(1, GRAINS + 1))
-    assert frequency_of_mode(shape, expected) == pytest.approx(expected, rel=1e-8)
+    assert frequency_of_mode(shape, expected) == pytest.approx(expected, rel=1e-7)
     assert expected <= theory.monatomic_edge(tangent, 1.0) == pytest.approx(2.0 * math.sqrt(3.0), rel=1e-12)
 
 
@@ -139,7 +139,7 @@ def test_frequencies_of_two_masses(mode: int, branch: int) -> None:
     expected = theory.diatomic_frequencies(phase, tangent, light, heavy, 2.0)[branch]
     shape = diatomic_shape(phase, expected, tangent, light)
     masses = np.where(np.arange(GRAINS) % 2 == 0, light, heavy).tolist()
-    assert frequency_of_mode(shape / np.abs(shape).max(), expected, mass=masses) == pytest.approx(expected, rel=1e-8)
+    assert frequency_of_mode(shape / np.abs(shape).max(), expected, mass=masses) == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize(("odd", "even", "edge"), [(1.0, 3.0, 1), (3.0, 1.0, 0)])
@@ -150,7 +150,7 @@ def test_edges_of_the_gap(odd: float, even: float, edge: int) -> None:
     assert theory.diatomic_frequencies(0.5 * math.pi, tangent, 3.0, 1.0, 2.0)[edge] == pytest.approx(expected, rel=1e-12)
     masses = np.where(np.arange(GRAINS) % 2 == 0, odd, even).tolist()
     shape = np.sin(0.5 * math.pi * np.arange(1, GRAINS + 1)).round()
-    assert frequency_of_mode(shape, expected, mass=masses) == pytest.approx(expected, rel=1e-8)
+    assert frequency_of_mode(shape, expected, mass=masses) == pytest.approx(expected, rel=1e-7)
 
 
 def test_upper_edge_of_two_masses() -> None:
