@@ -173,6 +173,7 @@ def test_restitution_of_kuwabara_and_kono(wanted: float, speed: float) -> None:
 def test_restitution_of_a_dashpot(wanted: float, speed: float) -> None:
     """Without tension a contact loses less by the relative order (1 - e)^(2/3), which the second formula has."""
     damping = wanted / theory.viscous_loss(1.0, 1.0, 1.0, speed)
+    assert theory.VISCOUS_COEFFICIENT == pytest.approx(1.7878, abs=5e-5)
     assert loss(damping, 0.0, speed, tension=True) == pytest.approx(wanted, rel=3.0 * wanted)
     clipped = theory.viscous_loss_without_tension(1.0, 1.0, damping, speed)
     assert loss(damping, 0.0, speed) == pytest.approx(clipped, rel=3.0 * wanted)
