@@ -195,7 +195,7 @@ def test_exponents_of_the_restitution() -> None:
         (lambda: theory.collision_duration(1.0, -1.0, 1.0), "stiffness: got -1, expected more than 0 N/m^1.5"),
         (lambda: theory.sound_speed(1.0, 1.0, 0.0), "overlap: got 0, expected more than 0 m"),
         (lambda: theory.paper_speed(1.0, 0.6, 1.0), "poisson: got 0.6"),
-        (lambda: theory.lattice_acceleration([0.0, 1.0], 1.0, 1.0), "displacement: got shape (2,), expected a row of at least 3"),
+        (lambda: theory.lattice_acceleration([0.0, 1.0], 1.0, 1.0), "displacement: got shape (2,), expected a row of at least"),
         (lambda: theory.nesterenko_acceleration(np.zeros(4), 1.0, 1.0), "the strain -u_x: got -0, expected more than 0"),
         (lambda: theory.long_wave_acceleration(np.zeros(3), 1.0, 1.0, 1.0), "displacement_derivatives: got shape (3,)"),
         (lambda: theory.tapered_ratio(1.0), "taper: got 1, expected more than -1 and less than 1"),

@@ -222,7 +222,7 @@ def test_the_continuum_against_the_lattice(ratio: float, error: float) -> None:
 
 
 def test_coefficients_of_the_continuum_and_of_the_lattice() -> None:
-    """The paper's .915 is the continuum's (16/25)^(1/5); with it V/D1 = 1.05 and v_m1/v0 = 1.56, with .907470 1.0424 and 1.625."""
+    """The paper's .915 is the continuum's (16/25)^(1/5): V/D1 = 1.05, v_m1/v0 = 1.56; with .907470 1.0424 and 1.625."""
     assert theory.CONTINUUM_SOLITARY_SPEED == pytest.approx(0.915, abs=5e-4)
     assert theory.front_ratio(0.915) == pytest.approx(1.05, abs=2e-3)
     assert theory.front_velocity_ratio(0.915) == pytest.approx(1.56, abs=1e-3)
