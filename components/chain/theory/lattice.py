@@ -126,8 +126,8 @@ class LatticeWave:
 def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     """The solitary wave of (2.1) whose overlap rises by `height` from `rest_overlap` d0, r = 1 + height/d0.
 
-    V is exact to about 1e-12, the shape of a wave that rises by e = height/d0 << 1 to 5e-13/e^2. V differs from the closed form of
-    the continuum (`speed_ratio`) by what the continuum leaves out.
+    V is exact to about 1e-11, the shape of a wave that rises by e = height/d0 << 1 to 5e-13/e^2. From the closed form of the
+    continuum (`speed_ratio`) V differs by what the continuum leaves out.
 
     Args:
         rest_overlap: d0 >= 0, in diameters, as the height.
