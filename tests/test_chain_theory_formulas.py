@@ -173,6 +173,7 @@ def test_restitution_of_kuwabara_and_kono(wanted: float, speed: float) -> None:
 def test_restitution_of_a_dashpot(wanted: float, speed: float) -> None:
     """Without tension a contact loses less by the relative order (1 - e)^(2/3), which the second formula has."""
     damping = wanted / theory.viscous_loss(1.0, 1.0, 1.0, speed)
+    assert theory.VISCOUS_COEFFICIENT == pytest.approx(1.7878, abs=5e-5)
     assert loss(damping, 0.0, speed, tension=True) == pytest.approx(wanted, rel=3.0 * wanted)
     clipped = theory.viscous_loss_without_tension(1.0, 1.0, damping, speed)
     assert loss(damping, 0.0, speed) == pytest.approx(clipped, rel=3.0 * wanted)
@@ -194,7 +195,7 @@ def test_exponents_of_the_restitution() -> None:
         (lambda: theory.collision_duration(1.0, -1.0, 1.0), "stiffness: got -1, expected more than 0 N/m^1.5"),
         (lambda: theory.sound_speed(1.0, 1.0, 0.0), "overlap: got 0, expected more than 0 m"),
         (lambda: theory.paper_speed(1.0, 0.6, 1.0), "poisson: got 0.6"),
-        (lambda: theory.lattice_acceleration([0.0, 1.0], 1.0, 1.0), "displacement: got shape (2,), expected a row of at least 3"),
+        (lambda: theory.lattice_acceleration([0.0, 1.0], 1.0, 1.0), "displacement: got shape (2,), expected a row of at least"),
         (lambda: theory.nesterenko_acceleration(np.zeros(4), 1.0, 1.0), "the strain -u_x: got -0, expected more than 0"),
         (lambda: theory.long_wave_acceleration(np.zeros(3), 1.0, 1.0, 1.0), "displacement_derivatives: got shape (3,)"),
         (lambda: theory.tapered_ratio(1.0), "taper: got 1, expected more than -1 and less than 1"),

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from chain_tools import peaks, unit_chain
+from scipy.integrate import solve_ivp
 
 import granular_env as ge
 from granular_env.components.chain import theory
@@ -15,7 +16,7 @@ from granular_env.components.chain import theory
 
 
 def travelled(ratio: float, start: dict[str, np.ndarray], first: int, last: int, grains: int) -> tuple[float, float]:
-    """Largest strain over that at rest at contact `last`, and V/c0 between both contacts; the start's total overlap is about 1."""
+    """Largest strain over that at rest at contact `last`, and V/c0 between both contacts; the crest's overlap is about 1."""
     rest = 1.0 / ratio
     chain = unit_chain(grains, precompression=rest**1.5, integrator="dop853", step_size=0.25)
     chain.reset(**start)
@@ -71,17 +72,25 @@ def test_a_soliton_of_the_weakly_nonlinear_limit_travels(rise: float, grains: in
     assert ratio - 1.0 > 50.0 * bound * rise
 
 
-def test_shares_of_energy_of_a_travelling_wave() -> None:
-    """Mean Ek/Ep of the wave alone: 1.25077, where the ratio of the means is 5/4."""
-    wave = theory.lattice_wave(0.0)
-    chain = unit_chain(80, integrator="dop853", step_size=0.01)
-    place = np.arange(80) - 30.0
+def uncompressed_wave(grains: int, middle: int, step_size: float) -> ge.Chain:
+    """A touching chain with nothing but the lattice's solitary wave in it, v_m = 1."""
+    wave = theory.lattice_wave(0.0, theory.LATTICE_STRAIN_OVERSHOOT * theory.SOLITARY_SPEED**4)
+    assert wave.velocity.max() == pytest.approx(1.0, rel=1e-9)
+    chain = unit_chain(grains, integrator="dop853", step_size=step_size)
+    place = np.arange(grains) - float(middle)
     chain.reset(
         displacement=np.interp(place, wave.position, wave.displacement),
         velocity=np.interp(place, wave.position, wave.velocity, left=0.0, right=0.0),
     )
+    return chain
+
+
+def test_shares_of_energy_of_a_travelling_wave() -> None:
+    """Mean Ek/Ep of the wave alone: 1.25077, where the ratio of the means is 5/4."""
+    wave = theory.lattice_wave(0.0)
+    chain = uncompressed_wave(80, 30, 0.01)
     kinetic, potential = [], []
-    for _ in range(round(10.0 / wave.speed / 0.01)):
+    for _ in range(round(10.0 / theory.SOLITARY_SPEED / 0.01)):
         chain.step()
         ledger = chain.ledger()
         kinetic.append(ledger.kinetic_energy)
@@ -89,7 +98,41 @@ def test_shares_of_energy_of_a_travelling_wave() -> None:
     assert np.mean(np.divide(kinetic, potential)) == pytest.approx(wave.energy_ratio, abs=2e-5)
     assert wave.energy_ratio == pytest.approx(1.25077, abs=1e-5)
     assert np.mean(kinetic) / np.mean(potential) == pytest.approx(1.25, abs=2e-5)
-    assert np.mean(kinetic) == pytest.approx(wave.kinetic_energy, rel=2e-5)
+    assert np.mean(kinetic) + np.mean(potential) == pytest.approx(theory.SOLITARY_ENERGY, rel=2e-5)
+    assert chain.get("momentum") == pytest.approx(theory.SOLITARY_MOMENTUM, rel=1e-9)
+
+
+def test_a_free_end_leaves() -> None:
+    """With 1.44606 v_m, when a solitary wave has arrived there."""
+    chain = uncompressed_wave(60, 30, 0.1)
+    chain.step(80.0)
+    assert chain.get("velocity")[-1] == pytest.approx(theory.FREE_END_VELOCITY, abs=1e-5)
+
+
+# -- shocks -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("viscosity", [0.2, 0.5, 1.0])
+def test_a_shock_in_a_chain_with_dashpots(viscosity: float) -> None:
+    """Overshoot of the front and its speed, a piston on the left: within the 1.3 % by which (2.4) is off at this height."""
+    grains, c3, until = 150, 0.1, 45.0
+    behind = theory.shock_ratio(c3)
+    speed = theory.shock_speed_ratio(behind) * theory.sound_speed(1.0, 1.0, 1.0)
+    piston, dashpot = speed * (behind - 1.0), viscosity * speed / math.sqrt(10.0)
+
+    def motion(time: float, state: np.ndarray) -> np.ndarray:
+        u, v = np.append(piston * time, state[:grains]), np.append(piston, state[grains:])
+        force = np.maximum(1.0 - np.diff(u), 0.0) ** 1.5 - dashpot * np.diff(v)
+        return np.append(state[grains:], force - np.append(force[1:], 1.0))
+
+    times = np.linspace(until - 8.0, until, 801)
+    found = solve_ivp(motion, (0.0, until), np.zeros(2 * grains), t_eval=times, rtol=1e-8, atol=1e-8, max_step=0.05)
+    middle = int(speed * (until - 4.0))
+    overlap = 1.0 - np.diff(found.y[middle - 5 : middle + 4], axis=0)
+    expected = theory.shock_wave(c3, viscosity)
+    assert overlap[4].max() == pytest.approx(expected.amplitude_ratio, rel=0.0135)
+    first, last = (times[np.argmax(row > 0.5 * (1.0 + behind))] for row in (overlap[0], overlap[-1]))
+    assert (len(overlap) - 1) / (last - first) == pytest.approx(speed, rel=5e-3)
 
 
 # -- small oscillations -----------------------------------------------------------------------------------------------
@@ -168,13 +211,12 @@ def test_upper_edge_of_two_masses() -> None:
 
 def test_speeds_are_slopes_of_the_frequency() -> None:
     step, numbers = 1e-6, np.array([0.3, 1.1, 2.9])
+    acoustic, optical = theory.diatomic_group_speeds(numbers, 2.0, 0.7, 1.9, 1.0)
     pairs = [
         (lambda k: theory.monatomic_frequency(k, 2.0, 0.7, 1.0), theory.monatomic_group_speed(numbers, 2.0, 0.7, 1.0)),
-        *(
-            (lambda k, i=i: theory.diatomic_frequencies(k, 2.0, 0.7, 1.9, 1.0)[i], theory.diatomic_group_speeds(numbers, 2.0, 0.7, 1.9, 1.0)[i])
-            for i in range(2)
-        ),
-    ]  # fmt: skip
+        (lambda k: theory.diatomic_frequencies(k, 2.0, 0.7, 1.9, 1.0)[0], acoustic),
+        (lambda k: theory.diatomic_frequencies(k, 2.0, 0.7, 1.9, 1.0)[1], optical),
+    ]
     for frequency, speed in pairs:
         assert np.abs(frequency(numbers + step) - frequency(numbers - step)) / (2.0 * step) == pytest.approx(speed, rel=1e-6)
     phase = theory.monatomic_phase_speed(numbers, 2.0, 0.7, 1.0)
@@ -222,7 +264,7 @@ def tapered(taper: float, lead: int, grains: int, **parameters: object) -> np.nd
     while chain.time < 0.1:
         chain.step()
         top = np.maximum(top, chain.get("velocity"))
-        if chain.get("velocity")[-2] < 0.9 * top[-2] > 0.2 * top[0]:
+        if chain.get("velocity")[-2] < 0.9 * top[-2] and top[-2] > 0.3 * top[-3]:
             return top[lead:]
     raise AssertionError("the pulse did not arrive")
 

@@ -27,7 +27,7 @@ class Extremes(NamedTuple):
     y2: float
 
 
-def W(y: Number, c3: float) -> Number:  # noqa: N802 (the paper's name)
+def W(y: Number, c3: float) -> Number:
     """The potential, for y >= 0 and any C3 (the paper's fig. 1: C3 = 4/27 and .1)."""
     y, c3 = at_least("y", y, 0.0), finite("c3", c3)
     return -0.625 * y**1.6 + 0.5 * y**2 + c3 * y**0.8
