@@ -230,3 +230,10 @@ def test_an_arrangement_goes_with_walls_and_drives():
     chain.reset(velocity={0: 0.1})
     chain.step(50 * chain.step_size, left_velocity=0.1)
     assert chain.get("contact_force")[0] > 0.0
+
+
+def test_tapers_have_the_same_bits_everywhere():
+    """Only + x / reach them, which every machine rounds alike."""
+    for given, last in (({"taper": 0.03}, "0x1.aba84306004fap-10"), ({"last_radius": 1e-3}, "0x1.bfb247cf4dc90p-10")):
+        chain = ge.make("chain", grains=40, arrangement={"name": "tapered", "first_radius": R, **given})
+        assert float(chain.geometry.radius[20]).hex() == last
