@@ -234,6 +234,6 @@ def test_an_arrangement_goes_with_walls_and_drives():
 
 def test_tapers_have_the_same_bits_everywhere():
     """Only + x / reach them, which every machine rounds alike."""
-    for given, last in (({"taper": 0.03}, "0x1.aba84306004fap-10"), ({"last_radius": 1e-3}, "0x1.bfb247cf4dc90p-10")):
-        chain = ge.make("chain", grains=40, arrangement={"name": "tapered", "first_radius": R, **given})
+    for field, last in (({"taper": 0.03}, "0x1.aba84306004fap-10"), ({"last_radius": 1e-3}, "0x1.bfb247cf4dc90p-10")):
+        chain = ge.make("chain", grains=40, arrangement={"name": "tapered", "first_radius": R, **field})
         assert float(chain.geometry.radius[20]).hex() == last
