@@ -1,0 +1,153 @@
+"""Verdicts: how a paper's number and a computed one compare. Nobody writes a verdict down; they come from the numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Sequence
+from typing import Literal
+
+from .bands import Band
+
+Kind = Literal["reproduced", "in part", "as bands", "not reproduced", "no figure"]
+
+_DECIMAL = re.compile(r"[-+]?\d*\.?\d+")
+
+
+@dataclasses.dataclass(frozen=True)
+class Verdict:
+    """A kind for counting and colouring, and the words that say how far it goes."""
+
+    kind: Kind
+    words: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Value:
+    """A number of the paper beside ours.
+
+    Attributes:
+        label: which one, where an item has several.
+        printed: as the paper has it, such as "2.708" or "about 10"; None: the paper gives none.
+        computed: ours: a number, or words that are compared with `printed`.
+        unit: SI, or as the paper prints it.
+        paper: the number that `printed` means, where it is not the decimal itself ("unchanged" is 0).
+        tolerance: largest difference that counts as reproduced; default: half a unit of the last printed digit.
+        relative: the same as a part of the paper's value.
+        at_most: whether the paper states an upper bound, which less satisfies.
+        loose: a larger difference, within which it holds in part.
+        band: ours as a distribution over many draws, of which the paper has one; `computed` is its mean.
+    """
+
+    label: str
+    printed: str | None
+    computed: float | str
+    unit: str = ""
+    paper: float | None = None
+    tolerance: float | None = None
+    relative: float | None = None
+    at_most: bool = False
+    loose: float | None = None
+    band: Band | None = None
+
+    @property
+    def number(self) -> float | None:
+        """The paper's number, or None where it gives words or nothing."""
+        if self.paper is not None or self.printed is None or isinstance(self.computed, str):
+            return self.paper
+        return float(self.printed)
+
+    @property
+    def allowed(self) -> float:
+        """The largest difference that counts as reproduced."""
+        if self.tolerance is not None:
+            return self.tolerance
+        if self.relative is not None and self.number is not None:
+            return abs(self.number) * self.relative
+        return self.rounding
+
+    @property
+    def rounding(self) -> float:
+        """Half a unit of the last digit that the paper prints."""
+        if self.printed is None or not _DECIMAL.fullmatch(self.printed):
+            return 0.0
+        return 0.5 * 10.0 ** -len(self.printed.partition(".")[2])
+
+    @property
+    def difference(self) -> float:
+        """Ours minus the paper's."""
+        assert self.number is not None and not isinstance(self.computed, str)
+        return self.computed - self.number
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of this number alone."""
+        if self.printed is None:
+            return Verdict("no figure", "the paper gives none")
+        if isinstance(self.computed, str):
+            return Verdict("reproduced", "reproduced") if self.computed == self.printed else Verdict("not reproduced", "differs")
+        if self.band is not None:
+            return self._in_band(self.band)
+        return self._within()
+
+    def _within(self) -> Verdict:
+        gap = self.difference if self.at_most else abs(self.difference)
+        # A number that was rounded to a half is as near as one can ask.
+        slack = 1.0 + 1e-9
+        if not math.isfinite(gap):
+            return Verdict("not reproduced", "not finite")
+        if gap <= self.rounding * slack or (self.at_most and gap <= 0.0):
+            return Verdict("reproduced", "reproduced")
+        if gap <= self.allowed * slack:
+            return Verdict("reproduced", f"reproduced to {self.distance}" if self.allowed else "reproduced")
+        if self.loose is not None and gap <= self.loose * slack:
+            return Verdict("in part", f"only to {self.distance}")
+        return Verdict("not reproduced", f"{self.distance} off")
+
+    def _in_band(self, band: Band) -> Verdict:
+        assert self.number is not None
+        place = f"at {band.percentile(self.number):.0f} %"
+        if not band.low <= self.number <= band.high:
+            return Verdict("not reproduced", f"outside of all {band.count} draws")
+        return Verdict("as bands", place)
+
+    @property
+    def distance(self) -> str:
+        """How far ours is from the paper's: in percent, or in its unit where the paper's is 0, a count, or in percent itself."""
+        assert self.number is not None
+        if self.number == 0.0 or self.unit == "%" or (self.allowed == 0.0 and float(self.number).is_integer()):
+            return f"{abs(self.difference):.2g}{' ' if self.unit else ''}{self.unit}"
+        return f"{100.0 * abs(self.difference / self.number):.1g} %"
+
+
+def combined(values: Sequence[Value]) -> Verdict:
+    """The verdict of an item: of all its values that the paper has too."""
+    judged = [(value, value.verdict) for value in values if value.printed is not None]
+    kinds = {verdict.kind for _, verdict in judged}
+    if not judged:
+        return Verdict("no figure", "the paper gives none")
+    if kinds == {"reproduced"}:
+        worst = max(judged, key=lambda pair: _relative(pair[0]))[1]
+        return Verdict("reproduced", worst.words)
+    if kinds == {"as bands"}:
+        return Verdict("as bands", f"as bands: {', '.join(verdict.words for _, verdict in judged)}")
+    if kinds == {"not reproduced"}:
+        return Verdict("not reproduced", f"not reproduced: {judged[0][1].words}")
+    if len(judged) == 1 or kinds == {"in part"}:
+        return Verdict("in part", max(judged, key=lambda pair: _relative(pair[0]))[1].words)
+    parts = "; ".join(f"{value.label}: {_short(verdict)}" for value, verdict in judged)
+    return Verdict("as bands" if "as bands" in kinds else "in part", f"in part: {parts}")
+
+
+def _short(verdict: Verdict) -> str:
+    return {"reproduced": "yes" + verdict.words.removeprefix("reproduced"), "not reproduced": f"no, {verdict.words}"}.get(
+        verdict.kind, verdict.words
+    )
+
+
+def _relative(value: Value) -> float:
+    if isinstance(value.computed, str) or value.number is None:
+        return 0.0
+    shown = 0.0 if value.verdict.words == "reproduced" else 1.0
+    return shown + abs(value.difference) / (abs(value.number) or 1.0)
