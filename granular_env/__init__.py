@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from .envs.registration import register_when_imported
 
 if TYPE_CHECKING:
+    from . import measurement
     from .components.catalogue import make
     from .components.chain import Chain
     from .components.contract import Component, Snapshot, Variable
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from .recording import open_log, record, recover, verify
     from .running import run
 
-# Public name -> module. They come when they are asked for: numba alone takes most of a second to import.
+# Public name -> module that it is in; none for a package. They come when they are asked for: numba alone takes most of a second to import.
 _HOMES = {
     "Chain": "components.chain",
     "Component": "components.contract",
@@ -43,6 +44,7 @@ _HOMES = {
     "StepError": "components.errors",
     "Variable": "components.contract",
     "make": "components.catalogue",
+    "measurement": "",
     "open_log": "recording",
     "record": "recording",
     "recover": "recording",
@@ -66,6 +68,7 @@ __all__ = [
     "StepError",
     "Variable",
     "make",
+    "measurement",
     "open_log",
     "record",
     "recover",
@@ -77,6 +80,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if not _HOMES[name]:
+        return import_module(f"{__name__}.{name}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
 
 
