@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .geometry import FloatArray, Geometry
-from .theory import COLLISION_COEFFICIENT
+from .theory import duration_of_overlap
 
 # Beyond these a run is told so: a/R at which Hertz's parabola is off by about 1 %, and ten oscillations of a grain.
 _SMALL_CONTACT = 0.1
@@ -51,7 +51,7 @@ class Validity:
         stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
         # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
         pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
-        duration = COLLISION_COEFFICIENT * np.sqrt(1.25 * chain.reduced_mass[real] / (stiffness * np.sqrt(peak)))
+        duration = duration_of_overlap(chain.reduced_mass[real], stiffness, peak)
         return Validity(
             peak_pressure=float(pressure.max()),
             pressure_to_yield=float((pressure / _yield_pressure(chain)[real]).max()),

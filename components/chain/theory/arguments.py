@@ -1,0 +1,73 @@
+"""Checking what the formulas are given: numbers or arrays of numbers, inside the range in which the formula holds."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError, shortened
+
+FloatArray = npt.NDArray[np.float64]
+# A number or an array of numbers; what a formula is given decides what it returns, and arrays broadcast.
+Number: TypeAlias = Any
+
+
+def above(name: str, value: Number, bound: float, unit: str = "") -> Number:
+    """A number or array of finite numbers > `bound`, as floats."""
+    return _inside(name, value, bound, math.inf, f"more than {_number(bound)}{_space(unit)}", open_below=True)
+
+
+def at_least(name: str, value: Number, bound: float, unit: str = "") -> Number:
+    """A number or array of finite numbers >= `bound`, as floats."""
+    return _inside(name, value, bound, math.inf, f"at least {_number(bound)}{_space(unit)}", open_below=False)
+
+
+def between(name: str, value: Number, low: float, high: float, *, closed_below: bool = False, advice: str = "") -> Number:
+    """A number or array of numbers in (low, high), or in [low, high), as floats."""
+    expected = f"{'at least' if closed_below else 'more than'} {_number(low)} and less than {_number(high)}"
+    return _inside(name, value, low, high, expected + (f"; {advice}" if advice else ""), open_below=not closed_below)
+
+
+def finite(name: str, value: Number) -> Number:
+    """A number or array of finite numbers, as floats."""
+    return _inside(name, value, -math.inf, math.inf, "finite numbers", open_below=True)
+
+
+def sequence(name: str, value: Any, least: int) -> FloatArray:
+    """A row of at least so many finite numbers, shape (n,)."""
+    array = finite(name, value)
+    if np.ndim(array) != 1 or np.size(array) < least:
+        raise ParameterError(f"{name}: got shape {np.shape(array)}, expected a row of at least {least} numbers")
+    return np.asarray(array)
+
+
+def count(name: str, value: Any, least: int) -> int:
+    """A whole number >= `least`."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise ParameterError(f"{name}: got {shortened(value)}, expected a whole number of at least {least}")
+    return int(value)
+
+
+def _inside(name: str, value: Any, low: float, high: float, expected: str, *, open_below: bool) -> Any:
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of unlike length
+        array = np.asarray(None)
+    if array.dtype.kind not in "fiu":
+        raise ParameterError(f"{name}: got {shortened(value)}, expected a number or an array of numbers, {expected}")
+    array = array.astype(np.float64)
+    right = (array > low if open_below else array >= low) & (array < high)
+    if not right.all():
+        raise ParameterError(f"{name}: got {array[~right].flat[0]:g}, expected {expected}")
+    return array if array.ndim else float(array)
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}"
+
+
+def _space(unit: str) -> str:
+    return f" {unit}" if unit else ""

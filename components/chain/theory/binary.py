@@ -1,0 +1,44 @@
+"""A pulse as one collision after another, each between two grains alone: exact with gaps between the grains. SI units.
+
+In a touching chain the pulse is five grains wide; there the law holds for the ratio of successive grains, in tapers far from
+uniform, and the better the more a chain is tapered.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .arguments import FloatArray, Number, above, between, count, finite, sequence
+
+
+def transmitted_velocity(striker: Number, struck: Number, velocity: Number = 1.0) -> Number:
+    """Of a grain at rest, struck by another without loss: 2 v m1/(m1 + m2) [m/s]."""
+    striker, struck = above("striker", striker, 0.0, "kg"), above("struck", struck, 0.0, "kg")
+    return 2.0 * striker / (striker + struck) * finite("velocity", velocity)
+
+
+def binary_velocities(mass: Any, velocity: float = 1.0) -> FloatArray:
+    """With which each grain strikes the next, when the first one has `velocity`: prod 2 m_i/(m_i + m_(i+1)).
+
+    Args:
+        mass: of the grains, shape (n,) [kg].
+        velocity: of the first grain [m/s].
+
+    Returns:
+        Shape (n,) [m/s]; the first is `velocity`.
+    """
+    mass = above("mass", sequence("mass", mass, 1), 0.0, "kg")
+    ratios = 2.0 * mass[:-1] / (mass[:-1] + mass[1:])
+    return finite("velocity", velocity) * np.concatenate(([1.0], np.cumprod(ratios)))
+
+
+def tapered_ratio(taper: Number) -> Number:
+    """v_(i+1)/v_i in a chain whose radii fall by the factor 1 - q: 2/(1 + (1 - q)^3), -1 < q < 1; q < 0 grows."""
+    return 2.0 / (1.0 + (1.0 - between("taper", taper, -1.0, 1.0)) ** 3)
+
+
+def tapered_velocities(taper: float, grains: int) -> FloatArray:
+    """Of each grain in units of the first, (2/(1 + (1 - q)^3))^i, shape (grains,)."""
+    return tapered_ratio(taper) ** np.arange(count("grains", grains, 1), dtype=np.float64)

@@ -1,0 +1,249 @@
+"""Stationary waves of (2.4): solitary, periodic and shock-like, by quadrature of W(y). Dimensionless.
+
+Lengths in diameters a, speeds in the sound speed c0 of the state in front, strains in its strain xi_0. Where there is no such
+state (C3 = 0) use `strain`, which gives xi in units of (V/c)^4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from ...errors import ParameterError
+from .arguments import FloatArray, above, between, count
+from .potential import LARGEST_C3, extreme_roots, ratio_of_c3
+
+# Gauss's points on each piece of a profile; the integrands are smooth, eight leave rounding only.
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+# A solitary wave is followed until its strain above xi_0 has fallen by cosh^2 of this: 6e-11 of its height.
+_TAIL = 13.0
+
+
+@dataclass(frozen=True, eq=False)
+class StationaryWave:
+    """A wave u(x - Vt) of (2.4) as arrays; it travels towards larger x, its crest or front is at x = 0.
+
+    Attributes:
+        c3: C3 of W.
+        energy: of the particle in W; W(y1) for a solitary wave.
+        position: x/a, increasing, not equidistant, shape (n,).
+        y: of (2.6), shape (n,).
+        width: full width of the strain at half its height above the lowest strain, in a; NaN for a shock.
+        period: distance of two crests, in a; infinite for a solitary wave and a shock.
+    """
+
+    c3: float
+    energy: float
+    position: FloatArray
+    y: FloatArray
+    width: float
+    period: float
+
+    @property
+    def strain(self) -> FloatArray:
+        """Strain xi in units of (V/c)^4, y^(4/5), shape (n,)."""
+        return self.y**0.8
+
+    @property
+    def strain_ratio(self) -> FloatArray:
+        """xi/xi_0, xi_0 the strain of the maximum y1 of W, shape (n,). Errors: `ParameterError` at C3 = 0, where it is 0."""
+        return self.strain / self._rest() ** 2
+
+    @property
+    def amplitude_ratio(self) -> float:
+        """The largest xi/xi_0."""
+        return float(self.strain.max()) / self._rest() ** 2
+
+    @property
+    def speed_ratio(self) -> float:
+        """V/c0 = sqrt(2/3) y1^(-1/5), c0 the sound speed at xi_0."""
+        return (2.0 / (3.0 * self._rest())) ** 0.5
+
+    def _rest(self) -> float:
+        if not self.c3:
+            raise ParameterError("c3: got 0, where there is no strain xi_0 to compare with; use strain, in units of (V/c)^4")
+        return extreme_roots(self.c3)[0]
+
+
+def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
+    """The solitary wave, 0 < C3 < 5/27; its height over xi_0 is `ratio_of_c3`(C3).
+
+    Args:
+        c3: `c3_of_ratio` gives it for a height.
+        samples: points of the profile, odd, so that one is the crest.
+    """
+    c3, half = between("c3", c3, 0.0, LARGEST_C3), _half(samples)
+    low, _ = extreme_roots(c3)
+    energy = float(_hill(c3)(low))
+    high, rest = _solitary_factors(c3, low)
+    depth = high - low
+
+    # s - s1 = depth sech^2(angle): the particle's infinite time near the hilltop is an infinite angle, and all is smooth.
+    def root(angle: FloatArray) -> FloatArray:
+        return low + depth / np.cosh(angle) ** 2
+
+    def rate(angle: FloatArray) -> FloatArray:
+        s = root(angle)
+        return 5.0 * s**1.5 / np.sqrt(2.0 * depth * rest(s))
+
+    angles = np.linspace(0.0, _TAIL, half + 1)
+    middle = (0.5 * (low**2 + high**2)) ** 0.5
+    at_half = float(np.arccosh((depth / (middle - low)) ** 0.5))
+    width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
+    return _mirrored(c3, energy, _antiderivative(rate, angles), root(angles), width, np.inf)
+
+
+def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave:
+    """One period, from trough to trough, of the periodic wave; 0 <= C3 < 5/27.
+
+    Args:
+        c3: C3 of W.
+        depth: energy of the particle between the bottom of the well, 0, and its rim W(y1), 1: towards 0 a sine, towards 1 solitary
+            waves far apart. At C3 = 0 and depth = 1 it is (2.7), cos^4.
+        samples: points of the profile, odd, so that one is the crest.
+    """
+    c3, half = between("c3", c3, 0.0, LARGEST_C3, closed_below=True), _half(samples)
+    depth = between("depth", depth, 0.0, 1.0 + 1e-15)
+    if depth == 1.0 and c3:
+        raise ParameterError("depth: got 1 with c3 > 0, where the period is infinite; take solitary_wave, or less than 1")
+    rim, bottom = extreme_roots(c3)
+    hill = _hill(c3)
+    energy = float(hill(bottom) + depth * (hill(rim) - hill(bottom)))
+    low, high, rest = _periodic_factors(c3, energy, rim, bottom, depth)
+
+    # s - low = (high - low) cos^2(angle): both turning points become smooth.
+    def root(angle: FloatArray) -> FloatArray:
+        return low + (high - low) * np.cos(angle) ** 2
+
+    def rate(angle: FloatArray) -> FloatArray:
+        s = root(angle)
+        return 5.0 * s**1.5 / np.sqrt(2.0 * rest(s))
+
+    angles = np.linspace(0.0, 0.5 * np.pi, half + 1)
+    middle = (0.5 * (low**2 + high**2)) ** 0.5
+    at_half = float(np.arccos(((middle - low) / (high - low)) ** 0.5))
+    width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
+    eta = _antiderivative(rate, angles)
+    return _mirrored(c3, energy, eta, root(angles), width, 2.0 * eta[-1])
+
+
+def critical_viscosity(c3: float) -> float:
+    """The viscosity above which a shock rises monotonically: 5/2 s2 sqrt(2/5 (3 - 2/s2)); 1.5811 at C3 = 0.
+
+    From (2.6) linearised about y2 with the friction of `shock_wave`.
+    """
+    _, high = extreme_roots(c3)
+    return 2.5 * high * (0.4 * (3.0 - 2.0 / high)) ** 0.5
+
+
+def shock_wave(c3: float, viscosity: float, samples: int = 801) -> StationaryWave:
+    """A stationary shock in a chain with a linear dashpot g d(delta)/dt in each contact, 0 < C3 < 5/27.
+
+    The paper argues with weak losses and writes no equation for them. The dashpot adds (g a^2/m) xi_xxt to the long-wave equation of
+    the strain, and -(4/5) mu y^(-2/5) y_t to the particle's motion in W, t = -eta, mu = sqrt(10) g a/(m V): it leaves the hilltop
+    y1 and comes to rest in y2. Weak losses: the front is a solitary wave, and oscillations follow; `critical_viscosity`: none.
+
+    Args:
+        c3: C3 of W; the strain behind over that in front is `shock_ratio`(C3).
+        viscosity: mu > 0, dimensionless.
+        samples: points of the profile, equidistant; the front, where the mean strain of both sides is passed, is at x = 0.
+    """
+    from scipy.integrate import solve_ivp
+
+    c3, viscosity = between("c3", c3, 0.0, LARGEST_C3), above("viscosity", viscosity, 0.0)
+    samples = count("samples", samples, 16)
+    rim, bottom = extreme_roots(c3)
+    start, end = rim**2.5, bottom**2.5
+    constant = 0.8 * c3
+
+    def motion(_: float, state: FloatArray) -> list[float]:
+        y, rate = max(state[0], start * 0.5), state[1]
+        force = y**0.6 - y - constant * y**-0.2
+        return [rate, force - 0.8 * viscosity * y**-0.4 * rate]
+
+    # Down the unstable direction of the hilltop: rate^2 + 2 p rate - curvature = 0.
+    curvature, drag = 0.4 * (2.0 / rim - 3.0), 0.4 * viscosity / rim
+    growth = curvature / ((drag**2 + curvature) ** 0.5 + drag)
+    push = 1e-7 * (end - start)
+    decay = _settling_rate(bottom, viscosity)
+    duration = 20.0 / growth + 20.0 / decay + 40.0
+    found = solve_ivp(
+        motion, (0.0, duration), [start + push, push * growth], rtol=1e-10, atol=1e-12, dense_output=True, method="DOP853"
+    )
+    times = np.linspace(0.0, duration, samples)
+    y = np.maximum(found.sol(times)[0], start)
+    middle = 0.5 * (rim**2 + bottom**2)
+    fine = np.linspace(0.0, duration, 20001)
+    front = fine[np.argmax(found.sol(fine)[0] ** 0.8 >= middle)]
+    energy = float(_hill(c3)(rim))
+    return StationaryWave(c3, energy, (front - times[::-1]) / 10.0**0.5, y[::-1], np.nan, np.inf)
+
+
+def _settling_rate(bottom: float, viscosity: float) -> float:
+    """How fast the slower of both motions about y2 dies away."""
+    drag, stiffness = 0.4 * viscosity / bottom, 0.4 * (3.0 - 2.0 / bottom)
+    overdamped = drag**2 - stiffness
+    return drag if overdamped <= 0.0 else stiffness / (drag + overdamped**0.5)
+
+
+def _hill(c3: float) -> Polynomial:
+    """W as a polynomial of s = y^(2/5)."""
+    return Polynomial([0.0, 0.0, c3, 0.0, -0.625, 0.5])
+
+
+def _solitary_factors(c3: float, low: float) -> tuple[float, Polynomial]:
+    """The crest s_m, and the quadratic that is left of W(y1) - W(y) = (s - s1)^2 (s_m - s) rest(s)."""
+    high = low * ratio_of_c3(c3) ** 0.5
+    quotient = [-0.5, 0.625, 0.0, -c3, 0.0, float(_hill(c3)(low))]
+    for root in (low, low, high):
+        quotient = _divided(quotient, root)
+    return high, Polynomial((-np.array(quotient))[::-1])
+
+
+def _periodic_factors(c3: float, energy: float, rim: float, bottom: float, depth: float) -> tuple[float, float, Polynomial]:
+    """Both turning points, and the cubic that is left of E - W(y) = (s - low)(high - s) rest(s)."""
+    from scipy.optimize import brentq
+
+    hill = _hill(c3)
+
+    def turning(start: float, end: float) -> float:
+        found: Any = brentq(lambda s: energy - float(hill(s)), start, end, xtol=1e-16)
+        return float(found)
+
+    low = rim if depth == 1.0 else turning(rim, bottom)
+    high = turning(bottom, 1.5)
+    quotient = _divided(_divided([-0.5, 0.625, 0.0, -c3, 0.0, energy], low), high)
+    return low, high, Polynomial((-np.array(quotient))[::-1])
+
+
+def _divided(coefficients: list[float], root: float) -> list[float]:
+    """A polynomial, highest power first, divided by s - root; the remainder is dropped."""
+    quotient = [coefficients[0]]
+    for coefficient in coefficients[1:-1]:
+        quotient.append(coefficient + quotient[-1] * root)
+    return quotient
+
+
+def _antiderivative(rate: Callable[[FloatArray], FloatArray], nodes: FloatArray) -> FloatArray:
+    """Integral of `rate` from the first node to each, shape (nodes,)."""
+    half = 0.5 * np.diff(nodes)
+    places = nodes[:-1, None] + half[:, None] * (1.0 + _POINTS)
+    return np.concatenate(([0.0], np.cumsum(half * (rate(places) @ _WEIGHTS))))
+
+
+def _mirrored(c3: float, energy: float, eta: FloatArray, root: FloatArray, width: float, period: float) -> StationaryWave:
+    """Both halves of a wave from that right of its crest; eta in diameters."""
+    scale = 10.0**-0.5
+    position = np.concatenate((-eta[:0:-1], eta)) * scale
+    y = np.concatenate((root[:0:-1], root)) ** 2.5
+    return StationaryWave(c3, energy, position, y, float(width) * scale, float(period) * scale)
+
+
+def _half(samples: int) -> int:
+    if count("samples", samples, 5) % 2 == 0:
+        raise ParameterError(f"samples: got {samples}, expected an odd number, so that one point is the crest")
+    return samples // 2
