@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from .recording import open_log, record, recover, verify
     from .running import run
 
-# Public name -> module that it is in; none for a package. They come when they are asked for: numba alone takes most of a second to import.
+# Public name -> module that it is in; none for a package. They come when they are asked for: numba alone takes most of a second
+# to import.
 _HOMES = {
     "Chain": "components.chain",
     "Component": "components.contract",

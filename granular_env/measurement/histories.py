@@ -14,6 +14,7 @@ from .checks import sign, whole_number
 
 if TYPE_CHECKING:
     from ..recording import Log
+    from ..recording.index import Segment
 
 Direction = Literal["right", "left"]
 
@@ -145,7 +146,8 @@ class History:
         place = self.grain(grain) + (0 if sign(direction) > 0.0 else 1)
         if self.stiffness[place] == 0.0:
             raise ParameterError(
-                f"grain: no contact is behind grain {grain}, through which a wave to the {direction} could come; take one further on"
+                f"grain: no contact is behind grain {grain}, through which a wave to the {direction} could come; "
+                "take one further on"
             )
         return place
 
@@ -206,32 +208,26 @@ def history(log: Log, segment: int | None = None) -> History:
             f"log {str(log.path)!r}: velocity was not recorded, recorded are {', '.join(log.variables) or 'none'}; "
             "record with variables=['velocity', 'displacement']"
         )
-    time, velocity = log.series("velocity")
-    own = _frames_of(log, segment, time)
-    others: dict[str, FloatArray] = {}
+    own = _segment(log, segment)
+    time, velocity = log.series("velocity", own)
+    if not len(time):
+        raise LogError(f"log {str(log.path)!r} holds no frame of the velocity; record with every= and step")
     for name in ("displacement", "overlap"):
-        if name in log.variables and not others:
-            times, values = log.series(name)
+        if name in log.variables:
+            times, values = log.series(name, own)
             if not np.array_equal(times, time):
                 raise LogError(f"log {str(log.path)!r}: {name} and velocity were recorded at different times")
-            others[name] = values[own]
-    return of_chain(component, time[own], velocity[own], **others)
+            return of_chain(component, time, velocity, **{name: values})
+    return of_chain(component, time, velocity)
 
 
-def _frames_of(log: Log, number: int | None, time: FloatArray) -> slice:
-    """Which frames belong to a segment. Where two meet, their frames share a time, and that of the earlier comes first."""
+def _segment(log: Log, number: int | None) -> Segment | None:
     segments = log.segments
-    if number is None:
-        if len(segments) > 1:
-            raise LogError(
-                f"log {str(log.path)!r} holds {len(segments)} runs, a reset or restore between them; "
-                f"name one: segment = 0 to {len(segments) - 1}"
-            )
-        return slice(None)
-    chosen = segments[whole_number("segment", number, 0, len(segments) - 1)]
-    begin, end = (log.start_tick + chosen.elapsed + ticks for ticks in (0, chosen.end - chosen.start))
-    ticks = np.rint(time / log.step_size).astype(np.int64)
-    first = int(np.searchsorted(ticks, begin, side="right" if number else "left"))
-    first -= 1 if number and first and ticks[first - 1] == begin else 0
-    last = int(np.searchsorted(ticks, end, side="left"))
-    return slice(first, last + 1 if last < len(ticks) and ticks[last] == end else last)
+    if number is not None:
+        return segments[whole_number("segment", number, 0, len(segments) - 1)]
+    if len(segments) > 1:
+        raise LogError(
+            f"log {str(log.path)!r} holds {len(segments)} runs, a reset or restore between them; "
+            f"name one: segment = 0 to {len(segments) - 1}"
+        )
+    return segments[0] if segments else None

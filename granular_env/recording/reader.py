@@ -176,9 +176,10 @@ class Log:
         """Times of the frames of a variable, shape (frames,) [s]."""
         return self.ticks(name) * self.step_size
 
-    def series(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Times (frames,) [s] and values (frames, ...) of a variable."""
+    def series(self, name: str, segment: Segment | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Times (frames,) [s] and values (frames, ...) of a variable; of one segment, where one is given."""
         rows = self._frame_rows(name)
+        rows = rows if segment is None else rows[rows[:, SEGMENT] == segment.number]
         shape = self.variables[name].shape
         count = int(rows[:, COUNT].sum())
         self._caps.series(count * 8 * int(np.prod(shape, dtype=object)))
