@@ -98,7 +98,7 @@ def _mark(mark: Mark, number: int, x: Scale, y: Scale) -> str:
         return ""
     if mark.x is not None and mark.y is not None:
         px, py = float(x.place(mark.x)), float(y.place(mark.y))
-        shape = f'<path class="mark point" d="M{px:.1f} {py - 5:.1f}l5 5l-5 5l-5 -5z"/>'
+        shape = f'<path class="mark point" d="M{px:.1f} {py - 6:.1f}l6 6l-6 6l-6 -6z"/>'
         return shape + _name(mark.label, px + 8.0, py - 6.0)
     if mark.y is not None:
         py = float(y.place(mark.y))

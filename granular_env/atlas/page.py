@@ -22,7 +22,7 @@ KINDS: dict[Kind, tuple[str, str, str]] = {
     "not reproduced": ("bad", "✗", "not reproduced"),
     "no figure": ("none", "·", "not in the paper"),
 }
-HEAD = ("Item", "Paper", "Computed", "Tolerance", "Verdict", "Remark")
+HEAD = ("Item", "Of", "Paper", "Computed", "Tolerance", "Verdict", "Remark")
 
 
 def html(atlas: Atlas, command: str) -> str:
@@ -139,45 +139,43 @@ def _figure(figure: Figure) -> str:
 
 def _table(items: Sequence[Item]) -> str:
     head = "".join(f"<th>{name}</th>" for name in HEAD)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(map(_row, items))}</tbody></table>"
+    return f"<table><thead><tr>{head}</tr></thead>{''.join(map(_rows, items))}</table>"
 
 
-def _row(item: Item) -> str:
-    verdict = item.verdict
+def _rows(item: Item) -> str:
+    """A body of its own for each item: a row for each value, the item's own cells reaching over all of them."""
+    verdict, span = item.verdict, f' rowspan="{len(item.values)}"'
     style, sign, _ = KINDS[verdict.kind]
     remark = f"<p>{escape(item.remark)}</p>" if item.remark else ""
     remark += f'<p class="reason">{escape(item.reason)}</p>' if item.reason and verdict.kind != "reproduced" else ""
-    paper = "".join(_cell(value.label, _printed(value)) for value in item.values)
-    computed = "".join(_cell(value.label, _computed(value)) for value in item.values)
-    tolerance = "".join(f'<span class="value">{escape(words)}</span>' for words in _tolerances(item))
-    return (
-        f'<tr><td class="item">{escape(item.name)}<small>{escape(item.where)}</small></td>'
-        f'<td data-label="{HEAD[1]}">{paper}</td><td data-label="{HEAD[2]}">{computed}</td>'
-        f'<td data-label="{HEAD[3]}">{tolerance}</td>'
-        f'<td class="verdict {style}" data-label="{HEAD[4]}" data-sign="{sign}">{escape(verdict.words)}</td>'
-        f'<td class="remark" data-label="{HEAD[5]}">{remark}</td></tr>'
+    first = f'<td class="item"{span}>{escape(item.name)}<small>{escape(item.where)}</small></td>'
+    last = (
+        f'<td class="verdict {style}"{span} data-label="{HEAD[5]}" data-sign="{sign}">{escape(verdict.words)}</td>'
+        f'<td class="remark"{span} data-label="{HEAD[6]}">{remark}</td>'
+    )
+    rows = [_cells(value) for value in item.values]
+    return f"<tbody><tr>{first}{rows[0]}{last}</tr>{''.join(f'<tr>{row}</tr>' for row in rows[1:])}</tbody>"
+
+
+def _cells(value: Value) -> str:
+    words = ((HEAD[1], value.label), (HEAD[2], _printed(value)), (HEAD[3], _computed(value)), (HEAD[4], _tolerance(value)))
+    return "".join(
+        f'<td class="value {name.lower()}" data-label="{name}">{escape(word)}</td>' for name, word in words
     )
 
 
-def _cell(label: str, words: str) -> str:
-    return f'<span class="value">{f"<i>{escape(label)}</i>" if label else ""}{escape(words)}</span>'
-
-
 def _printed(value: Value) -> str:
-    return "—" if value.printed is None else f"{value.printed} {value.unit}".strip()
+    if value.printed is None:
+        return "—"
+    # Words have no unit.
+    return f"{value.printed} {value.unit}".strip().replace("-", "−") if value.printed[-1:].isdigit() else value.printed
 
 
 def _computed(value: Value) -> str:
     if isinstance(value.computed, str):
         return value.computed
-    number = str(value.band) if value.band is not None else f"{value.computed:.6g}"
+    number = str(value.band) if value.band is not None else f"{value.computed:.6g}".replace("-", "−")
     return f"{number} {value.unit}".strip()
-
-
-def _tolerances(item: Item) -> list[str]:
-    """In the order of the values, said once where it is the same for all."""
-    words = [_tolerance(value) for value in item.values]
-    return words[:1] if len(set(words)) == 1 else words
 
 
 def _tolerance(value: Value) -> str:
@@ -191,8 +189,10 @@ def _tolerance(value: Value) -> str:
     sign = "+" if value.at_most else "±"
     if value.relative is not None:
         words = f"{sign} {100.0 * value.relative:g} %"
+    elif value.tolerance is None:
+        return "its rounding" if value.rounding else "exact"
     else:
-        words = f"{sign} {value.allowed:g}{unit}" if value.allowed else "exact"
+        words = f"{sign} {value.allowed:g}{unit}" if value.allowed else "none"
     return words + (f" (in part: {value.loose:g}{unit})" if value.loose is not None else "")
 
 

@@ -45,7 +45,7 @@ svg .line, svg .steps { stroke-width: 1.7; } svg .dashed { stroke-width: 1.7; st
 svg .thin { stroke-width: .8; opacity: .55; } svg .points { stroke-width: 4.5; opacity: .85; }
 svg .bar { stroke-width: 9; opacity: .35; stroke-linecap: butt; }
 svg .mark { stroke: var(--paper); stroke-width: 1.3; stroke-dasharray: 2 3; }
-svg .mark.point { fill: var(--paper); stroke: var(--back); stroke-dasharray: none; stroke-width: 1; }
+svg .mark.point { stroke-dasharray: none; stroke-width: 1.6; }
 .c0 { stroke: var(--c0); --own: var(--c0); } .c1 { stroke: var(--c1); --own: var(--c1); }
 .c2 { stroke: var(--c2); --own: var(--c2); } .c3 { stroke: var(--c3); --own: var(--c3); }
 .c4 { stroke: var(--c4); --own: var(--c4); } .c5 { stroke: var(--c5); --own: var(--c5); }
@@ -63,18 +63,25 @@ th, td { padding: .45rem .8rem .45rem 0; text-align: left; vertical-align: top; 
          overflow-wrap: normal; }
 th { font-size: .8rem; color: var(--dim); font-weight: 600; } td { font-variant-numeric: tabular-nums; }
 td.item { min-width: 9rem; font-weight: 600; } td.item small { display: block; font-weight: 400; color: var(--dim); }
-td.verdict { min-width: 8rem; } td.remark { min-width: 14rem; max-width: 24rem; }
-td .value { display: block; } td .value i { font-style: normal; color: var(--dim); margin-right: .35rem; }
+td.value { padding-right: 1rem; } td.of { color: var(--dim); max-width: 11rem; } td.tolerance { color: var(--dim); }
+td.verdict { min-width: 8rem; max-width: 13rem; } td.remark { min-width: 14rem; max-width: 24rem; }
+tbody tr:not(:first-child) td.value, tbody tr:not(:last-child) td.value { border-bottom: 0; padding-bottom: 0; }
+tbody tr:not(:first-child) td.value { padding-top: .1rem; }
+tbody tr:last-child td.value { border-bottom: 1px solid var(--line); padding-bottom: .45rem; }
+tbody tr:not(:last-child) td[rowspan] { border-bottom: 1px solid var(--line); }
 td.remark p { margin: 0 0 .35rem; } .reason::before { content: "Why not: "; font-weight: 600; }
 details { margin: .6rem 0; } summary { cursor: pointer; color: var(--dim); }
 .logs { padding-left: 1.1rem; columns: 24rem; } .logs li { margin: .2rem 0; break-inside: avoid; }
 @media (max-width: 52rem) {
-  table, tbody, tr, td { display: block; width: 100%; } thead { display: none; }
-  tr { border: 1px solid var(--line); border-radius: 8px; padding: .5rem .8rem; margin: .7rem 0; }
-  td, td.remark, td.item, td.verdict { border: 0; padding: .18rem 0; max-width: none; min-width: 0; overflow-wrap: anywhere; }
-  td[data-label]::before { content: attr(data-label); display: block; font-size: .75rem; font-weight: 600; color: var(--dim); }
-  td.verdict[data-label]::before { content: attr(data-sign) "\\00a0"; display: inline; font-size: inherit; color: inherit; }
-  td:empty { display: none; }
+  table { display: block; } thead { display: none; } tr { display: contents; }
+  tbody { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: .25rem .8rem; border: 1px solid var(--line);
+          border-radius: 8px; padding: .6rem .8rem; margin: .7rem 0; }
+  tbody tr td, tbody tr td.value, tbody tr:last-child td.value, tbody tr:not(:last-child) td[rowspan] {
+    display: block; border: 0; padding: 0; max-width: none; min-width: 0; overflow-wrap: anywhere; }
+  td.item, td.verdict, td.remark, td.of { grid-column: 1 / -1; } td:empty { display: none !important; }
+  td.item { order: 0; } td.verdict { order: 1; } td.value { order: 2; } td.remark { order: 3; }
+  td.of { font-size: .85rem; margin-top: .35rem; } td.tolerance { grid-column: 1 / -1; font-size: .85rem; }
+  td.value:not(.of)::before { content: attr(data-label) " "; font-size: .78rem; color: var(--dim); }
 }
 @media print {
   body { max-width: none; padding: 0; font-size: 10pt; } section { break-inside: auto; } figure, tr { break-inside: avoid; }

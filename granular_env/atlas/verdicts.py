@@ -69,8 +69,8 @@ class Value:
 
     @property
     def rounding(self) -> float:
-        """Half a unit of the last digit that the paper prints."""
-        if self.printed is None or not _DECIMAL.fullmatch(self.printed):
+        """Half a unit of the last digit that the paper prints; 0 where things are counted."""
+        if isinstance(self.computed, int) or self.printed is None or not _DECIMAL.fullmatch(self.printed):
             return 0.0
         return 0.5 * 10.0 ** -len(self.printed.partition(".")[2])
 
@@ -117,8 +117,13 @@ class Value:
         """How far ours is from the paper's: in percent, or in its unit where the paper's is 0, a count, or in percent itself."""
         assert self.number is not None
         if self.number == 0.0 or self.unit == "%" or (self.allowed == 0.0 and float(self.number).is_integer()):
-            return f"{abs(self.difference):.2g}{' ' if self.unit else ''}{self.unit}"
-        return f"{100.0 * abs(self.difference / self.number):.1g} %"
+            return f"{_rounded(abs(self.difference))} {self.unit}".strip()
+        return f"{_rounded(100.0 * abs(self.difference / self.number))} %"
+
+
+def _rounded(value: float) -> str:
+    """One digit below 1, two above: how far off, not how exactly."""
+    return f"{float(f'{value:.1g}' if value < 1.0 else f'{value:.2g}'):g}"
 
 
 def combined(values: Sequence[Value]) -> Verdict:

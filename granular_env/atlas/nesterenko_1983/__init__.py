@@ -2,7 +2,21 @@
 
 from granular_env.atlas.model import Constant, Paper
 
-from . import section_31, section_34
+from . import (
+    figure_3,
+    section_1,
+    section_2,
+    section_3,
+    section_31,
+    section_31_pressed,
+    section_32_head_on,
+    section_32_overtaking,
+    section_32_wall,
+    section_33,
+    section_34,
+    section_34_energy,
+    section_34_speeds,
+)
 from .cases import A, N
 
 PAPER = Paper(
@@ -22,5 +36,19 @@ PAPER = Paper(
         "A": Constant(A, "N/(m^1.5 kg)", "stiffness of a contact over the mass of a grain", 1e10, 1e16),
         "N": Constant(N, "", "grains in the paper’s usual chain; other lengths keep their proportion to it", 20, 400, whole=True),
     },
-    entries=(section_31.ENTRY, section_34.ENTRY),
+    entries=(
+        section_1.ENTRY,
+        section_2.ENTRY,
+        section_3.ENTRY,
+        section_31.ENTRY,
+        section_31_pressed.ENTRY,
+        figure_3.ENTRY,
+        section_32_head_on.ENTRY,
+        section_32_wall.ENTRY,
+        section_32_overtaking.ENTRY,
+        section_33.ENTRY,
+        section_34.ENTRY,
+        section_34_speeds.ENTRY,
+        section_34_energy.ENTRY,
+    ),
 )

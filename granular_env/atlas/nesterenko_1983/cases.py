@@ -40,33 +40,58 @@ def longer(context: Context, duration: float) -> float:
 
 
 def case(context: Context, shipped: str, /, least: float = 0.0, **changes: Any) -> History:
-    """The motion in a shipped experiment.
+    """The motion in a shipped experiment; arguments as for `case_document`."""
+    return measurement.history(context.run(case_document(context, shipped, least, **changes)))
+
+
+def case_document(context: Context, shipped: str, /, least: float = 0.0, **changes: Any) -> dict[str, Any]:
+    """The content of a shipped experiment, with the atlas's constants.
 
     Args:
         context: of the atlas.
         shipped: its name, without the paper's.
         least: the run lasts at least so long [s].
-        changes: of the content, ``component.mass`` written ``component__mass``; a table is merged, anything else replaced.
+        changes: of the content, ``component.mass`` written ``component__mass``; grains and durations as in the paper.
     """
     document = load_experiment(f"nesterenko-1983/{shipped}").to_dict()
-    component, start = document["component"], document.get("start", {})
-    grains = component["grains"]
+    component = document["component"]
     if "contact_stiffness" in component:
         component["contact_stiffness"] = context.constants["A"] * MASS
     component |= {"integrator": "dop853", "step_size": _STEP}
     document["record"] |= {"every": _EVERY, "variables": ["displacement", "velocity"]}
     for key, value in changes.items():
         place, _, field = key.rpartition("__")
-        table = document[place] if place else document
-        table[field] = value
-    grains = changes.get("component__grains", grains)
+        (document.setdefault(place, {}) if place else document)[field] = value
+    grains = component["grains"]
     component["grains"] = length(context, grains)
-    if "start__velocity" in changes or "velocity" in start:
+    if "velocity" in document.get("start", {}):
         document["start"] = {"velocity": _placed(document["start"]["velocity"], grains, component["grains"])}
     document["duration"] = max(longer(context, document["duration"]), math.ceil(least / _EVERY - 1e-9) * _EVERY)
-    return measurement.history(context.run(document))
+    return document
 
 
 def _placed(velocity: dict[str, float], grains: int, now: int) -> dict[str, float]:
     """Start velocities: of the first half counted from the left end, of the second from the right."""
     return {str(int(i) if int(i) < grains // 2 else now - (grains - int(i))): value for i, value in velocity.items()}
+
+
+def chain_document(
+    context: Context, name: str, grains: int, duration: float, velocity: dict[int, float], every: float = _EVERY, **component: Any
+) -> dict[str, Any]:
+    """An experiment with the paper's grains; `component` as the chain's parameters."""
+    return {
+        "name": name,
+        "duration": math.ceil(duration * (context.constants["A"] / A) ** -0.4 / every - 1e-9) * every,
+        "component": {
+            "type": "chain",
+            "grains": grains,
+            "radius": RADIUS,
+            "material": "steel",
+            "contact_stiffness": context.constants["A"] * MASS,
+            "integrator": "dop853",
+            "step_size": min(every, _STEP),
+        }
+        | component,
+        "start": {"velocity": {str(i): value for i, value in velocity.items()}},
+        "record": {"every": every, "variables": ["displacement", "velocity"]},
+    }

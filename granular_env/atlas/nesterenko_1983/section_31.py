@@ -8,9 +8,10 @@ from granular_env import measurement
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark
 from granular_env.atlas.verdicts import Value
+from granular_env.components.chain import theory
 from granular_env.measurement import History
 
-from .cases import SPEED, case, grain
+from .cases import DIAMETER, SPEED, case, grain
 from .drawn import TIME, velocity_of
 
 _LAST = {20: "1.2338", 50: "1.2342", 100: "1.2342"}
@@ -36,7 +37,7 @@ def compute(context: Context) -> Findings:
         _count(context),
         _formed(context, chain),
         _powers(context, chain),
-        _width(context, chain),
+        _length(context, chain),
     ]
     return Findings(items, [_figure_2(context, chain), _figure_rebound(chain)])
 
@@ -129,18 +130,14 @@ def _powers(context: Context, chain: History) -> Item:
     )  # fmt: skip
 
 
-def _width(context: Context, chain: History) -> Item:
-    """The extent over which the overlap exceeds a hundredth of its crest; the same for both waves."""
+def _length(context: Context, chain: History) -> Item:
     values = []
-    for name, wave in zip(("taller", "lower"), measurement.waves_at(chain, grain(context, 60), _WAVES)[:2], strict=True):
-        overlap = chain.overlap[:, wave.grain]
-        crest = measurement.overlap_of(chain, wave)
-        inside = (chain.time >= crest.begin) & (chain.time <= crest.end) & (overlap > 0.01 * crest.height)
-        extent = float(np.ptp(chain.time[inside])) * wave.speed / (chain.position[1] - chain.position[0])
-        values.append(Value(f"{name} wave", "5", extent, "diameters", tolerance=0.5))
+    for name, wave in zip(("taller wave", "lower wave"), measurement.waves_at(chain, grain(context, 60), _WAVES)[:2], strict=True):
+        half = measurement.overlap_of(chain, wave).duration * wave.speed / DIAMETER
+        values += [Value(f"{name}, half-width", None, half, "a"), Value(f"{name}, length", "5", half * theory.PERIOD / theory.HALF_WIDTH, "a")]
     return Item(
-        "Extent of the solitary wave", "section 3.1", values,
-        remark="Where the overlap exceeds 1 % of its crest. The wave has no sharp end; at this level it has the paper’s length.",
+        "Length of the solitary wave: five diameters a, whatever its height", "section 3.1", values,
+        remark="The wave has no sharp end. Its length is that of the cos^4 wave (2.7) of the same width at half its height.",
     )  # fmt: skip
 
 
@@ -157,12 +154,12 @@ def _figure_2(context: Context, chain: History) -> Figure:
 def _figure_rebound(chain: History) -> Figure:
     velocity = chain.velocity[chain.frame(_LOOK)] / SPEED
     count = min(10, len(velocity))
-    marks = [Mark("" if i else printed, i + 1.0, float(printed)) for i, printed in enumerate(_REBOUND) if printed]
+    marks = [Mark("", i + 1.0, float(printed)) for i, printed in enumerate(_REBOUND) if printed]
     return Figure(
         "figure-rebound", "The first grains at 2e-4 s",
         "Seven grains have bounced back, and each is slower than the one before it: the chain’s head comes apart. The paper "
         "leaves out the third.",
-        Axis("grain", names=[(i + 1.0, str(i + 1)) for i in range(count)]), Axis("v / v0"),
+        Axis("grain", 0.5, count + 0.5, [(i + 1.0, str(i + 1)) for i in range(count)]), Axis("v / v0"),
         [Curve("computed", np.arange(1, count + 1), velocity[:count], "points")], marks,
     )  # fmt: skip
 
