@@ -7,12 +7,15 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularWarning
+from granular_env.components.contract import Observer
+from granular_env.experiments import Experiment
 from granular_env.experiments.load import Source, load_experiment
+from granular_env.measurement import History, Watch
 from granular_env.recording import open_log
 from granular_env.recording.reader import Log
 from granular_env.running import run
@@ -55,17 +58,27 @@ class Context:
             self._used.append(path.name)
         return open_log(path)
 
+    def watch(self, experiment: Source, every: float) -> History:
+        """The motion in an experiment, kept at even intervals [s] while it runs; its log may be much thinner.
+
+        For ensembles: what is measured is never written, and the logs still replay. It is run anew at each call.
+        """
+        loaded, watch = load_experiment(experiment), Watch(every)
+        path = self._recorded(loaded, json.dumps(loaded.to_dict(), sort_keys=True), [watch])
+        self._used.append(path.name)
+        return watch.history
+
     def used(self) -> list[str]:
         """File names of the logs that were asked for since the last call."""
         used, self._used = self._used, []
         return used
 
-    def _recorded(self, experiment: Any, content: str) -> Path:
+    def _recorded(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:
         """Run it. Another process may be at the same: each writes its own file, and the last one, which is equal, stays."""
         short = re.sub(r"[^A-Za-z0-9._-]+", "-", experiment.name.rpartition("/")[2]).strip("-.") or "run"
         path = self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"
         own = path.with_name(f".{path.name}.{os.getpid()}")
         with warnings.catch_warnings(action="ignore", category=GranularWarning):
-            run(experiment, log=own, overwrite=True)
+            run(experiment, log=own, overwrite=True, observers=observers)
         own.replace(path)
         return path

@@ -12,6 +12,7 @@ from .bands import Band
 
 Kind = Literal["reproduced", "in part", "as bands", "not reproduced", "no figure"]
 
+_NOT_WORTH_SAYING = 1e-3
 _DECIMAL = re.compile(r"[-+]?\d*\.?\d+")
 
 
@@ -93,17 +94,16 @@ class Value:
 
     def _within(self) -> Verdict:
         gap = self.difference if self.at_most else abs(self.difference)
-        # A number that was rounded to a half is as near as one can ask.
-        slack = 1.0 + 1e-9
         if not math.isfinite(gap):
             return Verdict("not reproduced", "not finite")
-        if gap <= self.rounding * slack or (self.at_most and gap <= 0.0):
+        # A number that was rounded to a half is as near as one can ask; and nobody wants to read of 1e-14 %.
+        if gap <= max(self.rounding, _NOT_WORTH_SAYING * self.allowed) * (1.0 + 1e-9):
             return Verdict("reproduced", "reproduced")
-        if gap <= self.allowed * slack:
-            return Verdict("reproduced", f"reproduced to {self.distance}" if self.allowed else "reproduced")
-        if self.loose is not None and gap <= self.loose * slack:
+        if gap <= self.allowed * (1.0 + 1e-9):
+            return Verdict("reproduced", f"reproduced to {self.distance}")
+        if self.loose is not None and gap <= self.loose:
             return Verdict("in part", f"only to {self.distance}")
-        return Verdict("not reproduced", f"{self.distance} off")
+        return Verdict("not reproduced", f"{self.distance} {'more' if self.at_most else 'off'}")
 
     def _in_band(self, band: Band) -> Verdict:
         assert self.number is not None
@@ -114,9 +114,9 @@ class Value:
 
     @property
     def distance(self) -> str:
-        """How far ours is from the paper's: in percent, or in its unit where the paper's is 0, a count, or in percent itself."""
+        """How far ours is from the paper's: in its unit where the tolerance is, or where things are counted; else in percent."""
         assert self.number is not None
-        if self.number == 0.0 or self.unit == "%" or (self.allowed == 0.0 and float(self.number).is_integer()):
+        if self.number == 0.0 or self.tolerance is not None or isinstance(self.computed, int):
             return f"{_rounded(abs(self.difference))} {self.unit}".strip()
         return f"{_rounded(100.0 * abs(self.difference / self.number))} %"
 

@@ -16,8 +16,12 @@ from . import (
     section_34,
     section_34_energy,
     section_34_speeds,
+    section_35_free,
+    section_35_piston,
+    section_35_profile,
 )
 from .cases import A, N
+from .draws import SEEDS
 
 PAPER = Paper(
     name="nesterenko-1983",
@@ -35,6 +39,7 @@ PAPER = Paper(
     constants={
         "A": Constant(A, "N/(m^1.5 kg)", "stiffness of a contact over the mass of a grain", 1e10, 1e16),
         "N": Constant(N, "", "grains in the paper’s usual chain; other lengths keep their proportion to it", 20, 400, whole=True),
+        "seeds": Constant(SEEDS, "", "draws of each random chain; the paper has one", 4, 1000, whole=True),
     },
     entries=(
         section_1.ENTRY,
@@ -50,5 +55,8 @@ PAPER = Paper(
         section_34.ENTRY,
         section_34_speeds.ENTRY,
         section_34_energy.ENTRY,
+        section_35_profile.ENTRY,
+        section_35_piston.ENTRY,
+        section_35_free.ENTRY,
     ),
 )

@@ -68,7 +68,7 @@ def _negative_and_detached(chain: History) -> Item:
     # Contact j is left of grain j; the first grains have left each other as far as the contacts to their right are open.
     apart = int(np.argmax(np.nan_to_num(chain.overlap[frame, 1:], nan=-1.0) >= 0.0))
     return Item(
-        "The chain's head comes apart at 2e-4 s", "section 3.1",
+        "The chain’s head comes apart at 2e-4 s", "section 3.1",
         [Value("moving backwards", "1 to 7", f"1 to {backwards}"), Value("apart", "1 to 8", f"1 to {apart}")],
     )  # fmt: skip
 
@@ -83,10 +83,10 @@ def _momentum(chain: History) -> Item:
 
 def _second_wave(chain: History) -> Item:
     waves = measurement.waves_along(chain, _LOOK, _WAVES)
-    place = waves[0].grain + 1 if waves else float("nan")
+    place = waves[0].position / DIAMETER + 1.0 if waves else float("nan")
     return Item(
         "Where the second, lower wave is at 2e-4 s", "section 3.1",
-        [Value("grain", "27", place, "", tolerance=1.0)], remark="“Near grain 27”: the fastest grain of the lower wave.",
+        [Value("its crest, at grain", "27", place, tolerance=1.0)], remark="“Near grain 27.”",
     )  # fmt: skip
 
 

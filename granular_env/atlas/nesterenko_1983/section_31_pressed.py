@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from granular_env import measurement
@@ -36,9 +38,16 @@ def _pressed(context: Context, overlap: float) -> History:
 
 def _heights(context: Context, chain: History) -> list[float]:
     """Of the waves that pass grain 60 before anything comes back from the ends."""
-    waves = measurement.waves_at(chain, grain(context, 60), _WAVES)
-    back = 1.5 * chain.time[-1]
-    return [wave.amplitude / SPEED for wave in waves if wave.time < back]
+    return [wave.amplitude / SPEED for wave in measurement.waves_at(_undisturbed(context, chain), grain(context, 60), _WAVES)]
+
+
+def _undisturbed(context: Context, chain: History) -> History:
+    """The part of a history in which nothing has come back to grain 60 from the right end: its way is that much longer."""
+    place = grain(context, 60)
+    arrived = float(measurement.arrivals(chain, _WAVES)[place])
+    last = chain.frame(min(arrived * 0.95 * (2 * chain.grains - place) / place, float(chain.time[-1])))
+    own = slice(0, last + 1)
+    return dataclasses.replace(chain, time=chain.time[own], velocity=chain.velocity[own], displacement=chain.displacement[own])
 
 
 def _weak(context: Context, free: History, pressed: History) -> Item:
@@ -54,7 +63,7 @@ def _weak(context: Context, free: History, pressed: History) -> Item:
 
 def _strong(context: Context, pressed: History) -> Item:
     heights = _heights(context, pressed)
-    velocity = pressed.velocity[:, grain(context, 60)] / SPEED
+    velocity = _undisturbed(context, pressed).velocity[:, grain(context, 60)] / SPEED
     lowest = float(velocity.min())
     changed = len(heights) != 2 or lowest < -0.02
     listed = ", ".join(f"{height:.3f}" for height in heights[:6])
@@ -73,6 +82,7 @@ def _figure(context: Context, free: History, chains: dict[float, History]) -> Fi
     curves = [Curve("ξ0 = 0", free.time * MICRO, free.velocity[:, number] / SPEED, "line", 0)]
     for colour, (part, chain) in enumerate(chains.items(), start=1):
         label = "ξ0 = ξm" if part == 1.0 else f"ξ0 = {part:g} ξm"
+        chain = _undisturbed(context, chain)
         curves.append(Curve(label, chain.time * MICRO, chain.velocity[:, number] / SPEED, "line", colour))
     return Figure(
         "figure-pressed", "Velocity of grain 60 for three precompressions",

@@ -21,18 +21,19 @@ _WINDOWS = {50: (2e-4, 3e-4), 85: (4e-4, 5.5e-4), 145: (8e-4, 9.5e-4)}
 def compute(context: Context) -> Findings:
     """How many waves, who passes whom, and what it costs."""
     chain = case(context, "3.2b-overtaking", least=_WINDOWS[145][1])
-    leading = {number: _leading(chain, grain(context, number)) for number in _WINDOWS}
+    waves = {number: measurement.waves_at(chain, grain(context, number), _WAVES) for number in _WINDOWS}
+    leading = {number: _leading(seen, waves[50]) for number, seen in waves.items()}
     items = [_count(context, chain), _order(leading), _windows(leading), _form(leading)]
     return Findings(items, [_figure(context, chain, number, window) for number, window in _WINDOWS.items()])
 
 
-def _leading(chain: History, index: int) -> dict[int, Wave]:
-    """The three waves of the leading group, in the order of arrival; by their number in the paper: 3 is the tallest, then 1, then 2."""
-    tallest = sorted(measurement.waves_at(chain, index, _WAVES), key=lambda wave: -wave.amplitude)
-    # The fourth in height belongs to the second disturbance's own pair; of the leading group are those that arrive first.
-    first = sorted(tallest, key=lambda wave: wave.time)[:3]
-    names = dict(zip(np.argsort([-wave.amplitude for wave in first]).tolist(), (3, 1, 2), strict=True))
-    return {names[place]: wave for place, wave in enumerate(first)}
+def _leading(waves: list[Wave], first: list[Wave]) -> dict[int, Wave]:
+    """Waves at a grain, in the order of arrival, by the number that they had at the first grain; told by their heights."""
+    from scipy.optimize import linear_sum_assignment
+
+    unlike = np.abs(np.log([[wave.amplitude / other.amplitude for other in first] for wave in waves]))
+    names = dict(zip(*(places.tolist() for places in linear_sum_assignment(unlike)), strict=True))
+    return {names[place] + 1: wave for place, wave in enumerate(waves) if place in names}
 
 
 def _count(context: Context, chain: History) -> Item:
@@ -52,7 +53,8 @@ def _order(leading: dict[int, dict[int, Wave]]) -> Item:
     ]
     return Item(
         "Wave 3 overtakes first wave 2, then wave 1", "section 3.2 B, figure 4", values,
-        remark="Order of arrival of the leading group. At grain 145 the paper leaves out wave 2, which has fallen behind.",
+        remark="Order of arrival; waves are numbered as they arrive at grain 50 and known by their heights. At grain 145 the paper leaves "
+        "out wave 2, which has fallen behind.",
     )  # fmt: skip
 
 
