@@ -55,16 +55,17 @@ def document(
     return found
 
 
-def last_velocity(chain: History) -> float:
-    """With which the last grain has left, over v0.
+def last_velocities(chain: History) -> tuple[float, float]:
+    """Of the last grain, over v0: when it first leaves the chain, and the largest ever, after later waves have hit it again.
 
     Raises:
-        GranularError: it still touches its neighbour, or rests.
+        GranularError: it has not left.
     """
-    velocity = float(chain.velocity[-1, -1]) / SPEED
-    if chain.overlap[-1, -2] >= 0.0 or velocity < 1e-3:
+    velocity = chain.velocity[:, -1] / SPEED
+    left = (chain.overlap[:, -2] < 0.0) & (velocity > 1e-3)
+    if not left.any():
         raise GranularError(f"the last grain has not left the chain at {chain.time[-1]:g} s; the run has to be longer")
-    return velocity
+    return float(velocity[np.argmax(left)]), float(velocity.max())
 
 
 def energy_while(chain: History, first: int, last: int) -> measurement.EnergyRatio:

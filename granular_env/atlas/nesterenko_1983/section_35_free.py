@@ -10,7 +10,7 @@ from granular_env.atlas.verdicts import Value
 from granular_env.measurement import History
 
 from .cases import SPEED, case, grain
-from .draws import histories, last_velocity, strip
+from .draws import histories, last_velocities, strip
 from .drawn import TIME, velocity_of
 
 # R0 in mm and number of grains -> as printed.
@@ -23,7 +23,7 @@ Draws = dict[tuple[float, int], list[History]]
 def compute(context: Context) -> Findings:
     """Bands of the last grain's velocity, how the first wave dies away, and figure 8."""
     draws = {(smallest, grains): list(histories(context, "3.5b-random-free", smallest, grains)) for smallest, grains in _CASES}
-    bands = {which: Band.of([last_velocity(chain) for chain in chains]) for which, chains in draws.items()}
+    bands = {which: Band.of([last_velocities(chain)[1] for chain in chains]) for which, chains in draws.items()}
     equal = float(case(context, "3.1-two-grains").velocity[-1, -1]) / SPEED
     items = [_last(bands, equal), _disorder(bands), _no_two_waves(context, draws[2.0, 100])]
     return Findings(items, [_figure_8(context, draws[2.0, 100][0]), _figure_last(bands, equal)])
