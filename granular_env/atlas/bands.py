@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -64,4 +65,9 @@ class Band:
         return float(100.0 * (np.mean(draws < value) + 0.5 * np.mean(draws == value)))
 
     def __str__(self) -> str:
-        return f"{self.mean:.3g} ± {self.deviation:.2g} [{self.quantile(5):.3g}, {self.quantile(95):.3g}]"
+        # As many decimals as give the standard deviation two digits.
+        digits = max(0, 1 - math.floor(math.log10(self.deviation))) if self.deviation > 0.0 else 3
+        mean, spread, low, high = (
+            f"{value:.{digits}f}" for value in (self.mean, self.deviation, self.quantile(5), self.quantile(95))
+        )
+        return f"{mean} ± {spread} [{low}, {high}]"

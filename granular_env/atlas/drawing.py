@@ -18,14 +18,15 @@ PALETTE = 6
 
 def svg(figure: Figure) -> str:
     """The drawing; its style sheet is `page`'s."""
-    x = horizontal(figure, _LEFT, _WIDTH - _RIGHT)
+    left = max([_LEFT, *(_LETTER * len(name) + 26.0 for _, name in figure.y.names)])
+    x = horizontal(figure, left, _WIDTH - _RIGHT)
     y = vertical(figure, _HEIGHT - _BOTTOM, _TOP)
     clip = f"clip-{escape(figure.name, quote=True)}"
     inside = "".join(_curve(curve, x, y) for curve in figure.curves)
     marks = "".join(_mark(mark, number, x, y) for number, mark in enumerate(figure.marks))
     return (
         f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{escape(figure.title, quote=True)}">'
-        f'<clipPath id="{clip}"><rect x="{_LEFT:g}" y="{_TOP:g}" width="{_WIDTH - _LEFT - _RIGHT:g}" '
+        f'<clipPath id="{clip}"><rect x="{left:g}" y="{_TOP:g}" width="{_WIDTH - left - _RIGHT:g}" '
         f'height="{_HEIGHT - _TOP - _BOTTOM:g}"/></clipPath>'
         f'{_axes(figure, x, y)}<g clip-path="url(#{clip})">{inside}</g>{marks}</svg>'
     )
@@ -44,7 +45,7 @@ def legend(figure: Figure) -> str:
 
 
 def _axes(figure: Figure, x: Scale, y: Scale) -> str:
-    bottom, right = _HEIGHT - _BOTTOM, _WIDTH - _RIGHT
+    left, bottom, right = x.start, _HEIGHT - _BOTTOM, _WIDTH - _RIGHT
     parts = []
     for value, name in x.ticks:
         if x.holds(value):
@@ -54,13 +55,11 @@ def _axes(figure: Figure, x: Scale, y: Scale) -> str:
     for value, name in y.ticks:
         if y.holds(value):
             at = float(y.place(value))
-            parts.append(f'<path class="grid" d="M{_LEFT:g} {at:.1f}H{right:g}"/>')
-            parts.append(f'<text class="tick" x="{_LEFT - 6:g}" y="{at + 4:.1f}" text-anchor="end">{escape(name)}</text>')
-    middle, centre = 0.5 * (_LEFT + right), 0.5 * (_TOP + bottom)
-    parts.append(f'<path class="axis" d="M{_LEFT:g} {_TOP:g}V{bottom:g}H{right:g}"/>')
-    parts.append(
-        f'<text class="label" x="{middle:g}" y="{_HEIGHT - 8:g}" text-anchor="middle">{escape(figure.x.label)}</text>'
-    )
+            parts.append(f'<path class="grid" d="M{left:g} {at:.1f}H{right:g}"/>')
+            parts.append(f'<text class="tick" x="{left - 6:g}" y="{at + 4:.1f}" text-anchor="end">{escape(name)}</text>')
+    middle, centre = 0.5 * (left + right), 0.5 * (_TOP + bottom)
+    parts.append(f'<path class="axis" d="M{left:g} {_TOP:g}V{bottom:g}H{right:g}"/>')
+    parts.append(f'<text class="label" x="{middle:g}" y="{_HEIGHT - 8:g}" text-anchor="middle">{escape(figure.x.label)}</text>')
     parts.append(
         f'<text class="label" transform="translate(13 {centre:g}) rotate(-90)" text-anchor="middle">'
         f"{escape(figure.y.label)}</text>"
@@ -102,7 +101,7 @@ def _mark(mark: Mark, number: int, x: Scale, y: Scale) -> str:
         return shape + _name(mark.label, px + 8.0, py - 6.0)
     if mark.y is not None:
         py = float(y.place(mark.y))
-        shape = f'<path class="mark" d="M{_LEFT:g} {py:.1f}H{_WIDTH - _RIGHT:g}"/>'
+        shape = f'<path class="mark" d="M{x.start:g} {py:.1f}H{_WIDTH - _RIGHT:g}"/>'
         return shape + _name(mark.label, _WIDTH, py - 4.0 if py > _TOP + 16.0 else py + 12.0)
     assert mark.x is not None
     px = float(x.place(mark.x))

@@ -22,7 +22,7 @@ KINDS: dict[Kind, tuple[str, str, str]] = {
     "not reproduced": ("bad", "✗", "not reproduced"),
     "no figure": ("none", "·", "not in the paper"),
 }
-HEAD = ("Item", "Of", "Paper", "Computed", "Tolerance", "Verdict", "Remark")
+HEAD = ("Item", "Value", "Paper", "Computed", "Tolerance", "Verdict", "Remark")
 
 
 def html(atlas: Atlas, command: str) -> str:
@@ -38,7 +38,7 @@ def html(atlas: Atlas, command: str) -> str:
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>{title}</title><style>{STYLE}</style></head>\n'
+        f"<title>{title}</title><style>{STYLE}</style></head>\n"
         f"<body>{_head(atlas, command)}{sections}</body></html>\n"
     )
 
@@ -110,7 +110,8 @@ def _menu(atlas: Atlas) -> str:
 
 def _link(done: Done) -> str:
     entry = done.entry
-    return f'<a href="#{escape(entry.name, quote=True)}">{escape(f"{entry.section} {entry.title}")}</a>'
+    words = f'<span class="number">{escape(entry.section)}</span>{escape(entry.title)}'
+    return f'<a href="#{escape(entry.name, quote=True)}">{words}</a>'
 
 
 def _section(done: Done) -> str:
@@ -159,9 +160,7 @@ def _rows(item: Item) -> str:
 
 def _cells(value: Value) -> str:
     words = ((HEAD[1], value.label), (HEAD[2], _printed(value)), (HEAD[3], _computed(value)), (HEAD[4], _tolerance(value)))
-    return "".join(
-        f'<td class="value {name.lower()}" data-label="{name}">{escape(word)}</td>' for name, word in words
-    )
+    return "".join(f'<td class="cell {name.lower()}" data-label="{name}">{escape(word)}</td>' for name, word in words)
 
 
 def _printed(value: Value) -> str:
@@ -174,8 +173,8 @@ def _printed(value: Value) -> str:
 def _computed(value: Value) -> str:
     if isinstance(value.computed, str):
         return value.computed
-    number = str(value.band) if value.band is not None else f"{value.computed:.6g}".replace("-", "−")
-    return f"{number} {value.unit}".strip()
+    number = str(value.band) if value.band is not None else f"{value.computed:.6g}"
+    return f"{number} {value.unit}".strip().replace("-", "−")
 
 
 def _tolerance(value: Value) -> str:
@@ -192,7 +191,7 @@ def _tolerance(value: Value) -> str:
     elif value.tolerance is None:
         return "its rounding" if value.rounding else "exact"
     else:
-        words = f"{sign} {value.allowed:g}{unit}" if value.allowed else "none"
+        words = f"{sign} {value.allowed:g}{unit}" if value.allowed else "a bound" if value.at_most else "exact"
     return words + (f" (in part: {value.loose:g}{unit})" if value.loose is not None else "")
 
 
@@ -204,5 +203,5 @@ def _logs(names: Sequence[str]) -> str:
         f"<code>granular-env replay {escape(shlex.quote(f'logs/{name}'))} --verify</code></li>"
         for name in names
     )
-    count = f"{len(names)} run{'s' if len(names) > 1 else ''}"
-    return f'<details><summary>The log{"s" if len(names) > 1 else ""} behind it: {count}, replayable</summary><ul class="logs">{rows}</ul></details>'
+    words = "The log behind it, replayable" if len(names) == 1 else f"The logs of the {len(names)} runs behind it, replayable"
+    return f'<details><summary>{words}</summary><ul class="logs">{rows}</ul></details>'

@@ -11,9 +11,10 @@ STYLE = """
   --c0: #6db3f2; --c1: #ffa257; --c2: #62cf99; --c3: #c09bf2; --c4: #5fd0d2; --c5: #87919a; } }
 * { box-sizing: border-box; }
 html { scroll-behavior: smooth; scroll-padding-top: 1rem; }
-body { margin: 0 auto; padding: 1.4rem 1rem 5rem; max-width: 70rem; background: var(--back); color: var(--text);
+body { margin: 0 auto; padding: 1.4rem 1rem 5rem; max-width: 76rem; background: var(--back); color: var(--text);
        font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; overflow-wrap: anywhere; }
-h1 { font-size: 1.75rem; line-height: 1.2; margin: .2rem 0 .4rem; } h2 { font-size: 1.3rem; line-height: 1.25; margin: 0 0 .5rem; }
+h1 { font-size: 1.75rem; line-height: 1.2; margin: .2rem 0 .4rem; }
+h2 { font-size: 1.3rem; line-height: 1.25; margin: 0 0 .5rem; }
 h3 { font-size: 1rem; margin: 1.4rem 0 .4rem; } p { margin: .5rem 0; max-width: 48rem; } .dim { color: var(--dim); }
 a { color: var(--c0); } code, pre { font: .86em/1.5 ui-monospace, "SF Mono", Menlo, Consolas, monospace; }
 pre { background: var(--soft); padding: .7rem .8rem; border-radius: 6px; margin: .5rem 0; white-space: pre-wrap; }
@@ -29,7 +30,8 @@ nav .dots { letter-spacing: .1em; margin-left: .4rem; }
 .good { color: var(--good); } .part { color: var(--part); } .band { color: var(--band); } .bad { color: var(--bad); }
 .none { color: var(--dim); }
 .verdict { font-weight: 600; } .verdict::before { content: attr(data-sign) "\\00a0"; }
-.failed { background: var(--failback); border: 2px solid var(--fail); border-radius: 8px; padding: .8rem 1rem; margin: .8rem 0; }
+.failed { background: var(--failback); border: 2px solid var(--fail); border-radius: 8px; padding: .8rem 1rem;
+          margin: .8rem 0; }
 .failed strong { color: var(--fail); }
 .figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 27rem), 1fr)); gap: 1.2rem 1.6rem;
            margin: 1.1rem 0; }
@@ -63,11 +65,11 @@ th, td { padding: .45rem .8rem .45rem 0; text-align: left; vertical-align: top; 
          overflow-wrap: normal; }
 th { font-size: .8rem; color: var(--dim); font-weight: 600; } td { font-variant-numeric: tabular-nums; }
 td.item { min-width: 9rem; font-weight: 600; } td.item small { display: block; font-weight: 400; color: var(--dim); }
-td.value { padding-right: 1rem; } td.of { color: var(--dim); max-width: 11rem; } td.tolerance { color: var(--dim); }
-td.verdict { min-width: 8rem; max-width: 13rem; } td.remark { min-width: 14rem; max-width: 24rem; }
-tbody tr:not(:first-child) td.value, tbody tr:not(:last-child) td.value { border-bottom: 0; padding-bottom: 0; }
-tbody tr:not(:first-child) td.value { padding-top: .1rem; }
-tbody tr:last-child td.value { border-bottom: 1px solid var(--line); padding-bottom: .45rem; }
+td.cell { padding-right: 1rem; } td.value { color: var(--dim); max-width: 12rem; } td.tolerance { color: var(--dim); }
+td.verdict { min-width: 8rem; max-width: 13rem; } td.remark { min-width: 15rem; width: 32%; }
+tbody tr:not(:first-child) td.cell, tbody tr:not(:last-child) td.cell { border-bottom: 0; padding-bottom: 0; }
+tbody tr:not(:first-child) td.cell { padding-top: .1rem; }
+tbody tr:last-child td.cell { border-bottom: 1px solid var(--line); padding-bottom: .45rem; }
 tbody tr:not(:last-child) td[rowspan] { border-bottom: 1px solid var(--line); }
 td.remark p { margin: 0 0 .35rem; } .reason::before { content: "Why not: "; font-weight: 600; }
 details { margin: .6rem 0; } summary { cursor: pointer; color: var(--dim); }
@@ -76,13 +78,14 @@ details { margin: .6rem 0; } summary { cursor: pointer; color: var(--dim); }
   table { display: block; } thead { display: none; } tr { display: contents; }
   tbody { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: .25rem .8rem; border: 1px solid var(--line);
           border-radius: 8px; padding: .6rem .8rem; margin: .7rem 0; }
-  tbody tr td, tbody tr td.value, tbody tr:last-child td.value, tbody tr:not(:last-child) td[rowspan] {
+  tbody tr td, tbody tr td.cell, tbody tr:last-child td.cell, tbody tr:not(:last-child) td[rowspan] {
     display: block; border: 0; padding: 0; max-width: none; min-width: 0; overflow-wrap: anywhere; }
-  td.item, td.verdict, td.remark, td.of { grid-column: 1 / -1; } td:empty { display: none !important; }
-  td.item { order: 0; } td.verdict { order: 1; } td.value { order: 2; } td.remark { order: 3; }
-  td.of { font-size: .85rem; margin-top: .35rem; } td.tolerance { grid-column: 1 / -1; font-size: .85rem; }
-  td.value:not(.of)::before { content: attr(data-label) " "; font-size: .78rem; color: var(--dim); }
+  td.item, td.verdict, td.remark, td.value { grid-column: 1 / -1; } td:empty { display: none !important; }
+  td.item { order: 0; } td.verdict { order: 1; } td.cell { order: 2; } td.remark { order: 3; }
+  td.value { font-size: .85rem; margin-top: .35rem; } td.tolerance { grid-column: 1 / -1; font-size: .85rem; }
+  td.cell:not(.value)::before { content: attr(data-label) " "; font-size: .78rem; color: var(--dim); }
 }
+@media (max-width: 36rem) { svg text, svg text.label, svg text.marked { font-size: 14.5px; } }
 @media print {
   body { max-width: none; padding: 0; font-size: 10pt; } section { break-inside: auto; } figure, tr { break-inside: avoid; }
   .figures { grid-template-columns: 1fr 1fr; } a { color: inherit; text-decoration: none; } nav { display: none; }

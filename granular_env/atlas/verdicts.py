@@ -87,7 +87,9 @@ class Value:
         if self.printed is None:
             return Verdict("no figure", "the paper gives none")
         if isinstance(self.computed, str):
-            return Verdict("reproduced", "reproduced") if self.computed == self.printed else Verdict("not reproduced", "differs")
+            if self.computed == self.printed:
+                return Verdict("reproduced", "reproduced")
+            return Verdict("not reproduced", f"“{self.computed}”, not “{self.printed}”")
         if self.band is not None:
             return self._in_band(self.band)
         return self._within()
@@ -107,14 +109,14 @@ class Value:
 
     def _in_band(self, band: Band) -> Verdict:
         assert self.number is not None
-        place = f"at {band.percentile(self.number):.0f} %"
         if not band.low <= self.number <= band.high:
-            return Verdict("not reproduced", f"outside of all {band.count} draws")
-        return Verdict("as bands", place)
+            side = "below" if self.number < band.low else "above"
+            return Verdict("not reproduced", f"the paper’s is {side} all {band.count} draws")
+        return Verdict("as bands", f"{band.percentile(self.number):.0f}")
 
     @property
     def distance(self) -> str:
-        """How far ours is from the paper's: in its unit where the tolerance is, or where things are counted; else in percent."""
+        """How far ours is from the paper's: in its unit where the tolerance is, or where things are counted; else percent."""
         assert self.number is not None
         if self.number == 0.0 or self.tolerance is not None or isinstance(self.computed, int):
             return f"{_rounded(abs(self.difference))} {self.unit}".strip()
@@ -136,7 +138,9 @@ def combined(values: Sequence[Value]) -> Verdict:
         worst = max(judged, key=lambda pair: _relative(pair[0]))[1]
         return Verdict("reproduced", worst.words)
     if kinds == {"as bands"}:
-        return Verdict("as bands", f"as bands: {', '.join(verdict.words for _, verdict in judged)}")
+        return Verdict(
+            "as bands", f"as bands: the paper’s draw at percentile {', '.join(verdict.words for _, verdict in judged)}"
+        )
     if kinds == {"not reproduced"}:
         return Verdict("not reproduced", f"not reproduced: {judged[0][1].words}")
     if len(judged) == 1 or kinds == {"in part"}:
@@ -146,8 +150,9 @@ def combined(values: Sequence[Value]) -> Verdict:
 
 
 def _short(verdict: Verdict) -> str:
-    return {"reproduced": "yes" + verdict.words.removeprefix("reproduced"), "not reproduced": f"no, {verdict.words}"}.get(
-        verdict.kind, verdict.words
+    words = verdict.words.removeprefix("reproduced")
+    return {"reproduced": f"yes{words}", "not reproduced": f"no, {words}", "as bands": f"at percentile {words}"}.get(
+        verdict.kind, words
     )
 
 

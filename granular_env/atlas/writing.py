@@ -18,7 +18,7 @@ from .verdicts import Value
 
 
 def write(atlas: Atlas, folder: str | os.PathLike[str]) -> Path:
-    """Write ``index.html`` and ``atlas.json``; logs that an earlier atlas in this folder names and this one does not are removed.
+    """Write ``index.html`` and ``atlas.json``, and remove logs that only an earlier atlas in this folder names.
 
     Returns:
         The page's path.

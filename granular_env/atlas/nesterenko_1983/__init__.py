@@ -32,13 +32,15 @@ PAPER = Paper(
         "In 1983 V. F. Nesterenko computed what happens when a row of touching steel spheres is struck: the blow breaks into "
         "solitary waves of a new kind, five grains long, whatever their height. This page computes every figure and number of "
         "the paper anew and sets ours beside what was printed.",
-        "Nothing here is written by hand but the paper’s own numbers and the tolerances. A number is reproduced where ours rounds "
-        "to what is printed, or lies within the tolerance that stands beside it; where it does not come out, the page says so, "
-        "with both numbers and the reason.",
+        "Nothing here is written by hand but the paper’s own numbers and the tolerances. A number is reproduced where ours "
+        "rounds to what is printed, or lies within the tolerance that stands beside it; where it does not come out, the page "
+        "says so, with both numbers and the reason.",
     ),
     constants={
         "A": Constant(A, "N/(m^1.5 kg)", "stiffness of a contact over the mass of a grain", 1e10, 1e16),
-        "N": Constant(N, "", "grains in the paper’s usual chain; other lengths keep their proportion to it", 20, 400, whole=True),
+        "N": Constant(
+            N, "", "grains in the paper’s usual chain; other lengths keep their proportion to it", 20, 400, whole=True
+        ),
         "seeds": Constant(SEEDS, "", "draws of each random chain; the paper has one", 4, 1000, whole=True),
     },
     entries=(

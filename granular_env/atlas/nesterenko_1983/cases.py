@@ -1,7 +1,7 @@
 """The paper's chains: the shipped experiments, with the atlas's constants and the reference integrator.
 
-A is the contact stiffness over a grain's mass; N is the length of the paper's usual chain. Every other length, and every grain that
-the paper looks at, keeps its proportion to N; the paper's grain 1 is our grain 0.
+A is the contact stiffness over a grain's mass; N is the length of the paper's usual chain. Every other length, and every grain
+that the paper looks at, keeps its proportion to N; the paper's grain 1 is our grain 0.
 """
 
 from __future__ import annotations
@@ -76,7 +76,13 @@ def _placed(velocity: dict[str, float], grains: int, now: int) -> dict[str, floa
 
 
 def chain_document(
-    context: Context, name: str, grains: int, duration: float, velocity: dict[int, float], every: float = _EVERY, **component: Any
+    context: Context,
+    name: str,
+    grains: int,
+    duration: float,
+    velocity: dict[int, float],
+    every: float = _EVERY,
+    **component: Any,
 ) -> dict[str, Any]:
     """An experiment with the paper's grains; `component` as the chain's parameters."""
     return {

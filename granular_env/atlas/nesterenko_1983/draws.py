@@ -1,4 +1,4 @@
-"""Section 3.5: chains of random radii (R0 + RAND) mm, many draws of them. The paper has one draw of each, and it is not known."""
+"""Section 3.5: chains of random radii (R0 + RAND) mm, many draws of them. The paper has one of each, and it is not known."""
 
 from __future__ import annotations
 
@@ -44,8 +44,9 @@ def document(
     context: Context, shipped: str, smallest: float, grains: int, seed: int, duration: float | None = None
 ) -> dict[str, Any]:
     """One draw, as an experiment that writes little."""
+    radius = {"low": smallest * 1e-3, "high": smallest * 1e-3 + 1e-3, "seed": seed}
     found = case_document(
-        context, shipped, component__grains=grains, component__radius={"low": smallest * 1e-3, "high": smallest * 1e-3 + 1e-3, "seed": seed},
+        context, shipped, component__grains=grains, component__radius=radius,
         record={"every": _WRITTEN, "variables": ["velocity"]},
         name=f"nesterenko-1983/{shipped}-R{smallest:g}-N{grains}-seed{seed}",
     )  # fmt: skip
@@ -74,10 +75,22 @@ def energy_while(chain: History, first: int, last: int) -> measurement.EnergyRat
     return measurement.energy_ratio(chain, float(seen[first]), float(seen[last]))
 
 
-def strip(band: Band, row: float, label: str = "", colour: int = 0) -> list[Curve]:
-    """A band as drawn: a thick line from 5 to 95 %, a dot for each draw, and the mean."""
+def strip(band: Band, row: float, named: bool) -> list[Curve]:
+    """A band as drawn: a thick line from 5 to 95 %, a dot for each draw, and the mean; `named` for the legend."""
     return [
-        Curve(f"{label}5 to 95 %" if label else "", [band.quantile(5), band.quantile(95)], [row, row], "bar", colour),
-        Curve("draws" if label else "", band.draws, np.full(band.count, row), "points", 5),
-        Curve("mean" if label else "", [band.mean], [row], "points", 1),
+        Curve("5 to 95 %" if named else "", [band.quantile(5), band.quantile(95)], [row, row], "bar", 0),
+        Curve("draws" if named else "", band.draws, np.full(band.count, row), "points", 5),
+        Curve("mean" if named else "", [band.mean], [row], "points", 1),
     ]
+
+
+def envelope(x: np.ndarray, draws: np.ndarray) -> Curve:
+    """Where 90 % of the draws lie, as two faint lines.
+
+    Args:
+        x: shape (points,).
+        draws: shape (seeds, points).
+    """
+    low, high = np.percentile(draws, (5, 95), axis=0)
+    gap = [np.nan]
+    return Curve("5 and 95 % of the draws", np.concatenate([x, gap, x]), np.concatenate([low, gap, high]), "thin", 1)

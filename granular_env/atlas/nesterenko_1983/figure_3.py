@@ -30,7 +30,11 @@ def compute(context: Context) -> Findings:
     continuum = theory.strain_wave(time[own] * wave.speed / DIAMETER, speed)
     humps = theory.solitary_strain(time[own] * wave.speed / DIAMETER, speed)
     height = crest.height / DIAMETER
-    items = [_agreement(time[own], strain, humps, height), _crest(height, theory.largest_strain(speed)), _width(crest.duration, wave.speed)]
+    items = [
+        _agreement(time[own], strain, humps, height),
+        _crest(height, theory.largest_strain(speed)),
+        _width(crest.duration, wave.speed),
+    ]
     return Findings(items, [_figure(time[own], strain, continuum)])
 
 
@@ -43,8 +47,8 @@ def _agreement(time: np.ndarray, strain: np.ndarray, continuum: np.ndarray, heig
             Value("largest difference, |t| ≤ 10 µs", "satisfactory", float(gap[near].max()), "%", paper=0.0, tolerance=10.0),
             Value("largest difference, beyond", None, float(gap[~near].max()), "%"),
         ],
-        remark="Of the crest’s strain. “Satisfactory” is taken as 10 %. Beyond, (2.7) is periodic, which the wave is not; the figure given "
-        "is against one of its humps.",
+        remark="Of the crest’s strain. “Satisfactory” is taken as 10 %. Beyond, (2.7) is periodic, which the wave is not; "
+        "the figure given is against one of its humps.",
     )  # fmt: skip
 
 
@@ -80,6 +84,7 @@ ENTRY = Entry(
     "3.1-figure-3",
     "3.1",
     "The solitary wave against the continuum",
-    "The strain between two grains as the taller wave passes, beside the cos⁴ wave of the long-wave equation with the same speed.",
+    "The strain between two grains as the taller wave passes, beside the cos⁴ wave of the long-wave equation with the same "
+    "speed.",
     compute,
 )

@@ -20,7 +20,9 @@ _TIME = "collision time / grain's oscillation time (tau/T)"
 def compute(context: Context) -> Findings:
     """A from the steel's constants, the limits of the static law, and two colliding grains."""
     overlap, time = _collision(context)
-    return Findings([_stiffness(), _collision_time(context, time, overlap), _limits(context)], [_figure(context, time, overlap)])
+    return Findings(
+        [_stiffness(), _collision_time(context, time, overlap), _limits(context)], [_figure(context, time, overlap)]
+    )
 
 
 def _stiffness() -> Item:
@@ -29,8 +31,8 @@ def _stiffness() -> Item:
         "A of steel grains of 3 mm", "(2.1), sections 3.1 and 3.5",
         [Value("", "5.6e12", ours, "N/(m^1.5 kg)", paper=A, relative=0.01)],
         remark="Both are kept: sections 3.1 to 3.4 use the printed A, section 3.5 the printed E, ν and ρ.",
-        reason=f"E = 2e11 Pa, ν = 0.29 and ρ = 7800 kg/m³, which the paper gives in 3.5, make {ours:.4g}; the printed A would want "
-        f"E = {YOUNG * A / ours:.3g} Pa. Only the unit of time depends on it.",
+        reason=f"E = 2e11 Pa, ν = 0.29 and ρ = 7800 kg/m³, which the paper gives in 3.5, make {ours:.4g}; the printed A "
+        f"would want E = {YOUNG * A / ours:.3g} Pa. Only the unit of time depends on it.",
     )  # fmt: skip
 
 
@@ -67,8 +69,8 @@ def _limits(context: Context) -> Item:
             Value("T / collision time", "well below 1", 1.0 / time, paper=0.1, tolerance=0.0, at_most=True),
         ],
         remark="In 3.1 with two moving grains; “well below” is taken as a tenth. Every run reports these three figures.",
-        reason=f"At 5 m/s the contact pressure is {pressure:.2g} times that of first yield, which is reached at {yielding:.2g} m/s: real "
-        "steel grains would deform plastically. The equations are integrated as the paper did it.",
+        reason=f"At 5 m/s the contact pressure is {pressure:.2g} times that of first yield, which is reached at "
+        f"{yielding:.2g} m/s: real steel grains would deform plastically. The equations are integrated as the paper did it.",
     )  # fmt: skip
 
 
@@ -87,7 +89,7 @@ ENTRY = Entry(
     "1-model",
     "1",
     "The law of contact and its limits",
-    "Neighbouring grains repel with F = k δ^(3/2), δ being the approach of their centres, and never attract (Hertz’s static law). The "
-    "paper names three conditions under which the static law describes a collision.",
+    "Neighbouring grains repel with F = k δ^(3/2), δ being the approach of their centres, and never attract (Hertz’s static "
+    "law). The paper names three conditions under which the static law describes a collision.",
     compute,
 )

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark
+from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 from granular_env.components.chain import theory
 
@@ -81,7 +81,8 @@ def _overshoot() -> Item:
             Value("the chain’s own ξm/ξc", None, theory.LATTICE_STRAIN_OVERSHOOT),
             Value("the chain’s own pm/pc", None, theory.LATTICE_PRESSURE_OVERSHOOT),
         ],
-        remark="These are the continuum’s. A solitary wave of the discrete chain that is as fast as the shock is a little lower.",
+        remark="These are the continuum’s. A solitary wave of the discrete chain that is as fast as the shock is a little "
+        "lower.",
     )  # fmt: skip
 
 
@@ -100,25 +101,30 @@ def _residual(power: float) -> float:
 
 
 def _misprints() -> Item:
-    right, printed = _residual(2.0), _residual(0.4)
+    powers = {"1/5": 0.2, "2/5": 0.4, "1": 1.0, "2": 2.0}
+    left = {name: _residual(power) for name, power in powers.items()}
+    best = min(left, key=lambda name: left[name])
+    scale = 5.0 * math.pi / theory.periodic_wave(0.0, 1.0).period
     return Item(
         "(2.6) and (2.7) as printed", "equations (2.6), (2.7)",
         [
-            Value("power of 5V²/4c² in (2.7)", "2/5", 2.0, paper=0.4, tolerance=0.0),
-            Value("the same in ξm", "1/5", 2.0, paper=0.2, tolerance=0.0),
-            Value("a/x of η in (2.6)", "10^(1/4)", math.sqrt(10.0), paper=10**0.25, tolerance=0.0),
+            Value("power of 5V²/4c² in (2.7)", "2/5", best),
+            Value("the same in ξm", "1/5", best),
+            Value("aη/x in (2.6)", "10^(1/4)", "√10" if abs(scale - 10.0**0.5) < 1e-9 else f"{scale:.4f}"),
         ],
-        reason=f"Misprints. Put into (2.4), (2.7) leaves {printed:.2g} of the largest term with the printed power and {right:.0e} with 2; "
-        "the paper’s own 1.56 and L = 5a need 2 and √10. Also misprinted: dx/dt in (1.2), (V²/c²) ξx in (2.5).",
+        reason=f"Misprints. Put into (2.4), (2.7) leaves {left['2/5']:.2g} times the largest term with the printed power and "
+        f"{left[best]:.0e} with {best}; the paper’s own 1.56 and L = 5a need {best} and √10. Also misprinted: dx/dt in (1.2), "
+        "(V²/c²) ξx in (2.5).",
     )  # fmt: skip
 
 
 def _lattice() -> Item:
     worst = {r: theory.speed_ratio(r) / _discrete(r) - 1.0 for r in _RATIOS}
+    largest = 100.0 * max(map(abs, worst.values()))
     listed = ", ".join(f"{100.0 * error:+.2f} % at r = {r:g}" for r, error in worst.items())
     return Item(
         "The continuum against the chain itself", "section 2, and 3.1",
-        [Value("V/c0, largest difference", "satisfactory", 100.0 * max(map(abs, worst.values())), "%", paper=0.0, tolerance=2.0)],
+        [Value("V/c0, largest difference", "satisfactory", largest, "%", paper=0.0, tolerance=2.0)],
         remark=f"The continuum’s wave is slower than the chain’s: {listed}, r = ξm/ξ0. “Satisfactory” is taken as 2 %.",
     )  # fmt: skip
 
@@ -133,8 +139,9 @@ def _figure_1() -> Figure:
     places = np.array([low, high])
     return Figure(
         "figure-1", "Figure 1: the potential W(y)",
-        "A stationary wave moves as a particle in W. A solitary wave leaves the maximum y1, rolls through the minimum y2, and comes "
-        "back; with losses it comes to rest in y2, behind a shock. The extremes are those of C3 = 0.1, as in the paper.",
+        "A stationary wave moves as a particle in W. A solitary wave leaves the maximum y1, rolls through the minimum y2, "
+        "and comes back; with losses it comes to rest in y2, behind a shock. The extremes are those of C3 = 0.1, as in the "
+        "paper.",
         Axis("y"), Axis("W"),
         [
             Curve("C3 = 4/27 (curve 1)", y, theory.W(y, 4 / 27), "line", 0),
@@ -167,7 +174,8 @@ ENTRY = Entry(
     "2-continuum",
     "2",
     "The long-wave equation and its stationary waves",
-    "For waves long against a grain the chain becomes the equation (2.4). Its stationary waves move like a particle in a potential W(y). "
-    "Without precompression sound has no speed here, and yet there is a solitary wave, of a fixed length of five grains.",
+    "For waves long against a grain the chain becomes the equation (2.4). Its stationary waves move like a particle in a "
+    "potential W(y). Without precompression sound has no speed here, and yet there is a solitary wave, of a fixed length of "
+    "five grains.",
     compute,
 )

@@ -6,7 +6,7 @@ import numpy as np
 
 from granular_env import measurement
 from granular_env.atlas.context import Context
-from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
+from granular_env.atlas.model import Axis, Curve, CurveStyle, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 from granular_env.components.chain import theory
 from granular_env.recording.reader import Log
@@ -54,7 +54,9 @@ def _integrators(context: Context) -> list[Item]:
     names = {"rk4": "Runge-Kutta", "hamming": "Hamming"}
     momentum, energy, velocity = [], [], []
     for integrator, name in names.items():
-        log = context.run(case_document(context, "3.1-two-grains", component__integrator=integrator, component__step_size=_STEP))
+        log = context.run(
+            case_document(context, "3.1-two-grains", component__integrator=integrator, component__step_size=_STEP)
+        )
         difference = np.abs(measurement.history(log).velocity - reference.velocity).max() / SPEED
         momentum.append(Value(name, "1e-5 at most", _momentum_error(log), "%", paper=1e-5, tolerance=0.0, at_most=True))
         energy.append(Value(name, "0.01 at most", _energy_error(log), "%", paper=_PERCENT, tolerance=0.0, at_most=True))
@@ -63,7 +65,12 @@ def _integrators(context: Context) -> list[Item]:
     return [
         Item("Momentum is kept", "section 3", momentum, remark),
         Item("Energy is kept", "section 3", energy, remark),
-        Item("Error of the velocities", "section 3", velocity, f"{remark} The largest difference of any grain at any time, in v0."),
+        Item(
+            "Error of the velocities",
+            "section 3",
+            velocity,
+            f"{remark} The largest difference of any grain at any time, in v0.",
+        ),
     ]
 
 
@@ -90,10 +97,10 @@ def _scaling(scaled: dict[float, np.ndarray]) -> Item:
 
 
 def _figure(scaled: dict[float, np.ndarray]) -> Figure:
-    styles = (("line", 0), ("dashed", 1), ("points", 3))
+    styles: tuple[CurveStyle, ...] = ("line", "dashed", "points")
     curves = [
         Curve(f"v0 = {speed:g} m/s", np.arange(1, len(profile) + 1), profile, style, colour)
-        for (speed, profile), (style, colour) in zip(scaled.items(), styles, strict=True)
+        for (speed, profile), style, colour in zip(scaled.items(), styles, (0, 1, 3), strict=True)
     ]
     return Figure(
         "figure-scaling", f"The piston’s profile at τ = {_TAU:g} for three velocities",
@@ -106,8 +113,8 @@ ENTRY = Entry(
     "3-checks",
     "3",
     "How exact the computation is",
-    "The paper integrates with Runge-Kutta’s and Hamming’s methods, watches momentum and energy, compares with a case that has an exact "
-    "solution, and uses that all velocities scale with the first one.",
+    "The paper integrates with Runge-Kutta’s and Hamming’s methods, watches momentum and energy, compares with a case that "
+    "has an exact solution, and uses that all velocities scale with the first one.",
     compute,
     weight=3.0,
 )

@@ -106,9 +106,7 @@ def _count(context: Context) -> Item:
 
 def _formed(context: Context, chain: History) -> Item:
     """How much the taller wave's height still changes after the twentieth grain."""
-    early, late = (
-        measurement.waves_at(chain, grain(context, number), _WAVES)[0].amplitude for number in (20, 80)
-    )
+    early, late = (measurement.waves_at(chain, grain(context, number), _WAVES)[0].amplitude for number in (20, 80))
     return Item(
         "The waves are formed at the twentieth grain", "section 3.1",
         [Value("change of v_m, 20 to 80", "none", 100.0 * (late / early - 1.0), "%", paper=0.0, tolerance=0.1)],
@@ -132,9 +130,14 @@ def _powers(context: Context, chain: History) -> Item:
 
 def _length(context: Context, chain: History) -> Item:
     values = []
-    for name, wave in zip(("taller wave", "lower wave"), measurement.waves_at(chain, grain(context, 60), _WAVES)[:2], strict=True):
+    for name, wave in zip(
+        ("taller wave", "lower wave"), measurement.waves_at(chain, grain(context, 60), _WAVES)[:2], strict=True
+    ):
         half = measurement.overlap_of(chain, wave).duration * wave.speed / DIAMETER
-        values += [Value(f"{name}, half-width", None, half, "a"), Value(f"{name}, length", "5", half * theory.PERIOD / theory.HALF_WIDTH, "a")]
+        values += [
+            Value(f"{name}, half-width", None, half, "a"),
+            Value(f"{name}, length", "5", half * theory.PERIOD / theory.HALF_WIDTH, "a"),
+        ]
     return Item(
         "Length of the solitary wave: five diameters a, whatever its height", "section 3.1", values,
         remark="The wave has no sharp end. Its length is that of the cos^4 wave (2.7) of the same width at half its height.",
@@ -146,7 +149,8 @@ def _figure_2(context: Context, chain: History) -> Figure:
     curves = [velocity_of(chain, grain(context, number), f"grain {number}", colour, SPEED) for number, colour in grains]
     return Figure(
         "figure-2a", "Figure 2, curves a: two moving grains",
-        "Velocities of five grains. Two solitary waves form, drift apart, and leave at the free end: grain 100 keeps 1.2342 v0.",
+        "Velocities of five grains. Two solitary waves form, drift apart, and leave at the free end: grain 100 keeps 1.2342 "
+        "v0.",
         Axis(TIME), Axis("v / v0"), curves, [Mark("1.2342", y=1.2342)],
     )  # fmt: skip
 

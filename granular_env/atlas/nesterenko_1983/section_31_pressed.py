@@ -47,7 +47,8 @@ def _undisturbed(context: Context, chain: History) -> History:
     arrived = float(measurement.arrivals(chain, _WAVES)[place])
     last = chain.frame(min(arrived * 0.95 * (2 * chain.grains - place) / place, float(chain.time[-1])))
     own = slice(0, last + 1)
-    return dataclasses.replace(chain, time=chain.time[own], velocity=chain.velocity[own], displacement=chain.displacement[own])
+    displacement = None if chain.displacement is None else chain.displacement[own]
+    return dataclasses.replace(chain, time=chain.time[own], velocity=chain.velocity[own], displacement=displacement)
 
 
 def _weak(context: Context, free: History, pressed: History) -> Item:
@@ -86,8 +87,8 @@ def _figure(context: Context, free: History, chains: dict[float, History]) -> Fi
         curves.append(Curve(label, chain.time * MICRO, chain.velocity[:, number] / SPEED, "line", colour))
     return Figure(
         "figure-pressed", "Velocity of grain 60 for three precompressions",
-        "With a hundredth of the wave’s strain the two waves stay, a little faster; with as much as the wave’s, sound is as fast "
-        "as the wave and an oscillating train takes their place.",
+        "With a hundredth of the wave’s strain the two waves stay, a little faster; with as much as the wave’s, sound is as "
+        "fast as the wave and an oscillating train takes their place.",
         Axis(TIME), Axis("v / v0"), curves,
     )  # fmt: skip
 

@@ -53,8 +53,8 @@ def _order(leading: dict[int, dict[int, Wave]]) -> Item:
     ]
     return Item(
         "Wave 3 overtakes first wave 2, then wave 1", "section 3.2 B, figure 4", values,
-        remark="Order of arrival; waves are numbered as they arrive at grain 50 and known by their heights. At grain 145 the paper leaves "
-        "out wave 2, which has fallen behind.",
+        remark="Order of arrival; waves are numbered as they arrive at grain 50 and known by their heights. At grain 145 the "
+        "paper leaves out wave 2, which has fallen behind.",
     )  # fmt: skip
 
 
@@ -73,7 +73,8 @@ def _form(leading: dict[int, dict[int, Wave]]) -> Item:
     values = [
         Value(
             f"change of v_m, wave {name}, grain 50 to 145", "unchanged",
-            100.0 * (leading[145][name].amplitude / leading[50][name].amplitude - 1.0), "%", paper=0.0, tolerance=0.1, loose=2.0,
+            100.0 * (leading[145][name].amplitude / leading[50][name].amplitude - 1.0), "%",
+            paper=0.0, tolerance=0.1, loose=2.0,
         )
         for name in (1, 3)
     ]  # fmt: skip

@@ -70,8 +70,8 @@ def _bound(context: Context) -> Item:
     return Item(
         "2 v0 is the limit of the first maximum", "section 3.4",
         [Value("v_m/v0, grain 450 of 500", "at most 2", height, paper=2.0, tolerance=0.0, at_most=True)],
-        reason=f"In a longer chain the first maximum passes 2 v0 near grain {passed}, is {height:.4f} v0 at grain 450, and still "
-        "grows. 2 is the limit for the Korteweg-de Vries equation, to which the paper compares, not for this chain.",
+        reason=f"In a longer chain the first maximum passes 2 v0 near grain {passed}, is {height:.4f} v0 at grain 450, and "
+        "still grows. 2 is the limit for the Korteweg-de Vries equation, to which the paper compares, not for this chain.",
     )  # fmt: skip
 
 
@@ -127,8 +127,8 @@ ENTRY = Entry(
     "3.4-piston",
     "3.4",
     "A piston drives an oscillating front",
-    "The first grain of 200 moves at 5 m/s throughout. A front runs into the resting chain, and behind it the grains oscillate; "
-    "without dissipation the motion never becomes steady.",
+    "The first grain of 200 moves at 5 m/s throughout. A front runs into the resting chain, and behind it the grains "
+    "oscillate; without dissipation the motion never becomes steady.",
     compute,
     weight=4.0,
 )

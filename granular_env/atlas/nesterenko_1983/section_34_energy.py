@@ -58,7 +58,8 @@ def _deviation(chain: History, end: float) -> Item:
         [Value("", "at most 0.8", 100.0 * least.deviation, "%", paper=0.8, tolerance=0.0, at_most=True)],
         remark=f"In the window in which it is smallest. {listed}.",
         reason="The ratio still falls and swings with each grain that the front takes in; no window that begins by "
-        f"{max(_WINDOWS) * MICRO:g} µs keeps to 0.8 %. The paper does not say which energies it counts, nor how often it looked.",
+        f"{max(_WINDOWS) * MICRO:g} µs keeps to 0.8 %. The paper does not say which energies it counts, nor how often it "
+        "looked.",
     )  # fmt: skip
 
 
@@ -74,21 +75,30 @@ def _virial() -> Item:
     wave = theory.lattice_wave(0.0)
     return Item(
         "Ek/Ep by the virial theorem", "section 3.4",
-        [Value("mean energies", "1.25", wave.kinetic_energy / wave.potential_energy), Value("mean ratio", None, wave.energy_ratio)],
-        remark="Of a solitary wave of the chain: exactly 5/4 for the means over time; the mean of the ratio is a little higher.",
+        [
+            Value("mean energies", "1.25", wave.kinetic_energy / wave.potential_energy),
+            Value("mean ratio", None, wave.energy_ratio),
+        ],
+        remark="Of a solitary wave of the chain: exactly 5/4 for the means over time; the mean of the ratio is a little "
+        "higher.",
     )  # fmt: skip
 
 
 def _others(context: Context) -> Item:
     values = []
-    for name, shipped, end in (("3.1", "3.1-two-grains", 5e-4), ("3.2 A", "3.2a-head-on", 2.6e-4), ("3.2 B", "3.2b-overtaking", 7e-4)):
+    for name, shipped, end in (
+        ("3.1", "3.1-two-grains", 5e-4),
+        ("3.2 A", "3.2a-head-on", 2.6e-4),
+        ("3.2 B", "3.2b-overtaking", 7e-4),
+    ):
         chain = case(context, shipped)
         begin, end = longer(context, 1e-4), longer(context, end)
         values.append(Value(name, "similar", measurement.energy_ratio(chain, begin, end).mean, paper=1.249, relative=0.05))
         values.append(Value(f"{name}, of the waves alone", None, _in_waves(chain, begin, end)))
     return Item(
         "The same in cases 3.1 and 3.2", "section 3.4", values,
-        remark="“Similar”, taken as 5 %. What is more belongs to grains that have bounced back and move alone, with nothing stored.",
+        remark="“Similar”, taken as 5 %. What is more belongs to grains that have bounced back and move alone, with nothing "
+        "stored.",
     )  # fmt: skip
 
 
@@ -105,8 +115,8 @@ def _figure(chain: History, ratio: np.ndarray, end: float) -> Figure:
     own = (chain.time > 1e-5) & (chain.time <= end)
     return Figure(
         "figure-energy", "Kinetic over potential energy in the piston’s chain",
-        "It settles near the virial theorem’s 5/4 while only a few grains move, and swings with every grain that the front takes in. "
-        "Dotted: the paper’s mean, and its 0.8 % to either side.",
+        "It settles near the virial theorem’s 5/4 while only a few grains move, and swings with every grain that the front "
+        "takes in. Dotted: the paper’s mean, and its 0.8 % to either side.",
         Axis(TIME, low=0.0), Axis("Ek / Ep", low=1.2, high=1.32), [Curve("Ek / Ep", chain.time[own] * MICRO, ratio[own])],
         [Mark("1.249", y=1.249), Mark("", y=1.249 * 1.008), Mark("", y=1.249 * 0.992)],
     )  # fmt: skip
@@ -116,7 +126,7 @@ ENTRY = Entry(
     "3.4-energy",
     "3.4",
     "How energy is shared",
-    "The kinetic energy of all grains over the energy stored in all contacts. The virial theorem gives 5/4 for Hertz’s law, in the "
-    "mean over a long time.",
+    "The kinetic energy of all grains over the energy stored in all contacts. The virial theorem gives 5/4 for Hertz’s law, "
+    "in the mean over a long time.",
     compute,
 )

@@ -27,7 +27,8 @@ def compute(context: Context) -> Findings:
     shock = theory.shock_speed(context.constants["A"], DIAMETER, SPEED)
     fronts = _front_speeds(context, driven)
     items = [
-        _speed(coefficient), _shock(fronts, shock, coefficient), _settled(context, fronts), _radius(context), _pressure(context, driven),
+        _speed(coefficient), _shock(fronts, shock, coefficient), _settled(fronts), _radius(context),
+        _pressure(context, driven),
     ]  # fmt: skip
     return Findings(items, [_figure(fronts, shock)])
 
@@ -72,12 +73,13 @@ def _shock(fronts: dict[int, float], shock: float, coefficient: float) -> Item:
             Value("v_m1/v0", "1.56", theory.front_velocity_ratio(coefficient), relative=0.01),
             Value("V", None, final, "m/s"), Value("D1", None, shock, "m/s"),
         ],
-        remark="V is the speed with which 0.5 v0 arrives at the last grains. v_m1 is the height of a solitary wave as fast as D1.",
+        remark="V is the speed with which 0.5 v0 arrives at the last grains. v_m1 is the height of a solitary wave as fast "
+        "as D1.",
         reason=f"v_m1/v0 = C^(−5): the printed 1.56 follows from 0.915, ours from {coefficient:.5f}.",
     )  # fmt: skip
 
 
-def _settled(context: Context, fronts: dict[int, float]) -> Item:
+def _settled(fronts: dict[int, float]) -> Item:
     numbers, speeds = np.array(list(fronts)), np.array(list(fronts.values()))
     off = np.abs(speeds / speeds[-1] - 1.0)
     # The first from which on all stay within 1 %.
@@ -123,15 +125,16 @@ def _pressure(context: Context, chain: History) -> Item:
     found = measurement.pressure_ratio(chain, grain(context, 50))
     return Item(
         "Pressure in the first maximum over that near the piston", "section 3.4",
-        [Value("pm/pc", "2.24", found.ratio, relative=0.01)], remark="The front at grain 50. A stationary shock has at most 1.95.",
+        [Value("pm/pc", "2.24", found.ratio, relative=0.01)],
+        remark="The front at grain 50. A stationary shock has at most 1.95.",
     )  # fmt: skip
 
 
 def _figure(fronts: dict[int, float], shock: float) -> Figure:
     return Figure(
         "figure-front-speed", "Speed of the front along the chain",
-        "Within 1 % of its final value after the first tens of grains, although the motion behind it never becomes steady. A stationary "
-        f"shock with the same piston would be {100.0 * (1.0 - shock / fronts[max(fronts)]):.1f} % slower.",
+        "Within 1 % of its final value after the first tens of grains, although the motion behind it never becomes steady. A "
+        f"stationary shock with the same piston would be {100.0 * (1.0 - shock / fronts[max(fronts)]):.1f} % slower.",
         Axis("grain", low=0.0), Axis("V / D1"),
         [Curve("V / D1", list(fronts), [speed / shock for speed in fronts.values()])],
         [Mark("1.05", y=1.05), Mark("D1", y=1.0)],
@@ -142,7 +145,8 @@ ENTRY = Entry(
     "3.4-speeds",
     "3.4",
     "Speeds and pressures of the front",
-    "How fast a solitary wave is for its height, how fast the piston’s front, and how a stationary shock with losses would compare.",
+    "How fast a solitary wave is for its height, how fast the piston’s front, and how a stationary shock with losses would "
+    "compare.",
     compute,
     weight=2.0,
 )

@@ -10,8 +10,8 @@ from granular_env.atlas.verdicts import Value
 from granular_env.measurement import History
 
 from .cases import SPEED, case, grain
-from .draws import histories, last_velocities, strip
 from .drawn import TIME, velocity_of
+from .draws import histories, last_velocities, strip
 
 # R0 in mm and number of grains -> as printed.
 _CASES = {(0.5, 100): ".692", (2.0, 100): ".507", (3.0, 50): "1.003"}
@@ -38,8 +38,8 @@ def _last(bands: dict[tuple[float, int], Band], equal: float) -> Item:
     above = max(100.0 - band.percentile(equal) for band in bands.values())
     return Item(
         "Final velocity of the last random grain, v_N/v0", "section 3.5 B", values,
-        remark=f"Mean ± sd [5 %, 95 %] over {bands[0.5, 100].count} draws; the verdict says where the paper’s draw stands. Equal grains: "
-        f"{equal:.4f}, which {above:.0f} % of the draws exceed.",
+        remark=f"Mean ± sd [5 %, 95 %] over {bands[0.5, 100].count} draws; the verdict says where the paper’s draw stands. "
+        f"Equal grains: {equal:.4f}, which {above:.0f} % of the draws exceed.",
     )  # fmt: skip
 
 
@@ -51,7 +51,8 @@ def _disorder(bands: dict[tuple[float, int], Band]) -> Item:
     return Item(
         "R0 = 0.5 decays less than R0 = 2", "section 3.5 B",
         [Value("larger mean v100/v0", "R0 = 0.5", "R0 = 0.5" if small.mean > large.mean else "R0 = 2")],
-        remark=f"Means {small.mean:.2f} for R0 = 0.5 and {large.mean:.2f} for R0 = 2, {abs(distance):.1f} standard errors apart.",
+        remark=f"Means {small.mean:.2f} for R0 = 0.5 and {large.mean:.2f} for R0 = 2, {abs(distance):.1f} standard errors "
+        "apart.",
         reason="It rests on one draw of each. Of a pair of single draws "
         f"{100.0 * sum(pairs) / len(pairs):.0f} % come out the paper’s way round; the means do not.",
     )  # fmt: skip
@@ -76,15 +77,15 @@ def _figure_8(context: Context, chain: History) -> Figure:
     ]
     return Figure(
         "figure-8", "Figure 8: velocities of grains 61 and 96, R0 = 2",
-        "One draw of ours (seed 1). The first maximum looks like a solitary wave and loses height on its way, without any dissipation: its "
-        "energy is scattered over many grains.",
+        "One draw of ours (seed 1). The first maximum looks like a solitary wave and loses height on its way, without any "
+        "dissipation: its energy is scattered over many grains.",
         Axis(TIME), Axis("velocity, m/s"), curves,
     )  # fmt: skip
 
 
 def _figure_last(bands: dict[tuple[float, int], Band], equal: float) -> Figure:
     rows = dict(zip(_CASES, (3.0, 2.0, 1.0), strict=True))
-    curves = [curve for which, row in rows.items() for curve in strip(bands[which], row, " " if row == 3.0 else "")]
+    curves = [curve for which, row in rows.items() for curve in strip(bands[which], row, row == 3.0)]
     marks = [Mark(printed, float(printed), rows[which]) for which, printed in _CASES.items()]
     names = [(row, f"{smallest:g}, {grains}") for (smallest, grains), row in rows.items()]
     return Figure(
@@ -98,8 +99,8 @@ ENTRY = Entry(
     "3.5b-free",
     "3.5 B",
     "A disturbance among random grains",
-    "As in 3.1 the first two grains move at 5 m/s, now in a chain of random grains with free ends. The first wave dies away though nothing "
-    "dissipates.",
+    "As in 3.1 the first two grains move at 5 m/s, now in a chain of random grains with free ends. The first wave dies away "
+    "though nothing dissipates.",
     compute,
     weight=18.0,
 )

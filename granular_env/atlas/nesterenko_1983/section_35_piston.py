@@ -6,7 +6,7 @@ import numpy as np
 
 from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
-from granular_env.atlas.model import Axis, Entry, Figure, Findings, Item, Mark
+from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark
 from granular_env.atlas.verdicts import Value
 
 from .cases import SPEED, grain
@@ -50,9 +50,13 @@ def _draws(bands: Bands) -> str:
 
 
 def _last(bands: Bands) -> Item:
-    first = [Value(f"R0 = {smallest:g}, at first", None, found["first"].mean, band=found["first"]) for smallest, found in bands.items()]
+    first = [
+        Value(f"R0 = {smallest:g}, at first", None, found["first"].mean, band=found["first"])
+        for smallest, found in bands.items()
+    ]
     return Item(
-        "Final velocity of the last of 100 random grains, v100/v0", "section 3.5 A, 2", [*_values(bands, "last", _LAST), *first],
+        "Final velocity of the last of 100 random grains, v100/v0", "section 3.5 A, 2",
+        [*_values(bands, "last", _LAST), *first],
         remark=f"{_draws(bands)} “At first”: when it leaves its neighbour; later waves may hit it once more.",
     )  # fmt: skip
 
@@ -65,8 +69,8 @@ def _against_equal(bands: Bands, equal: float) -> Item:
         "The last random grain against the last of equal ones", "section 3.5 A, 2",
         [Value("R0 = 0.5", "more", sides[0.5]), Value("R0 = 2", "less", sides[2.0])],
         remark=f"Of the means, against v100/v0 = {equal:.3f} of equal grains.",
-        reason=f"That random grains of R0 = 0.5 leave faster is one draw: they do in {shares[0.5]:.0f} % of ours, and the mean is "
-        f"{bands[0.5]['last'].mean:.2f}.",
+        reason=f"That random grains of R0 = 0.5 leave faster is one draw: they do in {shares[0.5]:.0f} % of ours, and the "
+        f"mean is {bands[0.5]['last'].mean:.2f}.",
     )  # fmt: skip
 
 
@@ -79,7 +83,8 @@ def _ratios(bands: Bands) -> Item:
 
 def _deviations(bands: Bands) -> Item:
     return Item(
-        "Ek/Ep in that time, largest deviation from its mean", "section 3.5 A, 3", _values(bands, "deviation", dict(_DEVIATION), "%"),
+        "Ek/Ep in that time, largest deviation from its mean", "section 3.5 A, 3",
+        _values(bands, "deviation", dict(_DEVIATION), "%"),
         remark=_draws(bands),
     )  # fmt: skip
 
@@ -99,9 +104,15 @@ def _above_twice(bands: Bands) -> Item:
     )  # fmt: skip
 
 
+def _strips(bands: Bands, name: str, rows: dict[float, float]) -> list[Curve]:
+    """A strip for each R0; the first one names what is what."""
+    top = max(rows.values())
+    return [curve for smallest, row in rows.items() for curve in strip(bands[smallest][name], row, row == top)]
+
+
 def _figure_last(bands: Bands, equal: float) -> Figure:
     rows = {0.5: 3.0, 2.0: 2.0, 3.0: 1.0}
-    curves = [curve for smallest, row in rows.items() for curve in strip(bands[smallest]["last"], row, " " if row == 3.0 else "")]
+    curves = _strips(bands, "last", rows)
     marks = [Mark(printed, float(printed), rows[smallest]) for smallest, printed in _LAST.items() if printed]
     return Figure(
         "figure-35a-last", "Last of 100 random grains before a piston",
@@ -112,11 +123,12 @@ def _figure_last(bands: Bands, equal: float) -> Figure:
 
 def _figure_ratio(bands: Bands) -> Figure:
     rows = {0.5: 3.0, 2.0: 2.0, 3.0: 1.0}
-    curves = [curve for smallest, row in rows.items() for curve in strip(bands[smallest]["ratio"], row, " " if row == 3.0 else "")]
+    curves = _strips(bands, "ratio", rows)
     marks = [Mark(printed, float(printed), rows[smallest]) for smallest, printed in _RATIO.items()]
     return Figure(
         "figure-35a-energy", "Ek/Ep in random chains before a piston",
-        "Mean while the front goes from grain 70 to 90. Around the virial theorem’s 5/4, and the wider, the more unlike the grains.",
+        "Mean while the front goes from grain 70 to 90. Around the virial theorem’s 5/4, and the wider, the more unlike the "
+        "grains.",
         Axis("Ek / Ep"), Axis("", 0.4, 3.6, [(row, f"R0 = {smallest:g}") for smallest, row in rows.items()]), curves, marks,
     )  # fmt: skip
 
@@ -125,8 +137,8 @@ ENTRY = Entry(
     "3.5a-ensembles",
     "3.5 A",
     "Random grains before a piston: many draws",
-    "100 random grains before a piston, with R0 = 0.5, 2 and 3: the smaller R0, the more unlike the grains are. The paper gives one "
-    "number for each, of one draw.",
+    "100 random grains before a piston, with R0 = 0.5, 2 and 3: the smaller R0, the more unlike the grains are. The paper "
+    "gives one number for each, of one draw.",
     compute,
     weight=30.0,
 )

@@ -12,8 +12,8 @@ from granular_env.atlas.verdicts import Value
 from granular_env.measurement import History
 
 from .cases import SPEED, grain, length
-from .draws import FRONT, histories, strip
 from .drawn import MICRO, TIME
+from .draws import FRONT, envelope, histories, strip
 
 _LOOK = 3.8e-4
 _GRAINS = 200
@@ -55,11 +55,11 @@ def _largest(bands: dict[str, Band]) -> Item:
             Value("any grain", "11.76", whole.mean, "m/s", band=whole),
             Value("grain 25", "11.76", own.mean, "m/s", band=own),
         ],
-        remark="Until the front is at grain 170. The paper says that the largest was that of its grain 25. Mean ± sd [5 %, 95 %] over "
-        f"{whole.count} draws.",
+        remark="Until the front is at grain 170. The paper says that the largest was that of its grain 25. Mean ± sd [5 %, "
+        f"95 %] over {whole.count} draws.",
         reason="Of all grains, at every microsecond, the largest velocity is more than that in every draw: the least one is "
-        f"{whole.low:.1f} m/s. The paper does not say how many grains and times it looked at; for grain 25 alone its number is an "
-        "ordinary draw.",
+        f"{whole.low:.1f} m/s. The paper does not say how many grains and times it looked at; for grain 25 alone its number "
+        "is an ordinary draw.",
     )  # fmt: skip
 
 
@@ -68,8 +68,8 @@ def _smallest(bands: dict[str, Band]) -> Item:
     return Item(
         "Negative velocities, R0 = 0.5", "section 3.5 A, figure 7",
         [Value("grain 25", "-2.142", own.mean, "m/s", band=own), Value("any grain", None, whole.mean, "m/s", band=whole)],
-        remark="The smallest velocity until the front is at grain 170. Grain 25 was one of the paper’s choice, because it was its "
-        "fastest.",
+        remark="The smallest velocity until the front is at grain 170. Grain 25 was one of the paper’s choice, because it "
+        "was its fastest.",
     )  # fmt: skip
 
 
@@ -88,21 +88,21 @@ def _uneven(bands: dict[str, Band]) -> Item:
 def _front(bands: dict[str, Band]) -> Item:
     return Item(
         "How far the front is at 3.8e-4 s", "figure 7, a", [Value("grain", None, bands["front"].mean, band=bands["front"])],
-        remark="The paper says that it was at grain 148 when grain 25 was at its slowest, and at 170 when it was at its fastest.",
+        remark="The paper says that it was at grain 148 when grain 25 was at its slowest, and at 170 when it was at its "
+        "fastest.",
     )  # fmt: skip
 
 
 def _figure_profile(chains: list[History]) -> Figure:
     profiles = np.array([chain.velocity[chain.frame(_LOOK)] for chain in chains])
     numbers = np.arange(1, profiles.shape[1] + 1)
-    low, high = np.percentile(profiles, (5, 95), axis=0)
     return Figure(
         "figure-7a", "Figure 7 a: velocities at 3.8e-4 s, R0 = 0.5",
-        f"One draw of ours (seed 1), and the range of 90 % of {len(chains)} draws at each grain. No two draws are alike; the paper’s "
-        "is not known.",
+        f"One draw of ours (seed 1), and the range of 90 % of {len(chains)} draws at each grain. No two draws are alike; the "
+        "paper’s is not known.",
         Axis("grain", low=0.0), Axis("velocity, m/s"),
         [
-            Curve("5 and 95 % of the draws", np.concatenate([numbers, [np.nan], numbers]), np.concatenate([low, [np.nan], high]), "thin", 1),
+            envelope(numbers, profiles),
             Curve("seed 1", numbers, profiles[0], "line", 0),
         ],
         [Mark("2 v0", y=2.0 * SPEED), Mark("v0", y=SPEED)],
@@ -113,13 +113,12 @@ def _figure_history(context: Context, chains: list[History]) -> Figure:
     place = grain(context, 25)
     velocities = np.array([chain.velocity[:, place] for chain in chains])
     time = chains[0].time * MICRO
-    low, high = np.percentile(velocities, (5, 95), axis=0)
     return Figure(
         "figure-7b", "Figure 7 b: velocity of grain 25, R0 = 0.5",
         "The same draw, and the range of 90 % of all. Marked: the extremes of the paper’s draw.",
         Axis(TIME), Axis("velocity, m/s"),
         [
-            Curve("5 and 95 % of the draws", np.concatenate([time, [np.nan], time]), np.concatenate([low, [np.nan], high]), "thin", 1),
+            envelope(time, velocities),
             Curve("seed 1", time, velocities[0], "line", 0),
         ],
         [Mark("11.76", y=11.76), Mark("-2.142", y=-2.142)],
@@ -128,12 +127,17 @@ def _figure_history(context: Context, chains: list[History]) -> Figure:
 
 def _figure_extremes(bands: dict[str, Band]) -> Figure:
     rows = {"largest": 4.0, "largest of 25": 3.0, "smallest of 25": 2.0, "smallest": 1.0}
-    names = {"largest": "largest, any", "largest of 25": "largest, 25", "smallest of 25": "smallest, 25", "smallest": "smallest, any"}
-    curves = [curve for name, row in rows.items() for curve in strip(bands[name], row, " " if row == 4.0 else "")]
+    names = {
+        "largest": "largest, any",
+        "largest of 25": "largest, 25",
+        "smallest of 25": "smallest, 25",
+        "smallest": "smallest, any",
+    }
+    curves = [curve for name, row in rows.items() for curve in strip(bands[name], row, row == 4.0)]
     marks = [Mark("11.76", 11.76, 4.0), Mark("11.76", 11.76, 3.0), Mark("-2.142", -2.142, 2.0)]
     return Figure(
         "figure-extremes", "Extremes over many draws, and the paper’s",
-        "Each dot is a draw. The paper’s single draw stands within what draws give.",
+        f"Each dot is one of {bands['largest'].count} draws, until the front is at grain 170. The paper has one draw.",
         Axis("velocity, m/s"), Axis("", 0.4, 4.6, [(row, names[name]) for name, row in rows.items()]), curves, marks,
     )  # fmt: skip
 
@@ -142,8 +146,9 @@ ENTRY = Entry(
     "3.5a-profile",
     "3.5 A",
     "A piston and grains of random radii",
-    "200 grains with radii (R0 + RAND) mm, RAND even between 0 and 1, here R0 = 0.5, driven by a piston at 5 m/s. The paper shows one "
-    "draw of the random radii. Its draw is not known, so we make many, and say where the paper’s numbers stand among them.",
+    "200 grains with radii (R0 + RAND) mm, RAND even between 0 and 1, here R0 = 0.5, driven by a piston at 5 m/s. The paper "
+    "shows one draw of the random radii. Its draw is not known, so we make many, and say where the paper’s numbers stand "
+    "among them.",
     compute,
     weight=12.0,
 )
