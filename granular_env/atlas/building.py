@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularError, ParameterError, nearest
+from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
 
 from .constants import resolved
 from .context import Context
@@ -83,6 +83,8 @@ def compute(
         GranularError: the folder cannot be written.
     """
     values, entries = resolved(paper, constants or {}), _chosen(paper, only)
+    if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
+        raise ParameterError(f"processes: got {shortened(processes)}, expected a whole number of at least 1")
     logs = Path(folder) / "logs"
     try:
         logs.mkdir(parents=True, exist_ok=True)
@@ -111,6 +113,7 @@ def _computed(entries: Sequence[Entry], logs: Path, values: Mapping[str, float],
         yield from (_attempt(entry, context) for entry in entries)
         return
     from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
     # A fresh interpreter each: a fork of one that has run kernels may hang.
@@ -120,6 +123,8 @@ def _computed(entries: Sequence[Entry], logs: Path, values: Mapping[str, float],
         futures = [pool.submit(_work, entry) for entry in entries]
         try:
             yield from (future.result() for future in as_completed(futures))
+        except BrokenProcessPool as error:
+            raise GranularError("a process ended while it computed an entry, perhaps for lack of memory; try processes = 1") from error
         finally:
             pool.shutdown(cancel_futures=True)
 

@@ -99,7 +99,7 @@ class Value:
         if not math.isfinite(gap):
             return Verdict("not reproduced", "not finite")
         # A number that was rounded to a half is as near as one can ask; and nobody wants to read of 1e-14 %.
-        if gap <= max(self.rounding, _NOT_WORTH_SAYING * self.allowed) * (1.0 + 1e-9):
+        if gap <= max(min(self.rounding, self.allowed), _NOT_WORTH_SAYING * self.allowed) * (1.0 + 1e-9):
             return Verdict("reproduced", "reproduced")
         if gap <= self.allowed * (1.0 + 1e-9):
             return Verdict("reproduced", f"reproduced to {self.distance}")

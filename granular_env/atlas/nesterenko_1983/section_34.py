@@ -13,6 +13,8 @@ from granular_env.measurement import History
 from .cases import SPEED, case, grain
 
 _LOOK = 5.45e-4
+# Frames to either side of a maximum.
+_AROUND = 8
 _LAST = {20: "2.708", 50: "2.836", 100: "2.876", 200: "2.895"}
 # Long enough for the front to run through 200 grains, and for the last one to leave.
 _DURATION = 1.2e-3
@@ -45,8 +47,13 @@ def _last_grains(context: Context) -> Item:
 
 
 def _peak(chain: History, index: int) -> float:
-    """Height of the first maximum at a grain, over the piston's velocity."""
-    return measurement.waves_at(chain, index, 1.2 * SPEED)[0].amplitude / SPEED
+    """Height of the first maximum at a grain, over the piston's velocity; of the history only what lies around it is looked "
+    "at."""
+    velocity = chain.velocity[:, index]
+    begin = int(np.argmax(velocity > 1.2 * SPEED))
+    top = begin + int(np.argmax(np.diff(velocity[begin:]) < 0.0))
+    own = slice(max(top - _AROUND, 0), top + _AROUND + 1)
+    return measurement.crests(chain.time[own], velocity[own], 1.2 * SPEED)[0].height / SPEED
 
 
 def _first_peak(context: Context, chain: History) -> Item:
