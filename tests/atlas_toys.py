@@ -11,7 +11,7 @@ from granular_env.atlas.model import Axis, Constant, Curve, Entry, Figure, Findi
 from granular_env.atlas.verdicts import Value
 from granular_env.components.errors import GranularError
 
-HOSTILE = "<script>alert(1)</script> & \"quoted\""
+HOSTILE = '<script>alert(1)</script> & "quoted"'
 
 
 def experiment(grains: int, stiffness: float) -> dict:

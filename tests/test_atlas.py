@@ -127,7 +127,7 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
     [
         (["nesterenko-1984"], "did you mean 'nesterenko-1983'?"),
         (["nesterenko-1983", "--set", "B=1"], "constant 'B': nesterenko-1983 has none of that name"),
-        (["nesterenko-1983", "--set", "N=3"], "constant 'N': got 3, expected a whole number from 20 to 400"),
+        (["nesterenko-1983", "--set", "N=3"], "constant 'N': got 3, expected a whole number from 40 to 300"),
         (["nesterenko-1983", "--set", "N=50.5"], "expected a whole number"),
         (["nesterenko-1983", "--set", "A=much"], "constant 'A': got 'much', expected a number"),
         (["nesterenko-1983", "--set", "A=nan"], "constant 'A': got nan, expected a number"),
@@ -175,7 +175,9 @@ def test_constants_move_the_figures(made, tmp_path):
     assert after["constants"] == {"k": 1e10, "N": 5} and [entry["name"] for entry in after["entries"]] == ["struck"]
     old, new = (data["entries"][0]["figures"][0]["curves"][0] for data in (before, after))
     assert old["x"] == new["x"] and old["y"] != new["y"]
-    assert max(new["y"]) == pytest.approx(max(old["y"]), rel=1e-3) and new["y"].index(max(new["y"])) < old["y"].index(max(old["y"]))
+    assert max(new["y"]) == pytest.approx(max(old["y"]), rel=1e-3) and new["y"].index(max(new["y"])) < old["y"].index(
+        max(old["y"])
+    )
     assert "Not the paper’s constants" in page and "granular-env atlas toy-2000 --out FOLDER --set k=10000000000.0" in page
 
 
@@ -197,7 +199,9 @@ def test_the_data_holds_every_figure_with_its_data(made):
             for curve, kept in zip(figure.curves, figures[figure.name]["curves"], strict=True):
                 x, y = curve.points()
                 assert kept["x"] == pytest.approx(x, rel=1e-8)
-                assert [value if value is not None else math.nan for value in kept["y"]] == pytest.approx(y, rel=1e-8, nan_ok=True)
+                assert [value if value is not None else math.nan for value in kept["y"]] == pytest.approx(
+                    y, rel=1e-8, nan_ok=True
+                )
             assert len(figures[figure.name]["marks"]) == len(figure.marks)
     drawn = next(item for entry in data["entries"] for item in entry["items"] if item["name"] == "a draw")
     assert drawn["values"][0]["band"]["draws"] == [1.0, 2.0, 3.0, 4.0] and drawn["values"][0]["band"]["percentile"] == 50.0

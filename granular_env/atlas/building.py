@@ -124,7 +124,7 @@ def _computed(entries: Sequence[Entry], logs: Path, values: Mapping[str, float],
         try:
             yield from (future.result() for future in as_completed(futures))
         except BrokenProcessPool as error:
-            raise GranularError("a process ended while it computed an entry, perhaps for lack of memory; try processes = 1") from error
+            raise GranularError("a process ended within an entry, perhaps for lack of memory; try processes = 1") from error
         finally:
             pool.shutdown(cancel_futures=True)
 

@@ -41,6 +41,11 @@ class Item:
         """From the values alone; see `verdicts`."""
         return combined(self.values)
 
+    @property
+    def unmet(self) -> bool:
+        """Whether any of its values is not, or only roughly, as printed: then the reason is wanted."""
+        return any(value.verdict.kind in ("not reproduced", "in part") for value in self.values)
+
 
 @dataclasses.dataclass(frozen=True)
 class Axis:

@@ -148,7 +148,7 @@ def _rows(item: Item) -> str:
     verdict, span = item.verdict, f' rowspan="{len(item.values)}"'
     style, sign, _ = KINDS[verdict.kind]
     remark = f"<p>{escape(item.remark)}</p>" if item.remark else ""
-    remark += f'<p class="reason">{escape(item.reason)}</p>' if item.reason and verdict.kind != "reproduced" else ""
+    remark += f'<p class="reason">{escape(item.reason)}</p>' if item.reason and item.unmet else ""
     first = f'<td class="item"{span}>{escape(item.name)}<small>{escape(item.where)}</small></td>'
     last = (
         f'<td class="verdict {style}"{span} data-label="{HEAD[5]}" data-sign="{sign}">{escape(verdict.words)}</td>'

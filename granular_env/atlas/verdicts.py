@@ -98,8 +98,9 @@ class Value:
         gap = self.difference if self.at_most else abs(self.difference)
         if not math.isfinite(gap):
             return Verdict("not reproduced", "not finite")
-        # A number that was rounded to a half is as near as one can ask; and nobody wants to read of 1e-14 %.
-        if gap <= max(min(self.rounding, self.allowed), _NOT_WORTH_SAYING * self.allowed) * (1.0 + 1e-9):
+        # A number that rounds to what is printed is as near as one can ask; and nobody wants to read of 1e-14 %.
+        near = self.rounding if self.rounding <= self.allowed else 0.0
+        if gap <= max(near, _NOT_WORTH_SAYING * self.allowed) * (1.0 + 1e-9):
             return Verdict("reproduced", "reproduced")
         if gap <= self.allowed * (1.0 + 1e-9):
             return Verdict("reproduced", f"reproduced to {self.distance}")

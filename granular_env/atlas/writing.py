@@ -82,7 +82,7 @@ def _item(item: Item) -> dict[str, Any]:
         "words": item.verdict.words,
         "values": [_value(value) for value in item.values],
         "remark": item.remark,
-        "reason": item.reason,
+        "reason": item.reason if item.unmet else "",
     }
 
 

@@ -37,9 +37,9 @@ PAPER = Paper(
         "says so, with both numbers and the reason.",
     ),
     constants={
-        "A": Constant(A, "N/(m^1.5 kg)", "stiffness of a contact over the mass of a grain", 1e10, 1e16),
+        "A": Constant(A, "N/(m^1.5 kg)", "stiffness of a contact over the mass of a grain", 1e12, 5e13),
         "N": Constant(
-            N, "", "grains in the paper’s usual chain; other lengths keep their proportion to it", 20, 400, whole=True
+            N, "", "grains in the paper’s usual chain; other lengths keep their proportion to it", 40, 300, whole=True
         ),
         "seeds": Constant(SEEDS, "", "draws of each random chain; the paper has one", 4, 1000, whole=True),
     },

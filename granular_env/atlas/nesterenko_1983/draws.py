@@ -26,6 +26,10 @@ _PACE = {"3.5a-random-piston": 550.0, "3.5b-random-free": 400.0}
 FRONT = 0.1 * SPEED
 
 
+# Why a number of the paper's may stand outside of all draws.
+OUTSIDE = "The paper’s number is of one draw, which is not known; none of ours reaches it."
+
+
 def histories(context: Context, shipped: str, smallest: float, grains: int, duration: float | None = None) -> Iterator[History]:
     """The motion for each seed, from 1.
 

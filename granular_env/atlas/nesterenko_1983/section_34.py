@@ -47,8 +47,7 @@ def _last_grains(context: Context) -> Item:
 
 
 def _peak(chain: History, index: int) -> float:
-    """Height of the first maximum at a grain, over the piston's velocity; of the history only what lies around it is looked "
-    "at."""
+    """Height of the first maximum at a grain, over v0; only what lies around it is looked at."""
     velocity = chain.velocity[:, index]
     begin = int(np.argmax(velocity > 1.2 * SPEED))
     top = begin + int(np.argmax(np.diff(velocity[begin:]) < 0.0))

@@ -25,9 +25,8 @@ def compute(context: Context) -> Findings:
     chain = piston(context)
     end = min(longer(context, 1.0e-3), float(chain.time[-1]))
     ratio = _ratio(chain)
-    return Findings(
-        [_mean(chain, end), _deviation(chain, end), _moving(chain), _virial(), _others(context)], [_figure(chain, ratio, end)]
-    )
+    items = [_mean(context, chain, end), _deviation(context, chain, end), _moving(chain), _virial(), _others(context)]
+    return Findings(items, [_figure(chain, ratio, end)])
 
 
 def _ratio(chain: History) -> np.ndarray:
@@ -35,12 +34,13 @@ def _ratio(chain: History) -> np.ndarray:
     return np.divide(measurement.kinetic_energy(chain), stored, out=np.full_like(stored, np.nan), where=stored > 0.0)
 
 
-def _windows(chain: History, end: float) -> dict[float, measurement.EnergyRatio]:
-    return {begin: measurement.energy_ratio(chain, begin, end) for begin in _WINDOWS}
+def _windows(context: Context, chain: History, end: float) -> dict[float, measurement.EnergyRatio]:
+    """From the beginnings of the windows, as with the paper's constants, to the end."""
+    return {begin: measurement.energy_ratio(chain, longer(context, begin), end) for begin in _WINDOWS}
 
 
-def _mean(chain: History, end: float) -> Item:
-    found = _windows(chain, end)
+def _mean(context: Context, chain: History, end: float) -> Item:
+    found = _windows(context, chain, end)
     listed = ", ".join(f"{window.mean:.4f} from {begin * MICRO:g} µs" for begin, window in found.items())
     return Item(
         "Ek/Ep in the piston’s chain, mean", "section 3.4",
@@ -49,8 +49,8 @@ def _mean(chain: History, end: float) -> Item:
     )  # fmt: skip
 
 
-def _deviation(chain: History, end: float) -> Item:
-    found = _windows(chain, end)
+def _deviation(context: Context, chain: History, end: float) -> Item:
+    found = _windows(context, chain, end)
     least = min(found.values(), key=lambda window: window.deviation)
     listed = ", ".join(f"{100.0 * window.deviation:.2g} % from {begin * MICRO:g} µs" for begin, window in found.items())
     return Item(

@@ -11,7 +11,7 @@ from granular_env.measurement import History
 
 from .cases import SPEED, case, grain
 from .drawn import TIME, velocity_of
-from .draws import histories, last_velocities, strip
+from .draws import OUTSIDE, histories, last_velocities, strip
 
 # R0 in mm and number of grains -> as printed.
 _CASES = {(0.5, 100): ".692", (2.0, 100): ".507", (3.0, 50): "1.003"}
@@ -40,6 +40,7 @@ def _last(bands: dict[tuple[float, int], Band], equal: float) -> Item:
         "Final velocity of the last random grain, v_N/v0", "section 3.5 B", values,
         remark=f"Mean ± sd [5 %, 95 %] over {bands[0.5, 100].count} draws; the verdict says where the paper’s draw stands. "
         f"Equal grains: {equal:.4f}, which {above:.0f} % of the draws exceed.",
+        reason=OUTSIDE,
     )  # fmt: skip
 
 

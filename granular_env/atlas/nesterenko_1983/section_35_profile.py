@@ -13,7 +13,7 @@ from granular_env.measurement import History
 
 from .cases import SPEED, grain, length
 from .drawn import MICRO, TIME
-from .draws import FRONT, envelope, histories, strip
+from .draws import FRONT, OUTSIDE, envelope, histories, strip
 
 _LOOK = 3.8e-4
 _GRAINS = 200
@@ -70,6 +70,7 @@ def _smallest(bands: dict[str, Band]) -> Item:
         [Value("grain 25", "-2.142", own.mean, "m/s", band=own), Value("any grain", None, whole.mean, "m/s", band=whole)],
         remark="The smallest velocity until the front is at grain 170. Grain 25 was one of the paper’s choice, because it "
         "was its fastest.",
+        reason=OUTSIDE,
     )  # fmt: skip
 
 
