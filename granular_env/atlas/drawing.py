@@ -11,16 +11,17 @@ from .model import Curve, Figure, Mark
 from .scales import Scale, horizontal, vertical
 
 _WIDTH, _HEIGHT = 480.0, 300.0
-_LEFT, _RIGHT, _TOP, _BOTTOM = 56.0, 12.0, 12.0, 44.0
-_LETTER = 6.2
+_RIGHT, _TOP, _BOTTOM = 14.0, 12.0, 44.0
+_LETTER = 6.6
 PALETTE = 6
 
 
 def svg(figure: Figure) -> str:
     """The drawing; its style sheet is `page`'s."""
-    left = max([_LEFT, *(_LETTER * len(name) + 26.0 for _, name in figure.y.names)])
-    x = horizontal(figure, left, _WIDTH - _RIGHT)
     y = vertical(figure, _HEIGHT - _BOTTOM, _TOP)
+    # Beside the names of the ticks there is room for the axis' own.
+    left = max(_LETTER * len(name) for _, name in y.ticks) + 30.0
+    x = horizontal(figure, left, _WIDTH - _RIGHT)
     clip = f"clip-{escape(figure.name, quote=True)}"
     inside = "".join(_curve(curve, x, y) for curve in figure.curves)
     marks = "".join(_mark(mark, number, x, y) for number, mark in enumerate(figure.marks))
@@ -39,8 +40,10 @@ def legend(figure: Figure) -> str:
         for curve in figure.curves
         if curve.label
     ]
-    if figure.marks:
-        entries.append('<span class="key"><i class="sample mark"></i>stated in the paper</span>')
+    kinds = {"point" if mark.x is not None and mark.y is not None else "across" for mark in figure.marks}
+    if kinds:
+        samples = "".join(f'<i class="sample mark {kind}"></i>' for kind in sorted(kinds))
+        entries.append(f'<span class="key">{samples}stated in the paper</span>')
     return f'<div class="legend">{"".join(entries)}</div>' if entries else ""
 
 
@@ -112,5 +115,5 @@ def _mark(mark: Mark, number: int, x: Scale, y: Scale) -> str:
 def _name(label: str, left: float, base: float) -> str:
     """A mark's label, moved to the left where it would leave the drawing."""
     long = _LETTER * len(label)
-    left = max(_LEFT + 2.0, min(left, _WIDTH - _RIGHT - long - 2.0))
+    left = max(40.0, min(left, _WIDTH - _RIGHT - long - 2.0))
     return f'<text class="marked" x="{left:.1f}" y="{base:.1f}">{escape(label)}</text>' if label else ""

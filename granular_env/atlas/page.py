@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections import Counter
 from collections.abc import Sequence
@@ -22,6 +23,7 @@ KINDS: dict[Kind, tuple[str, str, str]] = {
     "not reproduced": ("bad", "✗", "not reproduced"),
     "no figure": ("none", "·", "not in the paper"),
 }
+_UNIT = re.compile(r"(\d) (?=[^\W\d]|%)")
 HEAD = ("Item", "Value", "Paper", "Computed", "Tolerance", "Verdict", "Remark")
 
 
@@ -90,11 +92,11 @@ def _not_reproduced(atlas: Atlas) -> str:
         f"<li>{_link(done)}: {escape(item.name)}. <b>{escape(item.verdict.words)}.</b> {escape(item.reason)}</li>"
         for done in atlas.done
         for item in done.findings.items
-        if item.verdict.kind == "not reproduced"
+        if item.unmet
     ]
     if not rows:
         return ""
-    return f"<h3>What does not come out as printed</h3><ul>{''.join(rows)}</ul>"
+    return f"<h3>What does not come out as printed, or only in part</h3><ul>{''.join(rows)}</ul>"
 
 
 def _menu(atlas: Atlas) -> str:
@@ -151,7 +153,7 @@ def _rows(item: Item) -> str:
     remark += f'<p class="reason">{escape(item.reason)}</p>' if item.reason and item.unmet else ""
     first = f'<td class="item"{span}>{escape(item.name)}<small>{escape(item.where)}</small></td>'
     last = (
-        f'<td class="verdict {style}"{span} data-label="{HEAD[5]}" data-sign="{sign}">{escape(verdict.words)}</td>'
+        f'<td class="verdict {style}"{span} data-label="{HEAD[5]}" data-sign="{sign}">{escape(_kept(verdict.words))}</td>'
         f'<td class="remark"{span} data-label="{HEAD[6]}">{remark}</td>'
     )
     rows = [_cells(value) for value in item.values]
@@ -160,7 +162,12 @@ def _rows(item: Item) -> str:
 
 def _cells(value: Value) -> str:
     words = ((HEAD[1], value.label), (HEAD[2], _printed(value)), (HEAD[3], _computed(value)), (HEAD[4], _tolerance(value)))
-    return "".join(f'<td class="cell {name.lower()}" data-label="{name}">{escape(word)}</td>' for name, word in words)
+    return "".join(f'<td class="cell {name.lower()}" data-label="{name}">{escape(_kept(word))}</td>' for name, word in words)
+
+
+def _kept(words: str) -> str:
+    """Signs and units stay on the line of their number."""
+    return _UNIT.sub("\\1\u00a0", words).replace("± ", "±\u00a0")
 
 
 def _printed(value: Value) -> str:
@@ -189,7 +196,7 @@ def _tolerance(value: Value) -> str:
     if value.relative is not None:
         words = f"{sign} {100.0 * value.relative:g} %"
     elif value.tolerance is None:
-        return "its rounding" if value.rounding else "exact"
+        return "rounding" if value.rounding else "exact"
     else:
         words = f"{sign} {value.allowed:g}{unit}" if value.allowed else "a bound" if value.at_most else "exact"
     return words + (f" (in part: {value.loose:g}{unit})" if value.loose is not None else "")

@@ -37,7 +37,7 @@ nav .dots { letter-spacing: .1em; margin-left: .4rem; }
            margin: 1.1rem 0; }
 figure { margin: 0; min-width: 0; max-width: 40rem; } figcaption { color: var(--dim); font-size: .9rem; }
 figcaption b { color: var(--text); } .figtitle { font-weight: 600; font-size: .95rem; margin: 0 0 .2rem; }
-svg { display: block; width: 100%; height: auto; color: var(--text); font-family: inherit; }
+svg { display: block; overflow: visible; width: 100%; height: auto; color: var(--text); font-family: inherit; }
 svg text { fill: var(--dim); font-size: 12px; } svg text.label { fill: var(--text); font-size: 12.5px; }
 svg text.marked { fill: var(--paper); font-size: 12px; font-weight: 600; paint-order: stroke; stroke: var(--back);
                   stroke-width: 4px; stroke-linejoin: round; }
@@ -60,6 +60,8 @@ svg .c4 { stroke: var(--c4); } svg .c5 { stroke: var(--c5); }
 .sample.points { width: .5rem; height: .5rem; border: 0; border-radius: 50%; background: var(--own); vertical-align: 0; }
 .sample.bar { border-top-width: .6rem; opacity: .4; vertical-align: 0; }
 .sample.mark { border-top: 2px dotted var(--paper); }
+.sample.mark.point { width: .5rem; height: .5rem; border: 1.5px solid var(--paper); transform: rotate(45deg);
+                     vertical-align: 0; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; margin: .8rem 0; }
 th, td { padding: .45rem .8rem .45rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line);
          overflow-wrap: normal; }
@@ -76,14 +78,15 @@ details { margin: .6rem 0; } summary { cursor: pointer; color: var(--dim); }
 .logs { padding-left: 1.1rem; columns: 24rem; } .logs li { margin: .2rem 0; break-inside: avoid; }
 @media (max-width: 52rem) {
   table { display: block; } thead { display: none; } tr { display: contents; }
-  tbody { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: .25rem .8rem; border: 1px solid var(--line);
+  tbody { display: grid; grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .1rem .7rem; border: 1px solid var(--line);
           border-radius: 8px; padding: .6rem .8rem; margin: .7rem 0; }
   tbody tr td, tbody tr td.cell, tbody tr:last-child td.cell, tbody tr:not(:last-child) td[rowspan] {
-    display: block; border: 0; padding: 0; max-width: none; min-width: 0; overflow-wrap: anywhere; }
+    display: block; border: 0; padding: 0; width: auto; max-width: none; min-width: 0; overflow-wrap: anywhere; }
   td.item, td.verdict, td.remark, td.value { grid-column: 1 / -1; } td:empty { display: none !important; }
   td.item { order: 0; } td.verdict { order: 1; } td.cell { order: 2; } td.remark { order: 3; }
-  td.value { font-size: .85rem; margin-top: .35rem; } td.tolerance { grid-column: 1 / -1; font-size: .85rem; }
-  td.cell:not(.value)::before { content: attr(data-label) " "; font-size: .78rem; color: var(--dim); }
+  td.value { font-size: .85rem; } tbody td.value, tbody td.remark { margin-top: .35rem; }
+  td.cell:not(.value)::before { content: attr(data-label); display: block; font-size: .72rem; line-height: 1.2;
+    color: var(--dim); }
 }
 @media (max-width: 36rem) { svg text, svg text.label, svg text.marked { font-size: 14.5px; } }
 @media print {

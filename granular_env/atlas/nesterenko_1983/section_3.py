@@ -58,9 +58,9 @@ def _integrators(context: Context) -> list[Item]:
             case_document(context, "3.1-two-grains", component__integrator=integrator, component__step_size=_STEP)
         )
         difference = np.abs(measurement.history(log).velocity - reference.velocity).max() / SPEED
-        momentum.append(Value(name, "1e-5 at most", _momentum_error(log), "%", paper=1e-5, tolerance=0.0, at_most=True))
-        energy.append(Value(name, "0.01 at most", _energy_error(log), "%", paper=_PERCENT, tolerance=0.0, at_most=True))
-        velocity.append(Value(name, "0.01 or so", 100.0 * float(difference), "%", paper=_PERCENT, tolerance=0.0, at_most=True))
+        momentum.append(Value(name, "at most 1e-5", _momentum_error(log), "%", paper=1e-5, tolerance=0.0, at_most=True))
+        energy.append(Value(name, "at most 0.01", _energy_error(log), "%", paper=_PERCENT, tolerance=0.0, at_most=True))
+        velocity.append(Value(name, "about 0.01", 100.0 * float(difference), "%", paper=_PERCENT, tolerance=0.0, at_most=True))
     remark = f"In 3.1, at steps of {_STEP * 1e6:g} µs; the paper’s own are not known."
     return [
         Item("Momentum is kept", "section 3", momentum, remark),

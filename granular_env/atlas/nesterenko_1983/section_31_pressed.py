@@ -32,7 +32,7 @@ def _pressed(context: Context, overlap: float) -> History:
     force = context.constants["A"] * MASS * overlap**1.5
     return case(
         context, "3.1-two-grains", component__precompression=force,
-        input={"left_force": force, "right_force": -force}, name=f"nesterenko-1983/3.1-pressed-{force:.3g}N",
+        name=f"nesterenko-1983/3.1-pressed-{force:.3g}N",
     )  # fmt: skip
 
 
