@@ -60,19 +60,25 @@ def _shares(path: Path, grains: int, steps: int, rounds: int) -> Iterator[Figure
     chain = chains.pressed(grains)
     start, frame, whole = chain.save(), _FRAME_STEPS * chain.step_size, steps * chain.step_size
 
-    def plain() -> None:
+    sizes = []
+
+    def fresh() -> None:
         chain.restore(start)
+        if path.exists():
+            sizes.append(path.stat().st_size)
+            path.unlink()
+
+    def plain() -> None:
         chain.step(whole)
 
     def recorded(duration: float) -> None:
-        chain.restore(start)
-        with ge.record(chain, path, every=frame, overwrite=True):
+        with ge.record(chain, path, every=frame):
             for _ in range(round(whole / duration)):
                 chain.step(duration)
 
     runs = {"plain": plain, "in pieces": partial(recorded, frame), "in one call": partial(recorded, whole)}
-    times = interleaved(runs, rounds)
-    seconds, size = float(np.median(times["plain"])), path.stat().st_size / 1e6
+    times = interleaved(runs, rounds, before=fresh)
+    seconds, size = float(np.median(times["plain"])), float(np.median(sizes)) / 1e6
     frames = steps // _FRAME_STEPS
     for name in ("in pieces", "in one call"):
         share = 100.0 * (1.0 - ratio(times["plain"], times[name]))

@@ -18,11 +18,15 @@ def seconds(call: Call) -> float:
     return perf_counter() - begin
 
 
-def interleaved(calls: Mapping[str, Call], rounds: int) -> Times:
-    """Wall times of each call in each of so many rounds, shape (rounds,) [s]; one round before them is not counted."""
+def interleaved(calls: Mapping[str, Call], rounds: int, before: Call = lambda: None) -> Times:
+    """Wall times of each call in each of so many rounds, shape (rounds,) [s]; one round before them is not counted.
+
+    `before` is called before each call, untimed.
+    """
     times: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(rounds + 1):
         for name, call in calls.items():
+            before()
             times[name].append(seconds(call))
     return {name: np.array(values[1:]) for name, values in times.items()}
 

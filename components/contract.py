@@ -29,6 +29,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from .errors import FmuError, GranularError, GranularWarning, LogError, ParameterError, StepError, nearest, shortened
+from .memory import refuse_beyond
 from .packing import canonical_json, pack, unpack
 from .profiles import CompiledProfile, Profile, finite_number
 from .validation import filled, plain, validated
@@ -255,16 +256,17 @@ class Component(ABC):
         """Check the parameters, allocate everything once, and reset.
 
         Raises:
-            ParameterError: a parameter is unknown, missing or out of range.
+            ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
         """
         self.parameters = validated(self.Parameters, parameters, f"component {self.name!r}")
+        refuse_beyond(self.memory_needed(self.parameters), f"component {self.name!r}")
         try:
             self._build()
         except MemoryError as error:
             raise ParameterError(f"component {self.name!r}: this size does not fit into memory: {error}") from None
-        self.identity: str = hashlib.sha256(
-            canonical_json([self.name, self.version, self.parameters.model_dump(mode="json")])
-        ).hexdigest()
+        # Parameters at their default do not count: one that is added later leaves the logs of today as they are.
+        told = self.parameters.model_dump(mode="json", exclude_defaults=True)
+        self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
         self.variables: dict[str, Variable] = {variable.name: variable for variable in self._all_variables()}
         self._readers: dict[str, Callable[[], Any]] = self._outputs()
         self._inputs = {v.name: v for v in self.variables.values() if v.causality == "input"}
@@ -277,6 +279,8 @@ class Component(ABC):
         self._memory_bytes, self._backup_bytes = self._block.memory.data.cast("B"), self._backup.data.cast("B")
         # Replaced, never changed in place: snapshots share it.
         self._held: Mapping[str, Held] = {}
+        # Whether any of them is a profile.
+        self._profiled = False
         self._tick = 0
         self.reset()
 
@@ -292,15 +296,20 @@ class Component(ABC):
 
     @abstractmethod
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        """How to read each output of `_declare`: name -> function that returns a fresh number or array."""
+        """How to read each output of `_declare`: name -> function that returns a number or an array.
+
+        The array may lie in the block: `get` copies such a one.
+        """
 
     @abstractmethod
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
         """Write the start state into the (zeroed) block; return the inputs' start values that are not 0."""
 
-    @abstractmethod
-    def _apply(self, held: Mapping[str, Held]) -> None:
-        """Take over the inputs that are held from now on, all of them."""
+    def _apply(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
+        """Prepare for the inputs that are held from now on, one of which is, or just was, a profile.
+
+        Where all are numbers this is not called: `_advance` finds them in `self._held`.
+        """
 
     @abstractmethod
     def _advance(self, ticks: int) -> int:
@@ -313,6 +322,11 @@ class Component(ABC):
     @abstractmethod
     def ledger(self) -> Ledger:
         """Energy and momentum: in, stored, lost, and what is left over."""
+
+    @classmethod
+    def memory_needed(cls, parameters: Any) -> int:
+        """Bytes that building and stepping take at least, from the parameters alone; 0 where they are too few to matter."""
+        return 0
 
     def report(self) -> dict[str, float]:
         """Figures that say how far the model's own assumptions held, name with unit -> value."""
@@ -360,8 +374,7 @@ class Component(ABC):
             self._block.memory[:] = before
             self._tick = tick
             raise
-        self._held = {name: float(given.get(name, 0.0)) for name in self._inputs}
-        self._apply(self._held)
+        self._hold({name: float(given.get(name, 0.0)) for name in self._inputs})
         for observer in self._observers:
             observer.began(self)
 
@@ -383,16 +396,18 @@ class Component(ABC):
             ticks = self._whole_ticks(duration)
         held = self._held
         if inputs:
-            bounds = self._bounds
+            bounds, numbers = self._bounds, not self._profiled
             for name, value in inputs.items():
                 if value.__class__ is float and name in bounds:
                     low, high = bounds[name]
                     if low <= value <= high:
                         continue
-                inputs = self._compiled(inputs)
+                inputs, numbers = self._compiled(inputs), False
                 break
-            self._held = {**held, **inputs}
-            self._apply(self._held)
+            if numbers:
+                self._held = inputs if len(inputs) == len(bounds) else {**held, **inputs}
+            else:
+                self._hold({**held, **inputs})
         if self._observers or ticks > self._chunk_ticks:
             self._long_step(ticks, inputs, held)
             return
@@ -409,6 +424,11 @@ class Component(ABC):
 
     def get(self, name: str) -> Any:
         """The present value of any variable: a number, or a fresh array of its shape."""
+        value = self.peek(name)
+        return value.copy() if value.__class__ is np.ndarray and value.base is not None else value
+
+    def peek(self, name: str) -> Any:
+        """`get` without a copy: an array may be the component's own memory. Read it before the next step, never write to it."""
         reader = self._readers.get(name) if isinstance(name, str) else None
         if reader is not None:
             return reader()
@@ -445,8 +465,7 @@ class Component(ABC):
             )
         if snapshot.inputs is not self._held:
             self._check_inputs(snapshot)
-            self._held = snapshot.inputs
-            self._apply(self._held)
+            self._hold(snapshot.inputs)
         self._memory_bytes[:] = snapshot.data
         self._tick = snapshot.tick
         for observer in self._observers:
@@ -513,6 +532,12 @@ class Component(ABC):
                 checked[name] = number
         return checked
 
+    def _hold(self, held: Mapping[str, Held]) -> None:
+        before, self._profiled = self._profiled, any(value.__class__ is not float for value in held.values())
+        self._held = held
+        if before or self._profiled:
+            self._apply(held)
+
     def _input_advice(self, name: str) -> str:
         """What to say to whoever gives an input that there is not."""
         return nearest(name, self._inputs)
@@ -561,8 +586,7 @@ class Component(ABC):
     def _undo(self, tick: int, held: Mapping[str, Held]) -> None:
         self._block.memory[:] = self._backup
         self._tick = tick
-        self._held = held
-        self._apply(held)
+        self._hold(held)
 
     def _start_values(self, name: str, value: Any) -> FloatArray:
         variable = self.variables.get(name)

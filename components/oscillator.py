@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from pydantic import Field
 
-from .contract import Block, Component, FloatArray, Held, Ledger, Parameters, StepError, Variable
+from .contract import Block, Component, FloatArray, Ledger, Parameters, StepError, Variable
 from .profiles import CompiledProfile
 
 
@@ -32,7 +32,6 @@ class Oscillator(Component):
         p: OscillatorParameters = self.parameters  # type: ignore[assignment]
         self.mass, self.stiffness, self.step_size = p.mass, p.stiffness, p.step_size
         self._block = Block(position=("f8", ()), velocity=("f8", ()), tally=("f8", (4,)))
-        self._force: Held = 0.0
 
     def _declare(self) -> Iterable[Variable]:
         yield Variable("force", "input", "N", (), "force on the body", start=0.0)
@@ -48,15 +47,13 @@ class Oscillator(Component):
         self._block["tally"][:2] = self._energy(), self.mass * float(self._block["velocity"])
         return {}
 
-    def _apply(self, held: Mapping[str, Held]) -> None:
-        self._force = held["force"]
-
     @np.errstate(over="ignore", invalid="ignore")  # the status tells
     def _advance(self, ticks: int) -> int:
+        given = self._held["force"]
         x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size
         for tick in range(self._tick, self._tick + ticks):
             # A profile is read at the step's middle, where leapfrog kicks.
-            force = self._force.value(tick, 0.5) if isinstance(self._force, CompiledProfile) else self._force
+            force = given.value(tick, 0.5) if isinstance(given, CompiledProfile) else given
             x += 0.5 * h * v
             kick = h / self.mass * (force - self.stiffness * x)
             tally[2] += h * force * (v + 0.5 * kick)

@@ -3,8 +3,11 @@
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 import granular_env as ge
-from granular_env.viewing import figures, footage
+from granular_env.components.chain import theory
+from granular_env.viewing import drawing, figures, footage
 
 IMAGES = Path(__file__).parent / "images"
 
@@ -18,5 +21,30 @@ def piston() -> None:
         (IMAGES / "piston.png").write_bytes(figures.png(picture))
 
 
+@drawing.styled
+def stationary_waves() -> None:
+    """W(y) with its extremes (the paper's figure 1), and the solitary wave's speed: continuum, soliton and the chain itself."""
+    figure = drawing.new_figure(9.6, 4.0)
+    left, right = figure.subplots(1, 2)
+    y = np.linspace(0.0, 1.4, 400)
+    for place, (c3, name) in enumerate(((4.0 / 27.0, "4/27"), (0.1, "0.1"))):
+        left.plot(y, theory.W(y, c3), **drawing.line(place), label=f"C3 = {name}")
+        found = np.array(theory.extremes(c3))
+        left.plot(found, theory.W(found, c3), "o", color=drawing.line(place)["color"])
+    left.set(xlabel="y", ylabel="W(y)", title="The potential, y1 and y2")
+    ratios = np.geomspace(1.05, 300.0, 200)
+    right.semilogx(ratios, theory.speed_ratio(ratios), **drawing.line(0), label="(2.4), closed form")
+    small = ratios[ratios < 12.0]
+    right.semilogx(small, theory.korteweg_de_vries_speed_ratio(small - 1.0), **drawing.line(1), label="(2.3), soliton")
+    points = np.array([1.563, 3.0, 7.93, 30.0, 185.8])
+    chain = [theory.lattice_wave(1.0, ratio - 1.0).speed_ratio for ratio in points]
+    right.semilogx(points, chain, "o", color=drawing.line(2)["color"], label="the chain")
+    right.set(xlabel="largest strain / strain at rest", ylabel="V / c0", title="Speed of the solitary wave")
+    for axes in (left, right):
+        axes.legend()
+    (IMAGES / "stationary-waves.png").write_bytes(figures.png(figure))
+
+
 if __name__ == "__main__":
     piston()
+    stationary_waves()

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import Field
 
 import granular_env as ge
-from granular_env.components.contract import Block, Held, Ledger, Parameters, StepError
+from granular_env.components.contract import Block, Ledger, Parameters, StepError
 
 GRAVITY = 9.81  # m/s^2
 
@@ -45,9 +45,6 @@ class Ball(ge.Component):
             self._block[name][...] = value
         self._block["start"][:] = sum(self._energies()), self._momentum()
         return {}
-
-    def _apply(self, held: Mapping[str, Held]) -> None:
-        pass  # nothing acts on it but gravity
 
     def _advance(self, ticks: int) -> int:
         height, velocity, h = self._block["height"], self._block["velocity"], self.step_size

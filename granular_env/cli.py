@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Sequence
 
 from granular_env.components.errors import GranularError
 
 _INTERRUPTED = 130
+# What the library advises to a script -> the same advice as an option.
+_OPTIONS = {
+    "pass overwrite=True": "pass --overwrite",
+    "open it with allow_large=True": "pass --allow-large",
+    "(web=True)": "(--web)",
+    "(save_rrd)": "(--save FILE.rrd)",
+    "(screenshot)": "(--screenshot FILE.png)",
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -26,9 +35,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except GranularError as error:
-        # The library advises in Python; here the same advice is an option.
-        text = str(error).replace("overwrite=True", "--overwrite")
-        print(f"granular-env {parsed.command}: {text}", file=sys.stderr)
+        print(f"granular-env {parsed.command}: {_spoken(str(error))}", file=sys.stderr)
+        return 2
+    except MemoryError:
+        print(f"granular-env {parsed.command}: it asks for more memory than there is; ask for less", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f"granular-env {parsed.command}: interrupted", file=sys.stderr)
@@ -37,6 +47,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Whoever read our output has gone; what Python would still flush at exit has nowhere to go.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+
+
+def _spoken(message: str) -> str:
+    """A message of the library in the words of the command line."""
+    for python, option in _OPTIONS.items():
+        message = message.replace(python, option)
+    return re.sub(r"\boverride (?=['\"])", "--set ", message)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -81,6 +98,7 @@ def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentP
     check = commands.add_parser("check", help="validate an experiment file or a log without running it")
     check.add_argument("file", metavar="FILE", help="a TOML file, an experiment's name, or a log")
     _set_option(check, "as in run")
+    _large_option(check)
 
 
 def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -117,7 +135,11 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     report.add_argument("-o", "--out", metavar="FOLDER", help="where to write it (default: beside the log, by its name)")
 
     for command in (replay, branch, recover, view, report):
-        command.add_argument("--allow-large", action="store_true", help="lift the caps on sizes that a log may declare")
+        _large_option(command)
+
+
+def _large_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--allow-large", action="store_true", help="lift the caps on sizes that a log may declare")
 
 
 def _atlas_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -78,7 +78,7 @@ def run_experiment(args: argparse.Namespace) -> int:
 def check_file(args: argparse.Namespace) -> int:
     """Validate an experiment file or a log, without running it."""
     if Path(args.file).suffix == ".mcap":
-        return _check_log(args.file)
+        return _check_log(args.file, args.allow_large)
     from granular_env.experiments.prepare import prepare
 
     experiment = load_experiment(args.file, args.overrides)
@@ -125,10 +125,10 @@ def branch_off(args: argparse.Namespace) -> int:
     out = Path(args.out) if args.out else free_log_path(f"{Path(args.log).stem}-branch")
     with open_log(args.log, allow_large=args.allow_large) as log:
         begun = log.branch(args.at)
-        left_at = begun.component.time
+        left_at = _instant(args.at, begun.component.time, log.step_size)
         inputs = inputs_from(args.overrides, begun.component)
         with begun.run(out, inputs, args.until, overwrite=args.overwrite) as child:
-            _print_log(args.quiet, child.path, f"branched at {left_at:.9g} s, {child.duration:.9g} s long")
+            _print_log(args.quiet, child.path, f"branched at {left_at}, {child.duration:.9g} s long")
     return 0
 
 
@@ -138,6 +138,8 @@ def recover_log(args: argparse.Namespace) -> int:
 
     log = recover(args.log, args.out, allow_large=args.allow_large, overwrite=args.overwrite)
     print(f"recovered: {args.out}, {log.duration:g} s, {log.end_tick - log.start_tick} steps")
+    lost = log.metadata["events"][-1]
+    print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
     return 0
 
 
@@ -161,8 +163,9 @@ def report_log(args: argparse.Namespace) -> int:
     from granular_env import viewing
     from granular_env.recording import open_log
 
-    folder = Path(args.out) if args.out else Path(args.log).with_suffix("")
-    print(f"written: {viewing.report(open_log(args.log, allow_large=args.allow_large), folder)}")
+    with open_log(args.log, allow_large=args.allow_large) as log:
+        folder = Path(args.out) if args.out else Path(args.log).with_suffix("")
+        print(f"written: {viewing.report(log, folder)}")
     return 0
 
 
@@ -196,15 +199,21 @@ def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
     return path
 
 
+def _instant(asked: float, found: float, step_size: float) -> str:
+    """When a log was left, in words; an instant between two steps was moved to the nearest, which is said."""
+    between = abs(asked / step_size - round(asked / step_size)) > 1e-6
+    return f"{found:.9g} s" + (f" (the step nearest to {asked:.9g} s)" if between else "")
+
+
 def _told_by_us() -> warnings.catch_warnings:
     """The run's warnings are printed with its result, in our own words."""
     return warnings.catch_warnings(action="ignore", category=GranularWarning)
 
 
-def _check_log(path: str) -> int:
+def _check_log(path: str, allow_large: bool) -> int:
     from granular_env.recording import open_log
 
-    log = open_log(path)
+    log = open_log(path, allow_large=allow_large)
     facts = log.metadata
     state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
     size = f"{log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables"

@@ -14,7 +14,8 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.contract import Component, Observer
-from granular_env.components.errors import GranularWarning, LogError
+from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError
+from granular_env.components.memory import refuse_beyond
 from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.experiments.load import Source, load_experiment
 from granular_env.experiments.prepare import prepare
@@ -22,6 +23,8 @@ from granular_env.experiments.stops import StopWatch
 
 # A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
 _PIECE_SECONDS = 0.02
+# Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
+_COPIES_RECORDED = 4
 
 Inputs = Mapping[str, float | Profile | CompiledProfile]
 
@@ -80,12 +83,13 @@ def run(
         observers: others that look on.
 
     Raises:
-        ExperimentError: the experiment is not valid; nothing has been written.
+        ExperimentError: the experiment is not valid, or asks for more memory than there is; nothing has been written. Or
+            memory ran out on the way.
         StepError: the physics would break down; the log is complete up to the last good state.
         LogError: the log cannot be written.
     """
     loaded = load_experiment(experiment, overrides)
-    with _collected() as told, ExitStack() as stack:
+    with _memory_told(loaded.origin, ExperimentError), _collected() as told, ExitStack() as stack:
         ready = prepare(loaded)
         if log is not None:
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
@@ -113,7 +117,8 @@ def replay(log: str | os.PathLike[str], *, progress: bool = False, allow_large: 
     """
     from granular_env.recording import open_log
 
-    with _collected() as told, open_log(log, allow_large=allow_large) as opened:
+    where = f"log {str(log)!r}"
+    with _memory_told(where, LogError), _collected() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
@@ -244,6 +249,15 @@ class _Interrupt:
 
 
 @contextmanager
+def _memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
+    """Memory that runs out in the middle, as an error of the family."""
+    try:
+        yield
+    except MemoryError as error:
+        raise kind(f"{what}: it asks for more memory than there is; make it smaller, or record less often") from error
+
+
+@contextmanager
 def _collected() -> Iterator[list[str]]:
     """The warnings of this package, gathered as sentences, and warned of as usual when it is over."""
     told: list[str] = []
@@ -262,6 +276,7 @@ def _record(
 ) -> None:
     from granular_env.recording import record
 
+    refuse_beyond(_COPIES_RECORDED * component._block.memory.nbytes, f"recording this {component.name}", ExperimentError)
     stack.enter_context(record(component, path, overwrite=overwrite, experiment=experiment, **options))
 
 

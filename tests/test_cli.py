@@ -92,6 +92,14 @@ def test_new_writes_a_file_that_is_valid(template, folder, capsys):
     assert main(["new", template, "-o", "sub/mine.toml", "--force"]) == 0
 
 
+def test_new_of_an_experiment_whose_data_file_is_gone_writes_nothing(folder, capsys):
+    assert main(["new", "measured/hammer", "-o", "mine.toml"]) == 0
+    Path("hammer.csv").unlink()
+    assert main(["new", "mine.toml", "-o", "other/x.toml"]) == 2
+    assert "hammer.csv: the CSV file cannot be read" in capsys.readouterr().err
+    assert [path.name for path in folder.iterdir()] == ["mine.toml"]
+
+
 def test_new_names_the_copy_after_its_file(folder, capsys):
     assert main(["new", "nesterenko-1983/3.4-piston", "-o", "my-pulse.toml"]) == 0
     assert load_experiment("my-pulse.toml").name == "my-pulse"
@@ -156,8 +164,13 @@ def test_verify_counts_the_steps(log, capsys):
 def test_verify_tells_a_difference_by_its_status(log, capsys, monkeypatch):
     from granular_env.components.oscillator import Oscillator
 
-    apply = Oscillator._apply
-    monkeypatch.setattr(Oscillator, "_apply", lambda self, inputs: apply(self, {name: 1.0 for name in inputs}))
+    advance = Oscillator._advance
+
+    def pushed(self, ticks):
+        self._block["velocity"][...] += 1e-9
+        return advance(self, ticks)
+
+    monkeypatch.setattr(Oscillator, "_advance", pushed)
     assert main(["replay", log, "--verify"]) == 1
     text = capsys.readouterr().out
     assert "different" in text
@@ -180,6 +193,14 @@ def test_a_branch_with_other_inputs(log, capsys):
     assert verify("b.mcap").identical
 
 
+@pytest.mark.parametrize(
+    ("at", "said"), [("5", "branched at 5 s, "), ("5.0037", "branched at 5 s (the step nearest to 5.0037 s), ")]
+)
+def test_a_branch_says_where_it_left_the_log(at, said, log, capsys):
+    assert main(["branch", log, "--at", at, "--log", "b.mcap"]) == 0
+    assert said in capsys.readouterr().out
+
+
 def test_a_branch_with_the_same_inputs_has_the_parents_bits(log, capsys):
     assert main(["branch", log, "--at", "0.5", "--quiet"]) == 0
     path = capsys.readouterr().out.strip()
@@ -197,10 +218,48 @@ def test_recover_check_and_report(log, folder, capsys):
     assert main(["check", "cut.mcap"]) == 1
     assert "recover" in capsys.readouterr().out
     assert main(["recover", "cut.mcap", "-o", "whole.mcap"]) == 0
+    assert re.search(r"^lost: .+ \(\d+ bytes\)$", capsys.readouterr().out, re.MULTILINE)
     assert main(["check", "whole.mcap"]) == 0
     assert main(["report", log, "--out", "page"]) == 0
     assert "written: page" in capsys.readouterr().out
     assert [*Path("page").glob("*.html")]
+
+
+OPENING = [
+    ["check", "a.mcap"],
+    ["replay", "a.mcap"],
+    ["replay", "a.mcap", "--verify"],
+    ["branch", "a.mcap", "--at", "5", "--log", "b.mcap"],
+    ["recover", "a.mcap", "-o", "whole.mcap"],
+    ["report", "a.mcap", "--out", "page"],
+    ["view", "a.mcap", "--save", "a.rrd"],
+]
+
+
+@pytest.mark.parametrize("arguments", OPENING, ids=lambda arguments: " ".join(arguments))
+def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder, capsys, monkeypatch):
+    from granular_env.recording import caps
+
+    monkeypatch.setattr(caps, "_CHUNK_BYTES", 10)
+    monkeypatch.setattr(caps, "_memory", lambda: 0)
+    assert main(arguments) == 2
+    told = capsys.readouterr().err
+    # In the words of the command line, and in no others.
+    assert "pass --allow-large if you trust" in told
+    assert "allow_large" not in told
+    assert [path.name for path in folder.iterdir()] == [log]
+    assert main([*arguments, "--allow-large"]) == 0
+
+
+def test_without_a_screen_the_options_are_named(log, capsys, monkeypatch):
+    pytest.importorskip("rerun")
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert main(["view", log]) == 2
+    told = capsys.readouterr().err
+    assert "the web viewer (--web), a rerun file (--save FILE.rrd) or a picture (--screenshot FILE.png)" in told
+    assert "web=True" not in told
 
 
 def test_view_saves_for_rerun(log, capsys):
@@ -218,6 +277,12 @@ def test_view_saves_for_rerun(log, capsys):
         (["run", "oscillator/pushed", "--set", "component.mas=1"], "did you mean 'mass'?"),
         (["run", "oscillator/pushed", "--set", "component.mass=-1"], "mass: got -1"),
         (["run", "oscillator/pushed", "--hash-every", "0"], "hash_every: got 0"),
+        (
+            ["run", "oscillator/pushed", "--set", "component.mass=-1"],
+            "run: --set 'component.mass=-1': component: 'oscillator': mass",
+        ),
+        (["run", "."], ".: it is a folder, expected a TOML file"),
+        (["check", "."], ".: it is a folder, expected a TOML file"),
         (["describe", "chian"], "did you mean 'chain'?"),
         (["describe", "chain", "--set", "grains=-1"], "grains: got -1"),
         (["new", "oscilator"], "did you mean 'oscillator'?"),

@@ -35,6 +35,7 @@ def test_units_may_be_declared_twice_where_they_agree(tmp_path):
         ("\ufefftime [\u00b5s],force [kN]\r\n0,0\r\n3,1.5\r\n", {}),
         ('"time [us]","force [kN]"\n"0","0"\n"3","1.5"\n', {}),
         ("force [kN]\ttime [us]\n0\t0\n1.5\t3\n", {"delimiter": "\t"}),
+        ("time [us],force [kN]\r0,0\r3,1.5\r", {}),
         ("t,f\n0,0\n3,1.5e0\n# the end\n", {"columns": ("t", "f"), "time_unit": "us", "value_unit": "kN"}),
     ],
 )
@@ -81,6 +82,17 @@ FAULTS = [
     ("", {}, ["no rows"]),
     ("# nothing\n\n", {}, ["no rows"]),
     ("time [us],force [kN]\n0,0\n1,1.7e308\n", {}, ["line 3", "overflows"]),
+    (GOOD.replace(",", ";"), {}, ["line 2", "one column only", 'set delimiter = ";"']),
+    (GOOD.replace(",", "\t"), {}, ["line 2", "one column only", 'set delimiter = "\\t"']),
+    (GOOD, {"delimiter": ";"}, ["line 2", "one column only", 'set delimiter = ","']),
+    (GOOD.replace(",", " "), {}, ["line 2", "one column only", "commas, semicolons or tabs"]),
+    ("0,0;1,5\n0,1;1,6\n", {"columns": (0, 1), "time_unit": "s", "value_unit": "N"}, ["line 1", 'set delimiter = ";"']),
+    (GOOD.replace(",", ";").replace("1.5", "1,5"), {"delimiter": ";"}, ["line 4", "'1,5'", "write decimal points"]),
+    (GOOD.replace("1.5", '"1.5'), {}, ["line 4", "a quotation mark is not closed"]),
+    (GOOD.replace("1.5", '"1"5'), {}, ["line 4", "a quotation mark is not closed, or does not enclose a whole cell"]),
+    (GOOD.replace("1.5", "9" * 200_000), {}, ["line 4", "a cell is too long"]),
+    (GOOD.replace("1.5", "high").replace("\n", "\r"), {}, ["line 4", "'high'"]),
+    (b"time [us],force [kN]\r0,0\r\xff,1\r", {}, ["line 3", "not UTF-8"]),
 ]
 
 
@@ -90,6 +102,29 @@ def test_faults_name_file_and_line(tmp_path, text, arguments, said):
         read(tmp_path, text, **arguments)
     for words in [str(tmp_path / "hammer.csv"), *said]:
         assert words in str(caught.value)
+
+
+def sampled_at(*times) -> str:
+    return "# of a logger\ntime [us],force [N]\n" + "".join(f"{time},{time}\n" for time in times)
+
+
+def test_a_hole_in_the_sampling_is_refused_with_its_times_and_what_to_do(tmp_path):
+    with pytest.raises(ExperimentError) as caught:
+        read(tmp_path, sampled_at(0, 1, 2, 3, 900, 901))
+    for words in ("line 7", "from 3e-06 s (line 6) to 0.0009 s", "median step is 1e-06 s", 'set gaps = "bridge"'):
+        assert words in str(caught.value)
+    with pytest.raises(ExperimentError, match="line 6: .*the first of 2 holes"):
+        read(tmp_path, sampled_at(0, 1, 2, 30, 31, 60, 61, 62))
+
+
+@pytest.mark.parametrize(("last", "fits"), [(13, True), (13.0001, False)])
+def test_a_hole_begins_above_ten_median_steps(tmp_path, last, fits):
+    text = sampled_at(0, 1, 2, 3, last)
+    if fits:
+        assert len(read(tmp_path, text)[0]) == 5
+    else:
+        with pytest.raises(ExperimentError, match="line 7: a hole"):
+            read(tmp_path, text)
 
 
 def test_a_missing_file_is_named(tmp_path):
@@ -121,6 +156,24 @@ def test_scale_offset_and_what_comes_after(tmp_path):
     path = experiment_with(tmp_path, 'scale = -2.0\noffset_time = 1e-5\nafter = "hold"\n')
     profile = prepare(load_experiment(path)).inputs["force"]
     assert [profile(time) for time in (5e-6, 1.5e-5, 9e-5)] == pytest.approx([0.0, -1500.0, -3000.0], rel=1e-12, abs=0.0)
+
+
+def test_a_hole_is_crossed_in_a_straight_line_where_the_experiment_says_so(tmp_path):
+    path = experiment_with(tmp_path, 'gaps = "bridge"\n')
+    (tmp_path / "hammer.csv").write_text(sampled_at(0, 1, 2, 3, 53, 54))
+    profile = prepare(load_experiment(path)).inputs["force"]
+    assert [profile(time * 1e-6) for time in (3, 28, 53)] == pytest.approx([3.0, 28.0, 53.0], rel=1e-12, abs=0.0)
+    with pytest.raises(ExperimentError, match=r"hammer\.csv: line 7: a hole"):
+        prepare(load_experiment(path, ["input.force.gaps=refuse"]))
+
+
+@pytest.mark.parametrize("word", ["file", "filename"])
+def test_other_words_for_path_are_answered_with_path(tmp_path, word):
+    path = experiment_with(tmp_path)
+    path.write_text(path.read_text().replace("path =", f"{word} ="))
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(path)
+    assert str(caught.value) == f"{path}: input.force.{word}: unknown; did you mean 'path'?"
 
 
 def test_a_history_that_ends_before_the_run_begins_is_refused(tmp_path):

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from granular_env.components.errors import ExperimentError, GranularWarning
+from granular_env.components.errors import ExperimentError
 from granular_env.experiments import load_experiment
-from granular_env.experiments.csv_input import read_history
 from granular_env.experiments.files import read_bounded
 from granular_env.experiments.prepare import prepare
 
@@ -54,11 +53,3 @@ def test_a_key_of_thousands_of_parts_is_refused_before_it_is_parsed(tmp_path: Pa
     (tmp_path / "a.toml").write_text('name = "a"\n' + ".".join([key] * 100_000) + " = 1\n")
     with pytest.raises(ExperimentError, match="line 2: a key of more than 64 parts"):
         load_experiment(tmp_path / "a.toml")
-
-
-def test_a_hole_in_the_sampling_is_pointed_at(tmp_path: Path) -> None:
-    lines = ["time [us],force [N]", *(f"{time},1.0" for time in (0, 1, 2, 3, 900, 901))]
-    (tmp_path / "a.csv").write_text("\n".join(lines))
-    with pytest.warns(GranularWarning, match="line 6: 0.000897 s after the sample before, the usual step is 1e-06 s"):
-        times, _ = read_history(tmp_path / "a.csv", "time", "force", None, None, "N")
-    assert len(times) == 6

@@ -222,6 +222,71 @@ def test_a_wrong_override_is_named(good, override, said):
     assert said in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("component.mass=-1", "override 'component.mass=-1': component: 'oscillator': mass: got -1"),
+        ("duration=fast", "override 'duration=fast': duration: got 'fast'"),
+        ("duration=0.0123", "override 'duration=0.0123': duration: 0.0123 s is 1.23 internal steps"),
+        ("record.variables=['positon']", "override \"record.variables=['positon']\": record.variables: 'positon'"),
+        ("start.velocity=nan", "override 'start.velocity=nan': start.velocity: got NaN"),
+        ("input.forse=1", "override 'input.forse=1': input.forse: unknown"),
+        (
+            'input.force={profile="constant", valu=1}',
+            "override 'input.force={profile=\"constant\", valu=1}': input.force.valu: ",
+        ),
+        ("component.type=chian", "override 'component.type=chian': component: component type 'chian' is unknown"),
+    ],
+)
+def test_a_fault_of_an_override_is_not_blamed_on_the_file(good, override, said):
+    with pytest.raises(ExperimentError) as caught:
+        prepare(load_experiment(good, ["name=other", override]))
+    lines = str(caught.value).splitlines()
+    assert any(line.startswith(said) for line in lines)
+    assert all(line.startswith("override ") for line in lines)
+
+
+def test_a_fault_of_the_file_is_not_blamed_on_an_override(good):
+    good.write_text(good.read_text().replace("stiffness = 4.0", "stiffness = -4.0"))
+    with pytest.raises(ExperimentError) as caught:
+        load_experiment(good, ["duration=2", "record.every=1"])
+    assert str(caught.value).startswith(f"{good}: component: 'oscillator': stiffness: got -4")
+
+
+HUGE = "9" * 100_000
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        HUGE,
+        f"component.mass={HUGE}",
+        f"component.mass=[{HUGE}]",
+        f"component.mass=x {HUGE}",
+        f"component.{HUGE}=1",
+        f"start.{HUGE}=1",
+        f"stop.{HUGE}.below=1",
+        "a." * 100_000 + "b=1",
+        "input.force={" + "a." * 100_000 + "b=1}",
+        "name=" + "[" * 100_000,
+        "duration='" + "x" * 100_000 + "'",
+        "component.mass\0=1",
+        "start.=1",
+        ".mass=1",
+    ],
+    ids=range(14),
+)
+def test_odd_and_huge_overrides_are_refused_in_few_words(good, override):
+    with pytest.raises(ExperimentError) as caught:
+        prepare(load_experiment(good, [override]))
+    assert 10 < len(str(caught.value)) < 600
+
+
+def test_a_folder_is_no_experiment(tmp_path):
+    with pytest.raises(ExperimentError, match="it is a folder, expected a TOML file or a name"):
+        load_experiment(tmp_path)
+
+
 def test_an_override_leaves_the_given_dict_alone(good):
     import tomllib
 
@@ -257,3 +322,11 @@ def test_stop_rules_decide(rule, value, met):
 
 def test_errors_are_of_the_family():
     assert issubclass(ExperimentError, GranularError)
+
+
+def test_a_profile_table_has_to_say_how_it_is_built():
+    from granular_env.experiments.inputs import PROFILES, ProfileTable
+
+    with pytest.raises(TypeError, match="abstract.*build"):
+        type("Unbuilt", (ProfileTable,), {})()
+    assert not any(table.__abstractmethods__ for table in PROFILES.values())

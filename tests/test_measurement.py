@@ -162,6 +162,14 @@ def test_waves_along_share_no_grain_and_lose_no_energy() -> None:
     assert waves[1].position == pytest.approx(30.0, abs=0.1) and waves[0].position == pytest.approx(16.0, abs=0.1)
 
 
+def test_a_contact_with_a_wall_belongs_to_the_end_grain() -> None:
+    velocity, displacement = np.zeros((1, 4)), np.zeros((1, 4))
+    velocity[0, [0, 3]], displacement[0, 3], displacement[0, 0] = 1.0, 0.09, -0.04
+    first, last = measurement.waves_along(still(1, velocity=velocity, displacement=displacement), 0.0, 0.5)
+    assert first.potential_energy == pytest.approx(0.4 * 0.2**5)
+    assert last.potential_energy == pytest.approx(0.4 * 0.3**5)
+
+
 def test_a_wave_in_an_end_grain_is_seen_along_the_chain() -> None:
     velocity = np.zeros((3, 5))
     velocity[1, 0], velocity[1, 4] = 2.0, 3.0
@@ -194,6 +202,17 @@ def test_a_front_that_never_comes() -> None:
     assert np.isnan(measurement.front_position(history, 0.5)).all()
     with pytest.raises(ParameterError, match="does not reach grain 0"):
         measurement.front_speed(history, 0.5, 0, 3)
+
+
+def test_a_front_passes_the_grains_that_it_leaves_still() -> None:
+    """Grain 1 moves after grain 2: the front is past it when it is at grain 2, and never goes back."""
+    velocity = np.zeros((9, 4))
+    for grain, begin in enumerate((1, 5, 3, 7)):
+        velocity[begin:, grain] = 1.0
+    front = measurement.front_position(still(9, velocity=velocity), 0.9)
+    assert (np.diff(front[1:]) >= 0.0).all()
+    # It passes .9 within the interval in which the grain jumps to 1.
+    assert front[[1, 3, 7]] == pytest.approx([0.0, 2.0, 3.0], abs=0.2)
 
 
 def test_a_grain_that_moves_from_the_start() -> None:

@@ -311,7 +311,7 @@ def test_a_step_that_fails_leaves_no_frames() -> None:
     chain.step(1e-5)
     frames = len(watch.history.time)
     with pytest.raises(ge.StepError):
-        chain.step(1e-4, left_force=1e9)
+        chain.step(1e-4, left_force=ge.Profile.triangle(1e9, 1e-5, start=5e-5))
     assert len(watch.history.time) == frames
     chain.step(1e-5, left_force=0.0)
     assert np.diff(watch.history.time) == pytest.approx(EVERY)

@@ -127,6 +127,42 @@ def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
     assert verify(log).identical
 
 
+def test_parts_of_a_long_step_that_were_written_are_a_segment_of_their_own_if_it_fails(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001
+    monkeypatch.setattr("granular_env.recording.writer._WAKE_BYTES", 0)
+    component = catalogue.make("chain", **CHAIN)
+    h = component.step_size
+    with record(component, tmp_path / "a.mcap", every=10 * h):
+        component.reset(velocity={0: 1.0})
+        component.step(100 * h, left_force=1.0)
+        before = component.save()
+        with pytest.raises(StepError):
+            component.step(5000 * h, left_force=Profile.triangle(2e5, 4000 * h, rise=3999 * h))
+        assert component.save().data == before.data
+        component.step(50 * h)
+    log = open_log(tmp_path / "a.mcap")
+    first, second = log.segments
+    assert first.start == 0 and first.end > 100 and (second.start, second.end) == (100, 150)
+    assert [event["event"] for event in log.metadata["events"]] == ["failed"]
+    assert verify(log).identical
+
+
+def test_a_long_step_is_written_while_it_lasts(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001
+    """The same bits as unrecorded, and every frame."""
+    monkeypatch.setattr("granular_env.recording.writer._WAKE_BYTES", 0)
+    component = catalogue.make("chain", **CHAIN)
+    h = component.step_size
+    component.reset(velocity={0: 1.0})
+    component.step(1000 * h, left_force=1.0)
+    alone = component.save()
+    with record(component, tmp_path / "a.mcap", every=10 * h):
+        component.reset(velocity={0: 1.0})
+        component.step(1000 * h, left_force=1.0)
+        assert component.save().data == alone.data
+    log = open_log(tmp_path / "a.mcap")
+    assert log.ticks("velocity").tolist() == list(range(0, 1001, 10)) and len(log.segments) == 1
+    assert verify(log).identical
+
+
 # -- tampering, with every checksum valid ------------------------------------------------------------------------------
 
 

@@ -191,7 +191,7 @@ def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int
         if fits:
             checks.parameters({"grains": count}, Chain.Parameters)
         else:
-            with pytest.raises(LogError, match="allow-large"):
+            with pytest.raises(LogError, match="allow_large=True"):
                 checks.parameters({"grains": count}, Chain.Parameters)
     if fits:
         checks.chunk(int(grains) * 32)

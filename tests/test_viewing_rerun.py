@@ -99,9 +99,22 @@ def test_a_jump_of_an_input_is_drawn_as_a_jump(tmp_path):
     assert found["inputs/force"]["tick"] == [0, 9, 10, 20]
 
 
+def test_a_live_run_is_not_written_over_a_folder(tmp_path):
+    with pytest.raises(ParameterError, match="is a folder"):
+        LiveViewer(make("oscillator"), save=tmp_path)
+
+
+def test_a_log_whose_name_is_no_text_is_saved_too(chain_log, tmp_path):
+    odd = tmp_path / "chain\udcff.mcap"
+    odd.write_bytes(chain_log.path.read_bytes())
+    with open_log(odd) as log:
+        assert save_rrd(log, tmp_path / "scene.rrd").stat().st_size > 1000
+
+
 def test_a_path_that_cannot_be_written_is_named(chain_log, tmp_path):
-    with pytest.raises(GranularError, match="nowhere"):
-        save_rrd(chain_log, tmp_path / "nowhere" / "scene.rrd")
+    (tmp_path / "taken").write_text("a file, no folder")
+    with pytest.raises(GranularError, match=r"taken/scene\.rrd' cannot be written"):
+        save_rrd(chain_log, tmp_path / "taken" / "scene.rrd")
 
 
 @pytest.mark.parametrize(
@@ -117,7 +130,7 @@ def test_without_a_screen_the_other_ways_are_named(chain_log, monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    with pytest.raises(GranularError, match="--web.*--save.*--screenshot"):
+    with pytest.raises(GranularError, match="web=True.*save_rrd.*screenshot"):
         view(chain_log)
 
 

@@ -24,6 +24,8 @@ _DURATION_TIMES_FREQUENCY = 4.0302
 
 _KINDS = {"free": kernels.FREE, "piston": kernels.PISTON} | dict.fromkeys(WALLS, kernels.WALL)
 _NO_PIECES = np.zeros((0, 2))
+# Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
+_GEOMETRY_ROWS = 17
 
 
 class Chain(Component):
@@ -37,6 +39,14 @@ class Chain(Component):
     parameters: ChainParameters
 
     # -- building ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def memory_needed(cls, parameters: ChainParameters) -> int:
+        """The table of the kernels, a second copy of its state, and the arrays of the geometry."""
+        scheme = SCHEMES[parameters.integrator]
+        state_rows = kernels.FREE_ROW - kernels.TALLY + scheme.history_rows
+        rows = kernels.TALLY + 2 * state_rows + scheme.scratch_rows + _GEOMETRY_ROWS
+        return 8 * rows * kernels.row_width(parameters.grains)
 
     def _build(self) -> None:
         p = self.parameters
@@ -126,8 +136,8 @@ class Chain(Component):
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         return {
             "position": lambda: self.geometry.position + self._table[kernels.U, self._grains],
-            "displacement": lambda: self._table[kernels.U, self._grains].copy(),
-            "velocity": lambda: self._table[kernels.V, self._grains].copy(),
+            "displacement": lambda: self._table[kernels.U, self._grains],
+            "velocity": lambda: self._table[kernels.V, self._grains],
             "overlap": lambda: self._overlap()[self.geometry.real],
             "contact_force": lambda: self._contact_force()[self.geometry.real],
             "left_wall_force": lambda: kernels.contact(self._table, kernels.U, 0),
@@ -162,15 +172,8 @@ class Chain(Component):
             raise ParameterError(f"start: {error}")
 
     def _apply(self, held: Mapping[str, Held]) -> None:
-        # The speed of a step from Python hangs on these lines: two numbers are all that most steps change.
-        left, right = held.get(self._left_input, 0.0), held.get(self._right_input, 0.0)
-        if left.__class__ is float and right.__class__ is float:
-            self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, left, right
-        else:
-            self._apply_profiles(left, right)
-
-    def _apply_profiles(self, left: Held, right: Held) -> None:
         """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""
+        left, right = held.get(self._left_input, 0.0), held.get(self._right_input, 0.0)
         pieces = [_pieces(left), _pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
         self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
@@ -178,7 +181,12 @@ class Chain(Component):
         self._left_pieces = len(pieces[0])
 
     def _advance(self, ticks: int) -> int:
-        done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
+        # The speed of a step from Python hangs on these lines.
+        if self._profiled:
+            done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
+        else:
+            left, right = self._held.get(self._left_input, 0.0), self._held.get(self._right_input, 0.0)
+            done = self._kernel(self._table, _NO_PIECES, 0, left, right, self._tick, ticks)
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 
     def _input_advice(self, name: str) -> str:

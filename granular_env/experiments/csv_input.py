@@ -5,13 +5,15 @@
     0.0,0.0
     0.5,0.12
 
-Every fault is named by its line: a gap, NaN, text, a row that is too short or too long, times that do not increase. Nothing
-is filled in or sorted: what was measured is what runs.
+Every fault is named by its line: a gap, a hole in the sampling, NaN, text, a row that is too short or too long, times that do
+not increase. Nothing is filled in or sorted: what was measured is what runs. Only where the experiment says
+``gaps = "bridge"`` a straight line leads across a hole.
 """
 
 from __future__ import annotations
 
 import csv
+import json
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -20,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ExperimentError, caution, nearest
+from granular_env.components.errors import ExperimentError, nearest
 
 from .files import read_bounded
 
@@ -28,8 +30,9 @@ FloatArray = npt.NDArray[np.float64]
 Row = tuple[int, list[str]]
 Header = list[tuple[str, str | None]]
 
-_LARGEST_FILE = 256 * 2**20
-# A step so many times the usual one is pointed at as a hole.
+LARGEST_FILE = 256 * 2**20
+_DELIMITERS = (",", ";", "\t")
+# A step so many times the median one is a hole in the sampling.
 _HOLE = 10.0
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _HEADER = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
@@ -55,6 +58,7 @@ def read_history(
     value_unit: str | None,
     unit: str,
     delimiter: str = ",",
+    bridge: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
     """Times [s], increasing, and values [`unit`], both of shape (rows,).
 
@@ -66,6 +70,7 @@ def read_history(
         value_unit: any of `UNITS` that measures the same quantity as `unit`; None where the header says it.
         unit: SI unit that is wanted.
         delimiter: what separates the columns.
+        bridge: accept holes in the sampling; a straight line leads across each.
 
     Raises:
         ExperimentError: the file and the line, what stands there, and what was expected.
@@ -73,6 +78,7 @@ def read_history(
     rows = list(_rows(path, delimiter))
     if not rows:
         raise ExperimentError(f"{path}: it holds no rows; expected a header such as 'time [us],force [kN]' and samples")
+    _check_delimiter(path, *rows[0], delimiter)
     header = _header(rows[0][1])
     first, second = (
         _column(path, rows[0], header, key, column)
@@ -91,22 +97,39 @@ def read_history(
     with np.errstate(over="ignore"):  # told of below, with the line
         times, values = times * to_seconds[0] / to_seconds[1], values * to_value[0] / to_value[1]
     _check_order(path, samples, times)
-    _point_at_holes(path, samples, times)
+    if not bridge:
+        _refuse_holes(path, samples, times)
     if not np.isfinite(values).all():
         where = int(np.argmin(np.isfinite(values)))
         raise ExperimentError(f"{path}: line {samples[where][0]}: the value overflows in {unit}")
     return times, values
 
 
-def _point_at_holes(path: Path, samples: Sequence[Row], times: np.ndarray) -> None:
-    """A sampling step far above the usual one may be a hole in the measurement: say so, the straight line across it stays."""
+def _refuse_holes(path: Path, samples: Sequence[Row], times: FloatArray) -> None:
+    """A step far above the median one is a hole in the measurement: a straight line across it would be made up."""
     steps = np.diff(times)
-    wide = np.flatnonzero(steps > _HOLE * np.median(steps))
-    if len(wide):
-        caution(
-            f"{path}: line {samples[int(wide[0]) + 1][0]}: {steps[wide[0]]:.3g} s after the sample before, the usual step is "
-            f"{np.median(steps):.3g} s; if samples are missing there, the straight line across the hole is made up"
+    usual = float(np.median(steps))
+    holes = np.flatnonzero(steps > _HOLE * usual)
+    if len(holes):
+        before = int(holes[0])
+        more = f"; it is the first of {len(holes)} holes" if len(holes) > 1 else ""
+        raise ExperimentError(
+            f"{path}: line {samples[before + 1][0]}: a hole from {times[before]:g} s (line {samples[before][0]}) to "
+            f'{times[before + 1]:g} s, where the median step is {usual:g} s{more}; fill it in, or set gaps = "bridge" in the '
+            "input's table to go across in a straight line"
         )
+
+
+def _check_delimiter(path: Path, line: int, cells: list[str], delimiter: str) -> None:
+    if len(cells) > 1:
+        return
+    other = next((mark for mark in _DELIMITERS if mark != delimiter and mark in cells[0]), None)
+    advice = "the columns are to be separated by commas, semicolons or tabs" if other is None else _set_delimiter(other)
+    raise ExperimentError(f"{path}: line {line}: there is one column only, with delimiter = {json.dumps(delimiter)}; {advice}")
+
+
+def _set_delimiter(mark: str) -> str:
+    return f"set delimiter = {json.dumps(mark)} in the input's table"
 
 
 def _rows(path: Path, delimiter: str) -> Iterator[Row]:
@@ -121,8 +144,10 @@ def _rows(path: Path, delimiter: str) -> Iterator[Row]:
             continue
         try:
             cells = [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter, strict=True, skipinitialspace=True))]
-        except csv.Error as error:
-            raise ExperimentError(f"{path}: line {number}: {error}") from None
+        except csv.Error:
+            long = len(text) > csv.field_size_limit()
+            fault = "a cell is too long" if long else "a quotation mark is not closed, or does not enclose a whole cell"
+            raise ExperimentError(f"{path}: line {number}: {fault}") from None
         if gap and begun:
             raise ExperimentError(f"{path}: line {gap}: it is empty, between samples; a gap is not filled in")
         gap, begun = 0, begun or bool(_NUMBER.fullmatch(cells[0]))
@@ -131,7 +156,7 @@ def _rows(path: Path, delimiter: str) -> Iterator[Row]:
 
 def _text(path: Path) -> str:
     try:
-        data = read_bounded(path, _LARGEST_FILE, "thin the samples out")
+        data = read_bounded(path, LARGEST_FILE, "thin the samples out")
     except ExperimentError:
         raise
     except (OSError, ValueError) as error:
@@ -139,6 +164,8 @@ def _text(path: Path) -> str:
         raise ExperimentError(
             f"{path}: the CSV file cannot be read: {reason}; paths are relative to the experiment file"
         ) from None
+    # Some programs end lines by a carriage return alone.
+    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -211,7 +238,9 @@ def _number(path: Path, line: int, what: str, cell: str) -> float:
         number = float(cell)
         if math.isfinite(number):
             return number
-    raise ExperimentError(f"{path}: line {line}: the {what} is {cell[:40]!r}, expected a finite number such as 1.5e-3")
+    mark = next((mark for mark in _DELIMITERS if mark in cell), None)
+    advice = "" if mark is None else "; write decimal points" if mark == "," else f"; {_set_delimiter(mark)}"
+    raise ExperimentError(f"{path}: line {line}: the {what} is {cell[:40]!r}, expected a finite number such as 1.5e-3{advice}")
 
 
 def _check_order(path: Path, samples: list[Row], times: FloatArray) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -63,6 +64,32 @@ def blamed(origin: str, place: str) -> Iterator[None]:
         raise ExperimentError("\n".join(f"{origin}: {_placed(place, line)}" for line in lines)) from error
     except MemoryError as error:
         raise ExperimentError(f"{origin}: {place}: it asks for more memory than there is; make it smaller") from error
+
+
+@contextmanager
+def overridden(origin: str, overrides: Sequence[str]) -> Iterator[None]:
+    """Names the override, instead of the file, in what is said of a key that it set."""
+    try:
+        yield
+    except ExperimentError as error:
+        if not overrides:
+            raise
+        lines = [_blamed(line, origin, overrides) for line in str(error).splitlines()]
+        raise ExperimentError("\n".join(lines)) from error
+
+
+def _blamed(line: str, origin: str, overrides: Sequence[str]) -> str:
+    rest = line.removeprefix(f"{origin}: ")
+    if rest == line:
+        return line
+    for override in reversed(overrides):
+        table, *keys = (re.escape(part.strip()) for part in override.partition("=")[0].split("."))
+        # What belongs to a component is told with its name: "component: 'chain': mass: ...".
+        between = r"\W+(?:component\W+)?(?:'\w+'\W+)?" if keys else ""
+        if re.match(rf"{table}{between}" + r"\W+".join(keys) + r"(?!\w)", rest):
+            return f"override {shortened(override)}: {rest}"
+    near = [override for override in overrides if re.match(rf"{re.escape(override.partition('.')[0])}\b", rest)]
+    return f"{origin} with override {', '.join(map(shortened, near))}: {rest}" if near else line
 
 
 def _placed(place: str, line: str) -> str:

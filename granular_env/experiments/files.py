@@ -32,9 +32,9 @@ def read_bounded(path: Path, largest: int, advice: str) -> bytes:
     return data
 
 
-def refuse_long_keys(path: Path, text: str) -> None:
-    """`ExperimentError` with the line of a dotted key of more parts than any experiment has."""
+def refuse_long_keys(where: object, text: str) -> None:
+    """`ExperimentError` with the place and line of a dotted key of more parts than any experiment has."""
     found = _LONG_KEY.search(text)
     if found is not None:
         line = text.count("\n", 0, found.start()) + 1
-        raise ExperimentError(f"{path}: line {line}: a key of more than {_LONGEST_KEY} parts; keys have a few")
+        raise ExperimentError(f"{where}: line {line}: a key of more than {_LONGEST_KEY} parts; keys have a few")

@@ -10,6 +10,7 @@ Times are in seconds, values in the input's own SI unit; only a CSV file declare
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -22,14 +23,16 @@ from granular_env.components.profiles import Profile
 from .faults import Faults, Table, shortened
 
 _DEEPEST_SUM = 8
+# What people write for a CSV table's path; no spelling check would find it.
+_WORDS_FOR_PATH = ("file", "filename", "csv", "name")
 
 
-class ProfileTable(Table):
+class ProfileTable(Table, ABC):
     """One profile as a table; `build` makes the `Profile`. Each kind has its name as the field `profile`."""
 
+    @abstractmethod
     def build(self, folder: Path, unit: str) -> Profile:
         """The profile, for an input of that unit; paths are relative to `folder`."""
-        raise NotImplementedError
 
 
 class ConstantTable(ProfileTable):
@@ -94,6 +97,9 @@ class CsvTable(ProfileTable):
     time_unit: str | None = Field(None, description="s, ms, us or ns; may stand in the CSV's header instead")
     value_unit: str | None = Field(None, description="such as kN or mm/s; may stand in the CSV's header instead")
     delimiter: Literal[",", ";", "\t"] = Field(",", description="what separates the columns")
+    gaps: Literal["refuse", "bridge"] = Field(
+        "refuse", description="holes in the sampling, of over 10 median steps: refuse them, or cross them in a straight line"
+    )
     scale: float = Field(1.0, description="the values are multiplied by it")
     offset_time: float = Field(0.0, description="added to the times [s]")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, in SI, or "hold"')
@@ -103,7 +109,14 @@ class CsvTable(ProfileTable):
         from .csv_input import read_history
 
         times, values = read_history(
-            folder / self.path, self.time_column, self.value_column, self.time_unit, self.value_unit, unit, self.delimiter
+            folder / self.path,
+            self.time_column,
+            self.value_column,
+            self.time_unit,
+            self.value_unit,
+            unit,
+            self.delimiter,
+            bridge=self.gaps == "bridge",
         )
         times = times + self.offset_time if self.offset_time else times
         if times[-1] < 0.0:
@@ -164,6 +177,10 @@ def _parse_profile(table: Mapping[str, Any], place: str, faults: Faults, depth: 
     if model is None:
         came = "missing" if kind is None else f"got {shortened(kind)}"
         faults.add(f"{place}.profile", f"{came}; {nearest(str(kind), PROFILES)}")
+        return None
+    other = next((word for word in _WORDS_FOR_PATH if word in table), None)
+    if model is CsvTable and other is not None and "path" not in table:
+        faults.add(f"{place}.{other}", "unknown; did you mean 'path'?")
         return None
     parts = table.get("profiles")
     if model is SumTable and isinstance(parts, list):

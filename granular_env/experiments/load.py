@@ -12,7 +12,7 @@ from typing import Any
 
 from granular_env.components.errors import ExperimentError, nearest
 
-from .faults import shortened
+from .faults import overridden, shortened
 from .files import read_bounded, refuse_long_keys
 from .schema import Experiment, known_keys, parse, refuse_unknown
 
@@ -20,6 +20,8 @@ Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
 
 _SHIPPED = Path(__file__).parent
 _LARGEST_FILE = 16 * 2**20
+# Keys of experiments: a sum of sums goes deepest, the name of an input is longest.
+_MOST_PARTS, _LONGEST_PART = 32, 200
 _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 
 
@@ -39,10 +41,11 @@ def load_experiment(source: Source, overrides: Iterable[str] = ()) -> Experiment
     Raises:
         ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
     """
-    overrides = list(overrides)
+    overrides, before = list(overrides), ()
     if isinstance(source, Experiment):
         if not overrides:
             return source
+        before = source.overrides
         document, origin, folder = source.to_dict(), source.origin, source.folder
     elif isinstance(source, Mapping):
         document, origin, folder = copy.deepcopy(dict(source)), "experiment", Path()
@@ -51,7 +54,10 @@ def load_experiment(source: Source, overrides: Iterable[str] = ()) -> Experiment
         document, origin, folder = read_document(path), str(path), path.parent
     for override in overrides:
         _override(document, override)
-    return parse(document, origin, folder)
+    with overridden(origin, overrides):
+        experiment = parse(document, origin, folder)
+    experiment._overrides = (*before, *overrides)
+    return experiment
 
 
 def experiment_path(source: str | os.PathLike[str]) -> Path:
@@ -65,11 +71,14 @@ def experiment_path(source: str | os.PathLike[str]) -> Path:
     names = shipped_experiments()
     if str(source) in names:
         return _SHIPPED / f"{source}.toml"
+    if path.exists():
+        what = "a folder" if path.is_dir() else "a device, a pipe or a socket"
+        raise ExperimentError(f"{path}: it is {what}, expected a TOML file or a name of `granular-env list`")
     if path.suffix == ".toml":
         raise ExperimentError(f"{path}: there is no such file")
     short = {name.rpartition("/")[2]: name for name in names}
     advice = f"did you mean {short[str(source)]!r}?" if str(source) in short else nearest(str(source), names)
-    raise ExperimentError(f"experiment {str(source)!r}: no shipped experiment and no file; {advice}")
+    raise ExperimentError(f"experiment {shortened(str(source))}: no shipped experiment and no file; {advice}")
 
 
 def read_document(path: Path) -> dict[str, Any]:
@@ -93,11 +102,17 @@ def parse_override(override: str) -> tuple[list[str], Any]:
     key, equals, text = override.partition("=")
     parts = [part.strip().strip("\"'") for part in key.split(".")]
     if not equals or not all(parts):
-        raise ExperimentError(f"override {override!r}: expected key=value, such as component.grains=500")
+        raise ExperimentError(f"override {shortened(override)}: expected key=value, such as component.grains=500")
+    if len(parts) > _MOST_PARTS or max(map(len, parts)) > _LONGEST_PART:
+        raise ExperimentError(
+            f"override {shortened(override)}: a key of {len(parts)} parts, the longest of {max(map(len, parts))} characters; "
+            f"expected at most {_MOST_PARTS} parts of {_LONGEST_PART}"
+        )
     return parts, _value(override, text.strip())
 
 
 def _value(override: str, text: str) -> Any:
+    refuse_long_keys(f"override {shortened(override)}", text)
     try:
         parsed = tomllib.loads(f"value = {text}")
         if parsed.keys() == {"value"}:
@@ -105,12 +120,14 @@ def _value(override: str, text: str) -> Any:
     except (ValueError, RecursionError, ArithmeticError):
         if _BARE_WORD.fullmatch(text):
             return text
-    raise ExperimentError(f"override {override!r}: {text!r} is no TOML value; write a number, a list, or a string in quotes")
+    raise ExperimentError(
+        f"override {shortened(override)}: {shortened(text)} is no TOML value; write a number, a list, or a string in quotes"
+    )
 
 
 def _override(document: dict[str, Any], override: str) -> None:
     parts, value = parse_override(override)
-    place = f"override {override!r}"
+    place = f"override {shortened(override)}"
     node: Any = document
     for depth, part in enumerate(parts):
         refuse_unknown(part, known_keys(".".join(parts[:depth]), document), place)
@@ -132,5 +149,5 @@ def _override(document: dict[str, Any], override: str) -> None:
 
 def _index(part: str, items: list[Any], place: str) -> int:
     if not part.isdecimal() or int(part) >= len(items):
-        raise ExperimentError(f"{place}: got the index {part!r}, expected 0 to {len(items) - 1}")
+        raise ExperimentError(f"{place}: got the index {shortened(part)}, expected 0 to {len(items) - 1}")
     return int(part)

@@ -11,7 +11,7 @@ from granular_env.components.contract import Component
 from granular_env.components.errors import ExperimentError, ParameterError, StepError, nearest
 from granular_env.components.profiles import Profile
 
-from .faults import Faults, blamed
+from .faults import Faults, blamed, overridden, shortened
 from .inputs import ProfileTable, parse_input
 from .load import parse_override
 from .schema import Experiment
@@ -43,6 +43,11 @@ def prepare(experiment: Experiment) -> Prepared:
     Raises:
         ExperimentError: file, table and key, what came and what was expected.
     """
+    with overridden(experiment.origin, experiment.overrides):
+        return _prepared(experiment)
+
+
+def _prepared(experiment: Experiment) -> Prepared:
     origin = experiment.origin
     with blamed(origin, "component"):
         component = catalogue.make(experiment.component.type, **experiment.component.parameters)
@@ -80,7 +85,7 @@ def inputs_from(overrides: list[str], component: Component) -> dict[str, float |
     for override in overrides:
         parts, value = parse_override(override)
         if parts[0] != "input" or len(parts) != 2:
-            raise ExperimentError(f"override {override!r}: a branch changes inputs only; expected input.NAME=VALUE")
+            raise ExperimentError(f"override {shortened(override)}: a branch changes inputs only; expected input.NAME=VALUE")
         found[parts[1]] = parse_input(value, f"input.{parts[1]}", faults)
     faults.raise_any()
     return {name: _input(origin, Path(), component, name, value) for name, value in found.items()}

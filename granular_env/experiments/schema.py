@@ -68,6 +68,7 @@ class Experiment(Table):
 
     _origin: str = PrivateAttr("experiment")
     _folder: Path = PrivateAttr(default_factory=Path)
+    _overrides: tuple[str, ...] = PrivateAttr(())
 
     @property
     def origin(self) -> str:
@@ -78,6 +79,11 @@ class Experiment(Table):
     def folder(self) -> Path:
         """The folder that paths in the experiment are relative to."""
         return self._folder
+
+    @property
+    def overrides(self) -> tuple[str, ...]:
+        """The ``"a.b=value"`` that changed what the file says."""
+        return self._overrides
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for TOML, JSON and `parse`; what was left out stays out."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
 import re
-import shutil
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, get_args
@@ -14,7 +14,10 @@ from pydantic.fields import FieldInfo
 from granular_env.components import catalogue
 from granular_env.components.contract import Component
 from granular_env.components.errors import ExperimentError, nearest
+from granular_env.writing import write_files
 
+from .csv_input import LARGEST_FILE
+from .files import read_bounded
 from .inputs import CsvTable, ProfileTable, SumTable
 from .load import experiment_path, load_experiment, shipped_experiments
 
@@ -50,23 +53,28 @@ def template(name: str, new_name: str | None = None) -> str:
 def write(name: str, target: Path, force: bool = False) -> list[Path]:
     """Write a template, and beside it copies of the CSV files that it names; nothing is replaced without `force`.
 
+    All of them are written or none.
+
     Returns:
         The files that were written.
     """
     text = template(name, target.stem)
     copies = {} if name in catalogue.names() else _data_files(name, target.parent)
     for path in (target, *copies):
-        if path.exists() and not force:
+        if os.path.lexists(path) and not force:
             raise ExperimentError(f"{path} exists; choose another name, or replace it with --force")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        for copied, original in copies.items():
-            copied.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(original, copied)
-        target.write_text(text, encoding="utf-8")
-    except (OSError, shutil.Error) as error:
-        raise ExperimentError(f"{target}: cannot be written: {error}") from error
+    contents = {copied: _content(original) for copied, original in copies.items()}
+    write_files({**contents, target: text.encode("utf-8")}, ExperimentError)
     return [target, *copies]
+
+
+def _content(original: Path) -> bytes:
+    try:
+        return read_bounded(original, LARGEST_FILE, "copy it by hand")
+    except (OSError, ValueError) as error:
+        if isinstance(error, ExperimentError):
+            raise
+        raise ExperimentError(f"{original}: the CSV file cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:

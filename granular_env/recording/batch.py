@@ -93,8 +93,8 @@ class Profiles:
 
 def hash_row(component: Component, state: list[str], inputs: list[str]) -> np.ndarray:
     """One word for each state variable, one for the whole state, one for each input now held; int64."""
-    row = [_word(digest(words(component.get(name)))) for name in state]
-    row.append(_word(digest(component.save().memory.tobytes())))
+    row = [_word(digest(words(component.peek(name)))) for name in state]
+    row.append(_word(digest(component._memory_bytes)))
     row += [held_word(component._held[name]) for name in inputs]
     return np.array(row, dtype=np.int64)
 
@@ -111,8 +111,8 @@ def _word(data: bytes) -> int:
 
 
 def parameter_digests(component: Component) -> dict[str, str]:
-    """A digest of each parameter, apart from the header's list of them, so that a changed one can be named."""
-    parameters = component.parameters.model_dump(mode="json")
+    """A digest of each parameter that has not its default, apart from the header's list: so a changed one can be named."""
+    parameters = component.parameters.model_dump(mode="json", exclude_defaults=True)
     return {name: digest(canonical_json(value)).hex() for name, value in parameters.items()}
 
 

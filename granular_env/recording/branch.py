@@ -84,7 +84,7 @@ class Branch:
             raise ParameterError(f"log: {str(target)!r} is the parent itself; choose another name")
         with self._recorder(target, every, variables, overwrite):
             self._go_on(given, end)
-        return open_log(target)
+        return open_log(target, allow_large=self.parent._caps.lifted)
 
     def _check(self, given: dict[str, Any]) -> None:
         known = self.parent.input_variables

@@ -1,7 +1,7 @@
 """How much a log may ask for before it is believed: a file from a stranger must not fill the memory or run for days.
 
-`allow_large=True` (on the command line ``--allow-large``) lifts every cap but the one that no honest file can pass: an array
-is never larger than the bytes that hold it.
+`allow_large=True` (on the command line ``--allow-large``) lifts every cap but those that no honest file can pass: an array
+is never larger than the bytes that hold it, and nothing than the memory that is there.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from ..components.errors import LogError
+from ..components.memory import refuse_beyond
 
-_ADVICE = "open it with allow_large=True (--allow-large) if you trust where it comes from"
+_ADVICE = "open it with allow_large=True if you trust where it comes from"
 # One chunk is decompressed as a whole; ours are near 1 MB or hold one array, which for the largest components is more [bytes].
 _CHUNK_BYTES = 256 << 20
 # A log that this machine could record, it may read as well: part of its memory that one chunk may take, and what a grain,
@@ -44,10 +45,13 @@ class Caps:
     def chunk(self, size: int) -> None:
         """Bytes that a chunk says it decompresses to."""
         self._check("the decompressed size of a chunk, in bytes,", size, max(_CHUNK_BYTES, _memory() // _CHUNK_SHARE))
+        if size > _CHUNK_BYTES:
+            refuse_beyond(size, f"log {self.path!r}: a chunk", LogError)
 
     def series(self, size: int) -> None:
         """Bytes that the arrays asked for will take."""
         self._check("the size of what was asked for, in bytes,", size, _SERIES_BYTES)
+        refuse_beyond(size, f"log {self.path!r}: what was asked for", LogError)
 
     def work(self, ticks: int, words: int) -> None:
         """Internal steps that a replay would take, for a state of so many 8-byte words."""

@@ -155,7 +155,7 @@ class Container:
                 try:
                     self._parsed(self._chunk_content(offset, total))
                 except LogError as error:
-                    self.damage = str(error)
+                    self.damage = str(error).removesuffix(f"; {_RECOVER}")
                     return
                 yield offset, total
             elif not 1 <= opcode <= 15:

@@ -75,7 +75,8 @@ class Log:
         messages = self._container.messages(0) if self._container.chunk_count else []
         first = next((m for m in messages if m.topic in TOPICS), None)
         if first is None or TOPICS[first.topic] != HEADER:
-            raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost")
+            why = f": {self._container.damage}" if self._container.damage else ""
+            raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost{why}")
         self._log = log_identity(first.data)
         record = decode(first.data, HEADER, None)
         self._header, self._header_arrays = record.header, record.arrays
@@ -299,6 +300,8 @@ class Log:
 
     def branch(self, at: float, components: Mapping[str, type[Component]] | None = None) -> Branch:
         """A component in the state at a time [s] of the log, and what the log did from there.
+
+        A time between two steps is moved to the nearest; ``.component.time`` is the one that was taken.
 
         Raises:
             ParameterError: the time is outside of the log.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..components.errors import GranularError, LogError, ParameterError
+from ..writing import replacing
 from .format import CLOSED, EVENTS, TOPICS, Record, decode
 from .reader import Log, open_log
 from .sink import Sink, as_path, create
@@ -33,23 +34,16 @@ def recover(
 
     Raises:
         LogError: nothing is intact, or `out` cannot be written.
-        ParameterError: `out` exists, or is the damaged file itself.
+        ParameterError: `out` exists, or is no regular file, or is the damaged file itself.
     """
     source, target = as_path(path), as_path(out)
-    if target.exists() and not overwrite:
+    if os.path.lexists(target) and not overwrite:
         raise ParameterError(f"out: {str(target)!r} exists; choose another name, or pass overwrite=True")
-    if target.exists() and source.exists() and os.path.samefile(source, target):
+    if os.path.exists(target) and os.path.exists(source) and os.path.samefile(source, target):
         raise ParameterError(f"out: {str(target)!r} is the damaged log itself; choose another name")
-    partial = target.with_name(target.name + ".part")
-    with Log(source, allow_large, scan=True) as log:
-        try:
-            unharmed = f"{str(source)!r} is as it was; nothing was left behind"
-            _copy(log, Sink(target, create(partial, overwrite=True), unharmed))
-            os.replace(partial, target)
-        except OSError as error:
-            raise LogError(f"log {str(target)!r} cannot be written: {error.strerror}") from error
-        finally:
-            partial.unlink(missing_ok=True)
+    with Log(source, allow_large, scan=True) as log, replacing(target, LogError) as part:
+        unharmed = f"{str(source)!r} is as it was; nothing was left behind"
+        _copy(log, Sink(target, create(part, overwrite=True), unharmed))
     return open_log(target, allow_large=allow_large)
 
 

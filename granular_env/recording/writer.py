@@ -22,6 +22,7 @@ from .batch import Batch, Profiles, hash_row, parameter_digests, write_batch
 from .facts import header_of, plain_json
 from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record
 from .options import checked_names, checked_schedule, plain_values
+from .pool import Pool
 from .schedule import Schedule
 from .sink import Sink, as_path, create
 from .track import LEDGER, Track, scalar_names, scalar_values
@@ -112,6 +113,9 @@ class Recorder:
         self._track = Track(component.particles(), scalar_names(component))
         self._profiles, self._parameters = Profiles(), parameter_digests(component)
         self._batch = self._inside = Batch(-1, 0, 0)
+        self._pool = Pool()
+        # Ticks of the step under way that have been handed over.
+        self._parts = 0
         self._sink = Sink(path, file)
         self._write_header(experiment, parent)
         self._due = perf_counter() + _WAIT_SECONDS
@@ -144,10 +148,23 @@ class Recorder:
             self._begin(component)
 
     def look(self, component: Component) -> None:
-        """Take what is due at this tick; kept only if the step turns out whole."""
+        """Take what is due at this tick; of a long step, hand over the part that is done.
+
+        A step of n ticks is n steps of one, so a part is a step like any other. If the rest fails, the component is put
+        back to where the step began, and that is a new segment.
+        """
         if not self._closed and self._error is None:
             self._look(component, self._inside)
+            if self._inside.size > _WAKE_BYTES or perf_counter() > self._due:
+                self._take_part(component)
         self._set_next(component.tick)
+
+    def _take_part(self, component: Component) -> None:
+        with self._lock:
+            ticks, held = component.tick - self._expected, {} if self._parts else component._held
+            self._parts += ticks
+            self._take_step(component.tick, ticks, held)
+        self._hurry()
 
     def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""
@@ -155,31 +172,42 @@ class Recorder:
             return
         now = component._tick
         with self._lock:
-            if now - ticks != self._expected:
+            rest, self._parts = ticks - self._parts, 0
+            if now - rest != self._expected:
                 # Ctrl-C fell between a step and its record: what is known for certain is the state now.
                 self._begin(component)
                 return
-            batch = self._batch
-            if inputs:
-                place = len(batch.durations)
-                for name, value in inputs.items():
-                    batch.sets.append((place, name, value))
-                batch.size += _SET_BYTES * len(inputs)
-            batch.durations.append(ticks)
-            batch.size += _STEP_BYTES
-            self._expected = now
-            if self._inside:
-                batch.take(self._inside)
-                self._inside = Batch(batch.segment, 0, 0)
-        if batch.size > _WAKE_BYTES or perf_counter() > self._due:
+            if rest:
+                self._take_step(now, rest, inputs if rest == ticks else {})
+            size = self._batch.size
+        if size > _WAKE_BYTES or perf_counter() > self._due:
             self._hurry()
+            self._tell_error()
+
+    def _take_step(self, now: int, ticks: int, inputs: Mapping[str, Held]) -> None:
+        batch = self._batch
+        if inputs:
+            place = len(batch.durations)
+            for name, value in inputs.items():
+                batch.sets.append((place, name, value))
+            batch.size += _SET_BYTES * len(inputs)
+        batch.durations.append(ticks)
+        batch.size += _STEP_BYTES
+        self._expected = now
+        if self._inside:
+            batch.take(self._inside)
+            self._inside = Batch(batch.segment, 0, 0)
 
     def failed(self, component: Component, error: BaseException) -> None:
-        """Forget what was seen inside the step that failed; keep the reason."""
+        """Forget what was seen inside the step that failed, unless its parts were handed over; keep the reason."""
         with self._lock:
             self._inside = Batch(self._batch.segment, 0, 0)
-            self._set_all_next(component.tick)
             self._note("interrupted" if isinstance(error, KeyboardInterrupt) else "failed", error)
+            if self._parts:
+                self._parts = 0
+                self._begin(component)
+            else:
+                self._set_all_next(component.tick)
 
     # -- the end ----------------------------------------------------------------------------------------------------
 
@@ -250,7 +278,7 @@ class Recorder:
     def _take_frame(self, component: Component, into: Batch) -> None:
         picture = self._track.wants(self._frames)
         ledger = component.ledger()
-        values = [getattr(ledger, name) if name in LEDGER else component.get(name) for name in self._names]
+        values = [getattr(ledger, name) if name in LEDGER else self._pool.copy(component.peek(name)) for name in self._names]
         into.frames.append((component.tick, values))
         into.size += sum(8 * np.size(value) + 100 for value in values)
         if picture:
@@ -259,7 +287,7 @@ class Recorder:
 
     def _take_picture(self, component: Component, ledger: Ledger) -> None:
         particles = self._track.particles
-        seen = (None, None) if particles is None else (component.get(particles.displacement), component.get(particles.colour))
+        seen = (None, None) if particles is None else (component.peek(particles.displacement), component.peek(particles.colour))
         scalars = scalar_values(component, self._track.names, ledger)
         self._track.add(self._frames, self._nanoseconds(component.tick), scalars, *seen)
 
@@ -289,15 +317,17 @@ class Recorder:
         self._waiting.append(Record(EVENTS, 0, self._segment, tick, tick, 1, 0, content, {}))
 
     def _hurry(self) -> None:
+        self._wake.set()
+        with self._written:
+            self._written.wait_for(self._kept_up, _LONGEST_WAIT)
+
+    def _tell_error(self) -> None:
         if self._error is not None:
             self._component.ignore(self)
             raise LogError(
                 f"{self._error}. The step itself stands: the component is at {self._component.time:.12g} s, do not step again. "
                 "Recording has stopped; further steps go on without it"
             ) from self._error
-        self._wake.set()
-        with self._written:
-            self._written.wait_for(self._kept_up, _LONGEST_WAIT)
 
     def _kept_up(self) -> bool:
         behind = perf_counter() > self._due or self._backlog > _WAIT_BYTES
@@ -342,6 +372,9 @@ class Recorder:
         for item in waiting:
             self._write(item)
         self._sink.flush()
+        for item in waiting:
+            if isinstance(item, Batch):
+                self._pool.take_back(value for _, values in item.frames for value in values)
         self._backlog, self._due = 0, gathered + _WAIT_SECONDS
         with self._written:
             self._written.notify_all()

@@ -15,6 +15,7 @@ import numpy as np
 
 from granular_env.components.contract import Component, Held
 from granular_env.components.errors import GranularError, GranularWarning
+from granular_env.writing import refused_unless_file
 
 from .blueprint import blueprint
 from .extras import needed
@@ -69,6 +70,7 @@ class LiveViewer:
 
         Raises:
             MissingExtraError: rerun is not installed.
+            ParameterError: `save` is a folder or a device.
             GranularError: the viewer cannot be started.
         """
         self.next_tick, self.frames = 0, 0
@@ -89,6 +91,7 @@ class LiveViewer:
 
     def _connect(self, layout: Any, web: bool, save: str | os.PathLike[str] | None) -> None:
         if save is not None:
+            refused_unless_file(save)
             try:
                 self._recording.save(save, default_blueprint=layout)
             except (OSError, RuntimeError) as error:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.components.errors import GranularError, LogError, ParameterError
+from granular_env.components.errors import LogError, ParameterError
+from granular_env.writing import write_files
 
 from . import figures, page
 from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage, from_log
@@ -46,7 +47,7 @@ def report(
     Raises:
         MissingExtraError: matplotlib is not installed.
         ParameterError: an instant or a grain that the log does not have; nothing is written.
-        GranularError: the folder cannot be written.
+        GranularError: the files cannot be written; then none of them is.
     """
     footage = from_log(log, _FRAMES)
     drawn = _drawn(footage, times, grains)
@@ -58,13 +59,7 @@ def report(
 
 def _written(folder: Path, html: str, pictures: Mapping[str, bytes]) -> Path:
     target = folder / "report.html"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, data in pictures.items():
-            (folder / f"{name}.png").write_bytes(data)
-        target.write_text(html, encoding="utf-8")
-    except OSError as error:
-        raise GranularError(f"cannot write the report into {str(folder)!r}: {error}") from error
+    write_files({**{folder / f"{name}.png": data for name, data in pictures.items()}, target: html.encode("utf-8")})
     return target
 
 

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularError, ParameterError
+from granular_env.writing import refused_unless_file, write_files
 
 from .blueprint import blueprint
 from .extras import needed
@@ -43,19 +44,12 @@ _START_SECONDS = 60.0
 _SETTLE_SECONDS = 5.0
 
 
-def _regular(path: Path) -> Path:
-    """A path to write to: new, or a file; what else stands there is not to be replaced by one."""
-    if path.exists() and not path.is_file():
-        raise ParameterError(f"{str(path)!r} is there and is no file; give the path of a file to write")
-    return path
-
-
 def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = None) -> Path:
     """Write a log's scene, with its layout, as a file for rerun.
 
     Args:
         log: an open log.
-        path: of the .rrd file; its folder has to exist.
+        path: of the .rrd file.
         exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no grains
             pass one another. The factor is stated in the scene.
 
@@ -68,22 +62,24 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
         GranularError: the file cannot be written.
     """
     rr = needed("rerun", "saving a rerun file")
-    target = _regular(Path(path))
+    target = Path(path)
+    refused_unless_file(target)
     footage = from_log(log)
     scales = _scales(footage, exaggerate)
-    recording = rr.RecordingStream(APPLICATION, recording_id=f"{footage.title} ({Path(str(log.path)).name})")
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    # A file's name may hold bytes that are no text; rerun takes text only.
+    name = Path(str(log.path)).name.encode("utf-8", "replace").decode()
+    recording = rr.RecordingStream(APPLICATION, recording_id=f"{footage.title} ({name})")
+    # Through memory: where the disk becomes full, rerun's own writer drops the rest, or hangs, and raises nothing.
+    kept = recording.memory_recording()
     try:
-        recording.save(part, default_blueprint=blueprint(footage, scales, log.duration))
+        recording.send_blueprint(blueprint(footage, scales, log.duration), make_active=False)
         recording.send_recording_name(footage.title)
         send(recording, footage, scales)
-        recording.disconnect()
-        os.replace(part, target)
-    except (OSError, RuntimeError) as error:
+        write_files({target: kept.drain_as_bytes()})
+    except RuntimeError as error:
         raise GranularError(f"cannot write the rerun file {str(target)!r}: {error}") from error
     finally:
         recording.disconnect()
-        part.unlink(missing_ok=True)
     return target
 
 
@@ -102,7 +98,7 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
     if not web and sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise GranularError(
             "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set, so the desktop viewer cannot open; "
-            "use the web viewer (web=True, --web), a rerun file (--save FILE.rrd) or a picture (--screenshot FILE.png)"
+            "use the web viewer (web=True), a rerun file (save_rrd) or a picture (screenshot)"
         )
     with tempfile.TemporaryDirectory(prefix="granular-env-") as folder:
         file = save_rrd(log, Path(folder) / "scene.rrd", exaggerate)
@@ -134,7 +130,8 @@ def screenshot(
         GranularError: the viewer cannot start; the message names the system packages it needs.
     """
     needed("rerun", "a screenshot")
-    target = _regular(Path(png).absolute())
+    target = Path(png).absolute()
+    refused_unless_file(target)
     if target.suffix.lower() != ".png":
         raise ParameterError(f"{str(target)!r}: a screenshot is a PNG picture; give a name that ends in .png")
     start = log.start_tick * log.step_size
@@ -145,11 +142,8 @@ def screenshot(
         file = save_rrd(log, Path(folder) / "scene.rrd", exaggerate)
         picture = Path(folder) / "picture.png"
         with _headless_viewer(file, size) as port:
-            _take(port, picture, instant)
-        try:
-            shutil.copyfile(picture, target)
-        except OSError as error:
-            raise GranularError(f"cannot write the picture {str(target)!r}: {error}") from error
+            data = _take(port, picture, instant)
+    write_files({target: data})
     return target
 
 
@@ -260,7 +254,7 @@ def wait_for_port(process: subprocess.Popen[bytes], port: int, messages: Path | 
     )
 
 
-def _take(port: int, picture: Path, instant: float) -> None:
+def _take(port: int, picture: Path, instant: float) -> bytes:
     client_class = needed("rerun.experimental", "a screenshot").ViewerClient
     try:
         client = client_class.connect(f"rerun+http://{LOCALHOST}:{port}/proxy")
@@ -276,6 +270,7 @@ def _take(port: int, picture: Path, instant: float) -> None:
         # Textures arrive some frames later, the viewer's own notices leave after seconds, and rerun has no signal for either.
         time.sleep(_SETTLE_SECONDS)
         client.save_screenshot(str(picture))
+        return picture.read_bytes()
     except Exception as error:
         raise GranularError(
             f"rerun's viewer gave no picture: {error}. It needs the system packages (Debian names) "

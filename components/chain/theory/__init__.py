@@ -7,16 +7,9 @@ from __future__ import annotations
 
 from .anharmonic import (
     AnharmonicCoefficients,
-    LongWaveCoefficients,
     anharmonic_acceleration,
     anharmonic_coefficients,
-    korteweg_de_vries_shape,
-    korteweg_de_vries_speed_ratio,
-    korteweg_de_vries_width,
     lattice_acceleration,
-    long_wave_acceleration,
-    long_wave_coefficients,
-    nesterenko_acceleration,
 )
 from .binary import (
     binary_velocities,
@@ -54,6 +47,15 @@ from .lattice import (
     LatticeWave,
     lattice_wave,
     sen_manciu_displacement,
+)
+from .long_waves import (
+    LongWaveCoefficients,
+    korteweg_de_vries_shape,
+    korteweg_de_vries_speed_ratio,
+    korteweg_de_vries_width,
+    long_wave_acceleration,
+    long_wave_coefficients,
+    nesterenko_acceleration,
 )
 from .potential import (
     LARGEST_C3,

@@ -1,7 +1,7 @@
 """A pulse as one collision after another, each between two grains alone: exact with gaps between the grains. SI units.
 
-In a touching chain the pulse is five grains wide; there the law holds for the ratio of successive grains, in tapers far from
-uniform, and the better the more a chain is tapered.
+In a touching chain the pulse is five grains wide, and the law is the limit of small tapers: the settled ratio of successive
+peaks is off by -.03 % at q = .02, -.35 % at .05, -2.5 % at .1, and -.05 % at -.05 (growing grains), in runs of the chain.
 """
 
 from __future__ import annotations

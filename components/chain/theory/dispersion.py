@@ -1,6 +1,7 @@
 """Small oscillations of a pressed chain: frequencies, speeds and band edges. SI units.
 
-Exact for infinitely small waves, K = (3/2) k d0^(1/2) the tangent stiffness of every contact; wave numbers within the first zone.
+Exact for infinitely small waves, K = (3/2) k d0^(1/2) the tangent stiffness of every contact. Wave numbers lie within the first
+zone.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def monatomic_group_speed(wave_number: Number, tangent: float, mass: float, diam
 
 
 def long_wave_frequency(wave_number: Number, sound_speed: float, diameter: float) -> Number:
-    """Of (2.3), and of (2.4) about a state at rest: c0 kappa sqrt(1 - (kappa a)^2/12) [rad/s], |kappa| a < sqrt 12; long waves only."""
+    """Of (2.3), and of (2.4) about a state at rest: c0 kappa sqrt(1 - (kappa a)^2/12) [rad/s]; for long waves."""
     phase = np.abs(finite("wave_number", wave_number)) * above("diameter", diameter, 0.0, "m")
     at_least("wave_number: 12 - (wave_number x diameter)^2", 12.0 - phase**2, 0.0)
     return above("sound_speed", sound_speed, 0.0, "m/s") / diameter * phase * (1.0 - phase**2 / 12.0) ** 0.5
@@ -72,20 +73,22 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
     Args:
         wave_number: kappa [rad/m], |kappa| <= pi/L.
         tangent: K [N/m], the same in all contacts.
-        light, heavy: the masses, in either order [kg].
+        light: one mass, either [kg].
+        heavy: the other [kg].
         cell: L, the distance between equal grains [m].
     """
     tangent, light, heavy = _diatomic(tangent, light, heavy)
-    total, product = 1.0 / light + 1.0 / heavy, 4.0 * np.sin(0.5 * _phase(wave_number, cell, "cell")) ** 2 / (light * heavy)
-    # Under the root (1/m1 - 1/m2)^2 + 4 cos^2/(m1 m2); the acoustic branch as a quotient, or it would lose its digits at kappa = 0.
-    high = total + (total**2 - product) ** 0.5 if light != heavy else total + _equal_root(wave_number, cell, light)
-    return (tangent * product / high) ** 0.5, (tangent * high) ** 0.5
+    half = 0.5 * _phase(wave_number, cell, "cell")
+    # As (1/m1 - 1/m2)^2 + 4 cos^2/(m1 m2), and the acoustic branch as a quotient: neither loses digits where it is small.
+    root = ((1.0 / light - 1.0 / heavy) ** 2 + 4.0 * np.cos(half) ** 2 / (light * heavy)) ** 0.5
+    high = 1.0 / light + 1.0 / heavy + root
+    return 2.0 * np.abs(np.sin(half)) * (tangent / (light * heavy * high)) ** 0.5, (tangent * high) ** 0.5
 
 
 def diatomic_group_speeds(
     wave_number: Number, tangent: float, light: float, heavy: float, cell: float
 ) -> tuple[Number, Number]:
-    """|d omega/d kappa| of both branches [m/s]; for unlike masses, and 0 < |kappa|, since at 0 the acoustic one is the sound speed."""
+    """|d omega/d kappa| of both branches [m/s]; for unlike masses and kappa not 0 (there `diatomic_sound_speed`, and 0)."""
     acoustic, optical = diatomic_frequencies(wave_number, tangent, light, heavy, cell)
     if light == heavy:
         raise ParameterError("heavy: got the same mass as light; expected unlike masses, or take monatomic_group_speed")
@@ -115,10 +118,6 @@ def diatomic_edges(tangent: float, light: float, heavy: float) -> BandEdges:
 
 def _diatomic(tangent: float, light: float, heavy: float) -> tuple[float, float, float]:
     return above("tangent", tangent, 0.0, "N/m"), above("light", light, 0.0, "kg"), above("heavy", heavy, 0.0, "kg")
-
-
-def _equal_root(wave_number: Number, cell: float, mass: float) -> Number:
-    return 2.0 / mass * np.abs(np.cos(0.5 * _phase(wave_number, cell, "cell")))
 
 
 def _phase(wave_number: Number, length: float, name: str = "diameter") -> Number:

@@ -50,7 +50,7 @@ def contact_speed(constant: Number, diameter: Number) -> Number:
 def sound_speed(constant: Number, diameter: Number, overlap: Number) -> Number:
     """c0 of (2.3), of long waves in a chain pressed to `overlap` delta0: a sqrt(3/2 A delta0^(1/2)) [m/s].
 
-    With a = 2R it is the paper's c0^2 = 6 A R^2 delta0^(1/2). It vanishes with delta0: there is no sound in an uncompressed chain.
+    With a = 2R it is the paper's c0^2 = 6 A R^2 delta0^(1/2). It vanishes with delta0: an uncompressed chain has no sound.
     """
     constant, diameter = above("constant", constant, 0.0, "1/(m^0.5 s^2)"), above("diameter", diameter, 0.0, "m")
     return diameter * (1.5 * constant) ** 0.5 * above("overlap", overlap, 0.0, "m") ** 0.25

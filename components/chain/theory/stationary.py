@@ -102,14 +102,13 @@ def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave
 
     Args:
         c3: C3 of W.
-        depth: energy of the particle between the bottom of the well, 0, and its rim W(y1), 1: towards 0 a sine, towards 1 solitary
-            waves far apart. At C3 = 0 and depth = 1 it is (2.7), cos^4.
+        depth: energy of the particle between the bottom of the well, 0, and its rim W(y1), 1: towards 0 a sine, towards 1
+            solitary waves far apart. At C3 = 0 and depth = 1 it is (2.7), cos^4.
         samples: points of the profile, odd, so that one is the crest.
     """
     c3, half = between("c3", c3, 0.0, LARGEST_C3, closed_below=True), _half(samples)
-    depth = between("depth", depth, 0.0, 1.0 + 1e-15)
-    if depth == 1.0 and c3:
-        raise ParameterError("depth: got 1 with c3 > 0, where the period is infinite; take solitary_wave, or less than 1")
+    limit = 1.0 if c3 else float(np.nextafter(1.0, 2.0))
+    depth = between("depth", depth, 0.0, limit, advice="at 1 and C3 > 0 the period is infinite: take solitary_wave")
     rim, bottom = extreme_roots(c3)
     hill = _hill(c3)
     energy = float(hill(bottom) + depth * (hill(rim) - hill(bottom)))
@@ -140,16 +139,18 @@ def critical_viscosity(c3: float) -> float:
     return 2.5 * high * (0.4 * (3.0 - 2.0 / high)) ** 0.5
 
 
-def shock_wave(c3: float, viscosity: float, samples: int = 801) -> StationaryWave:
+def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int = 2001) -> StationaryWave:
     """A stationary shock in a chain with a linear dashpot g d(delta)/dt in each contact, 0 < C3 < 5/27.
 
-    The paper argues with weak losses and writes no equation for them. The dashpot adds (g a^2/m) xi_xxt to the long-wave equation of
-    the strain, and -(4/5) mu y^(-2/5) y_t to the particle's motion in W, t = -eta, mu = sqrt(10) g a/(m V): it leaves the hilltop
-    y1 and comes to rest in y2. Weak losses: the front is a solitary wave, and oscillations follow; `critical_viscosity`: none.
+    The paper argues with weak losses and writes no equation for them. The dashpot adds (g a^2/m) xi_xxt to the long-wave
+    equation of the strain, and -(4/5) mu y^(-2/5) y_t to the particle's motion in W, t = -eta, mu = sqrt(10) g a/(m V): it
+    leaves the hilltop y1 and comes to rest in y2. Weak losses: the front is a solitary wave, and oscillations follow; from
+    `critical_viscosity` on: none.
 
     Args:
         c3: C3 of W; the strain behind over that in front is `shock_ratio`(C3).
         viscosity: mu > 0, dimensionless.
+        length: how far behind the front the wave is followed, in a; weak losses need some 3/mu to settle.
         samples: points of the profile, equidistant; the front, where the mean strain of both sides is passed, is at x = 0.
     """
     from scipy.integrate import solve_ivp
@@ -168,26 +169,18 @@ def shock_wave(c3: float, viscosity: float, samples: int = 801) -> StationaryWav
     # Down the unstable direction of the hilltop: rate^2 + 2 p rate - curvature = 0.
     curvature, drag = 0.4 * (2.0 / rim - 3.0), 0.4 * viscosity / rim
     growth = curvature / ((drag**2 + curvature) ** 0.5 + drag)
-    push = 1e-7 * (end - start)
-    decay = _settling_rate(bottom, viscosity)
-    duration = 20.0 / growth + 20.0 / decay + 40.0
-    found = solve_ivp(
-        motion, (0.0, duration), [start + push, push * growth], rtol=1e-10, atol=1e-12, dense_output=True, method="DOP853"
-    )
-    times = np.linspace(0.0, duration, samples)
+    push = 1e-7 * start
+    climb = (np.log(1e7 * end / start) + 5.0) / growth + 20.0
+    span = climb + above("length", length, 0.0) * 10.0**0.5
+    middle = (0.5 * (rim**2 + bottom**2)) ** 1.25
+    found: Any = solve_ivp(
+        motion, (0.0, span), [start + push, push * growth],
+        method="DOP853", rtol=1e-10, atol=1e-10 * start, dense_output=True, events=lambda _, state: state[0] - middle,
+    )  # fmt: skip
+    front = found.t_events[0][0]
+    times = np.linspace(front + length * 10.0**0.5, 0.0, samples)
     y = np.maximum(found.sol(times)[0], start)
-    middle = 0.5 * (rim**2 + bottom**2)
-    fine = np.linspace(0.0, duration, 20001)
-    front = fine[np.argmax(found.sol(fine)[0] ** 0.8 >= middle)]
-    energy = float(_hill(c3)(rim))
-    return StationaryWave(c3, energy, (front - times[::-1]) / 10.0**0.5, y[::-1], np.nan, np.inf)
-
-
-def _settling_rate(bottom: float, viscosity: float) -> float:
-    """How fast the slower of both motions about y2 dies away."""
-    drag, stiffness = 0.4 * viscosity / bottom, 0.4 * (3.0 - 2.0 / bottom)
-    overdamped = drag**2 - stiffness
-    return drag if overdamped <= 0.0 else stiffness / (drag + overdamped**0.5)
+    return StationaryWave(c3, float(_hill(c3)(rim)), (front - times) / 10.0**0.5, y, np.nan, np.inf)
 
 
 def _hill(c3: float) -> Polynomial:

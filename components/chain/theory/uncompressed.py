@@ -1,7 +1,7 @@
 """The continuum (2.4) without precompression, C3 = 0: the cos^4 wave (2.7), and shocks that conservation laws allow.
 
-Dimensionless: lengths in diameters a, speeds V and particle velocities v in the paper's c (`contact_speed`), so that strain, stress
-xi^1.5 and v are pure numbers, v = V xi. Formulas of the strain's maximum hold for weak losses only.
+Dimensionless: lengths in diameters a, speeds V and particle velocities v in the paper's c (`contact_speed`), so that strain xi,
+stress xi^1.5 and v = V xi are pure numbers. The overshoots are those of a front with weak losses.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ def shock_strain(speed: Number) -> Number:
 def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
     """D1 of section 3.4, the shock before a piston of velocity v0: c^(4/5) v0^(1/5) [m/s]; SI units.
 
-    From mass and momentum, v0 = D1 xi_c and xi_c = (D1/c)^4; independent of the grains' size. It needs losses: without them the front is
-    a solitary wave that outruns it by V/D1 (`front_ratio`).
+    From mass and momentum, v0 = D1 xi_c and xi_c = (D1/c)^4; independent of the grains' size. It needs losses: without
+    them the front is a solitary wave that outruns it by V/D1 (`front_ratio`).
 
     Args:
         constant: A = k/m [1/(m^0.5 s^2)].
@@ -62,7 +62,7 @@ def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
 
 
 def front_ratio(coefficient: float, velocity_ratio: float = 2.0) -> float:
-    """V/D1 of a front v_m = `velocity_ratio` v0 high, where V = `coefficient` c^(4/5) v_m^(1/5) (paper: .915 and 2, so 1.05)."""
+    """V/D1 of a front v_m = `velocity_ratio` v0 high, where V = `coefficient` c^(4/5) v_m^(1/5) (paper: .915, 2: 1.05)."""
     return above("coefficient", coefficient, 0.0) * above("velocity_ratio", velocity_ratio, 0.0) ** 0.2
 
 

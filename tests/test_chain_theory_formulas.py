@@ -1,0 +1,211 @@
+"""Closed forms that need no run: the long-wave equations against the lattice, scales, collisions, restitution."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from chain_tools import RADIUS
+from scipy.integrate import solve_ivp
+from scipy.special import beta
+
+import granular_env as ge
+from granular_env.components.chain import theory
+
+# -- (2.2), (2.3), (2.4) against (2.1) --------------------------------------------------------------------------------
+
+
+def test_order_of_the_anharmonic_approximation() -> None:
+    """(2.2) leaves out the third power of the change of overlap."""
+    shape = np.sin(1.3 * np.arange(12.0))
+    errors = []
+    for size in (1e-2, 5e-3, 2.5e-3):
+        exact = theory.lattice_acceleration(size * shape, 3.0, 0.7)
+        errors.append(np.abs(theory.anharmonic_acceleration(size * shape, 3.0, 0.7) - exact).max())
+    assert [math.log2(errors[i] / errors[i + 1]) for i in range(2)] == pytest.approx([3.0, 3.0], abs=0.05)
+    alpha, beta_ = theory.anharmonic_coefficients(3.0, 0.7)
+    assert (alpha, beta_) == pytest.approx((1.5 * 3.0 * 0.7**0.5, 0.375 * 3.0 / 0.7**0.5), rel=1e-14)
+
+
+def test_open_contacts_do_not_pull() -> None:
+    assert theory.lattice_acceleration([0.0, 1.0, 3.0], 1.0, 0.0) == pytest.approx([0.0])
+    assert theory.lattice_acceleration([3.0, 1.0, 5.0], 1.0, 0.0) == pytest.approx([2.0**1.5])
+
+
+def waves_of(place: np.ndarray, height: float) -> np.ndarray:
+    """u = height sin x and its first four derivatives, shape (5, n)."""
+    sine, cosine = height * np.sin(place), height * np.cos(place)
+    return np.array([sine, cosine, -sine, -cosine, sine])
+
+
+def test_order_of_the_long_wave_equation() -> None:
+    """(2.4), as printed, leaves out (a/L)^4, whatever the height of the wave: here strains from .2 to 1.8."""
+    errors = []
+    for diameter in (0.1, 0.05, 0.025):
+        place = diameter * np.arange(round(6.0 / diameter))
+        u, *derivatives = waves_of(place, 0.8)
+        derivatives[0] = derivatives[0] - 1.0
+        exact = theory.lattice_acceleration(u - place, diameter**-2.5, 0.0)
+        found = theory.nesterenko_acceleration(derivatives, diameter**-2.5, diameter)[1:-1]
+        errors.append(np.abs(found - exact).max())
+    assert [math.log2(errors[i] / errors[i + 1]) for i in range(2)] == pytest.approx([4.0, 4.0], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("diameters", "heights", "order"), [((0.4, 0.2, 0.1), (1e-6,) * 3, 4.0), ((1e-3,) * 3, (0.1, 0.05, 0.025), 3.0)]
+)
+def test_orders_of_the_weakly_nonlinear_equation(diameters, heights, order: float) -> None:
+    """(2.3) leaves out (a/L)^4 of the linear term, and the third power of the strain's change."""
+    errors = []
+    for diameter, height in zip(diameters, heights, strict=True):
+        place = diameter * np.arange(round(6.0 / diameter))
+        u, *derivatives = waves_of(place, height)
+        exact = theory.lattice_acceleration(u, 1.0, diameter)
+        found = theory.long_wave_acceleration(derivatives, 1.0, diameter, diameter)[1:-1]
+        errors.append(np.abs(found - exact).max() / diameter**2.5)
+    assert [math.log2(errors[i] / errors[i + 1]) for i in range(2)] == pytest.approx([order, order], abs=0.1)
+
+
+def test_coefficients_of_the_weakly_nonlinear_equation() -> None:
+    """As printed: c0^2 = A delta0^(1/2) 6 R^2, gamma = c0 R^2/6, epsilon = c0^2 R/delta0."""
+    constant, overlap = 5.6e12, 1e-6
+    speed, dispersion, nonlinearity = theory.long_wave_coefficients(constant, 2.0 * RADIUS, overlap)
+    assert speed == pytest.approx(math.sqrt(constant * math.sqrt(overlap) * 6.0 * RADIUS**2), rel=1e-12)
+    assert speed == theory.sound_speed(constant, 2.0 * RADIUS, overlap)
+    assert dispersion == pytest.approx(speed * RADIUS**2 / 6.0, rel=1e-12)
+    assert nonlinearity == pytest.approx(speed**2 * RADIUS / overlap, rel=1e-12)
+
+
+@pytest.mark.parametrize("rise", [0.01, 0.3])
+def test_the_soliton_solves_the_weakly_nonlinear_equation(rise: float) -> None:
+    """u_tt = V^2 u_xx for u(x - Vt), with u_x = -e xi_0 sech^2: exact in (2.3)."""
+    place = np.linspace(-4.0, 4.0, 801) / math.sqrt(rise)
+    shape = theory.korteweg_de_vries_shape(place, rise)
+    rate = math.sqrt(0.5 * rise)
+    tangent = np.tanh(rate * place)
+    first = -2.0 * rate * shape * tangent
+    second = 2.0 * rate**2 * shape * (2.0 - 3.0 * shape)
+    third = first * (4.0 * rate**2 - 12.0 * rate**2 * shape)
+    slopes = -rise * np.array([shape, first, second, third])  # a = delta0 = 1, so xi_0 = 1
+    speed = theory.sound_speed(1.0, 1.0, 1.0) * theory.korteweg_de_vries_speed_ratio(rise)
+    found = theory.long_wave_acceleration(slopes, 1.0, 1.0, 1.0)
+    assert found == pytest.approx(speed**2 * slopes[1], abs=1e-12 * rise)
+    half = 0.5 * theory.korteweg_de_vries_width(rise)
+    assert theory.korteweg_de_vries_shape(half, rise) == pytest.approx(0.5, rel=1e-12)
+
+
+# -- scales -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_paper_s_constants() -> None:
+    """A is 6.391e12 for the paper's steel (it prints 5.6e12), and c^2 = 2E/(pi rho (1 - nu^2)) is A a^(5/2)."""
+    steel = (2e11, 0.29, 7800.0)
+    constant = theory.contact_constant(*steel, RADIUS)
+    assert constant == pytest.approx(6.391e12, rel=1e-4)
+    chain = ge.make("chain", grains=2, radius=RADIUS, material="steel").geometry
+    assert constant == pytest.approx(chain.stiffness[1] / chain.mass[0], rel=1e-12)
+    speed = theory.contact_speed(constant, 2.0 * RADIUS)
+    assert speed == pytest.approx(theory.paper_speed(*steel), rel=1e-12)
+    assert speed == pytest.approx(math.sqrt(2.0 * 2e11 / (math.pi * 7800.0 * (1.0 - 0.29**2))), rel=1e-12)
+    assert theory.shock_speed(constant, 2.0 * RADIUS, 5.0) == pytest.approx(theory.paper_speed_scale(*steel, 5.0), rel=1e-12)
+    # v0 = D1 xi_c, and mass and momentum through the shock.
+    shock = theory.shock_speed(constant, 2.0 * RADIUS, 5.0)
+    assert shock * theory.shock_strain(shock / speed) == pytest.approx(5.0, rel=1e-12)
+    assert 1.0 / theory.time_scale(1.0, 5.6e12, 5.0) == pytest.approx(173408.0, rel=1e-5)
+
+
+def test_collision_formulas_agree() -> None:
+    reduced, stiffness, speed = 4e-4, 5e9, np.array([0.1, 5.0])
+    overlap = theory.collision_overlap(reduced, stiffness, speed)
+    duration = theory.collision_duration(reduced, stiffness, speed)
+    assert theory.duration_of_overlap(reduced, stiffness, overlap) == pytest.approx(duration, rel=1e-12)
+    assert theory.COLLISION_COEFFICIENT == pytest.approx(0.8 * beta(0.4, 0.5), rel=1e-15)
+    assert pytest.approx(2.94328, abs=5e-6) == theory.COLLISION_COEFFICIENT
+
+
+# -- binary collisions ------------------------------------------------------------------------------------------------
+
+
+def test_binary_collisions() -> None:
+    masses = 0.9 ** (3.0 * np.arange(6))
+    assert theory.binary_velocities(masses, 2.0) == pytest.approx(2.0 * theory.tapered_velocities(0.1, 6), rel=1e-12)
+    assert theory.tapered_ratio(0.1) == pytest.approx(2.0 / (1.0 + 0.9**3), rel=1e-15)
+    assert theory.binary_velocities([1.0, 1.0, 1.0]) == pytest.approx([1.0, 1.0, 1.0], rel=1e-15)
+    # A small grain between two large ones transmits more (Fermat would say: half-way in the logarithm of the mass).
+    assert theory.transmitted_velocity(1.0, 0.01) * theory.transmitted_velocity(0.01, 1e-4) > theory.transmitted_velocity(
+        1.0, 1e-4
+    )
+
+
+# -- restitution ------------------------------------------------------------------------------------------------------
+
+
+def loss(damping: float, power: float, speed: float, *, tension: bool = False) -> float:
+    """1 - e of d'' = -(d^1.5 + damping d^power d'), m* = k = 1, to the end of contact, or to where the force would pull."""
+
+    def force(state: np.ndarray) -> float:
+        depth = max(state[0], 0.0)
+        return depth**1.5 + damping * (depth**power if power else 1.0) * state[1]
+
+    def ends(_: float, state: np.ndarray) -> float:
+        return state[0] if tension or state[1] > 0.0 else force(state)
+
+    ends.terminal, ends.direction = True, -1.0
+    found = solve_ivp(
+        lambda _, state: [state[1], -force(state)], (0.0, 50.0 * speed**-0.2), [1e-14, speed],
+        method="DOP853", rtol=1e-12, atol=1e-15, events=ends,
+    )  # fmt: skip
+    return 1.0 + found.y[1, -1] / speed
+
+
+@pytest.mark.parametrize("speed", [0.01, 1.0, 30.0])
+@pytest.mark.parametrize("wanted", [0.02, 0.002])
+def test_restitution_of_kuwabara_and_kono(wanted: float, speed: float) -> None:
+    """The leading order, with the next one, -(3/5)(1 - e)^2, within what is left."""
+    damping = wanted / theory.kuwabara_kono_loss(1.0, 1.0, 1.0, speed)
+    assert theory.KUWABARA_KONO_COEFFICIENT == pytest.approx(1.15344, abs=3e-5)
+    assert loss(damping, 0.5, speed) == pytest.approx(wanted - 0.6 * wanted**2, abs=2.0 * wanted**2.5)
+
+
+@pytest.mark.parametrize("speed", [0.01, 1.0, 30.0])
+@pytest.mark.parametrize("wanted", [0.02, 0.002])
+def test_restitution_of_a_dashpot(wanted: float, speed: float) -> None:
+    """Without tension a contact loses less by the relative order (1 - e)^(2/3), which the second formula has."""
+    damping = wanted / theory.viscous_loss(1.0, 1.0, 1.0, speed)
+    assert theory.VISCOUS_COEFFICIENT == pytest.approx(1.7878, abs=5e-5)
+    assert loss(damping, 0.0, speed, tension=True) == pytest.approx(wanted, rel=3.0 * wanted)
+    clipped = theory.viscous_loss_without_tension(1.0, 1.0, damping, speed)
+    assert loss(damping, 0.0, speed) == pytest.approx(clipped, rel=3.0 * wanted)
+    assert clipped < wanted
+
+
+def test_exponents_of_the_restitution() -> None:
+    """+1/5 and -1/5, within .01 for 1 - e <= .02."""
+    speeds = np.array([0.1, 1.0])
+    for law, power, exponent in ((theory.kuwabara_kono_loss, 0.5, 0.2), (theory.viscous_loss, 0.0, -0.2)):
+        damping = 0.02 / law(1.0, 1.0, 1.0, speeds).max()
+        seen = np.log10(loss(damping, power, 1.0) / loss(damping, power, 0.1))
+        assert seen == pytest.approx(exponent, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda: theory.collision_duration(1.0, -1.0, 1.0), "stiffness: got -1, expected more than 0 N/m^1.5"),
+        (lambda: theory.sound_speed(1.0, 1.0, 0.0), "overlap: got 0, expected more than 0 m"),
+        (lambda: theory.paper_speed(1.0, 0.6, 1.0), "poisson: got 0.6"),
+        (lambda: theory.lattice_acceleration([0.0, 1.0], 1.0, 1.0), "displacement: got shape (2,), expected a row of at least"),
+        (lambda: theory.nesterenko_acceleration(np.zeros(4), 1.0, 1.0), "the strain -u_x: got -0, expected more than 0"),
+        (lambda: theory.long_wave_acceleration(np.zeros(3), 1.0, 1.0, 1.0), "displacement_derivatives: got shape (3,)"),
+        (lambda: theory.tapered_ratio(1.0), "taper: got 1, expected more than -1 and less than 1"),
+        (lambda: theory.tapered_velocities(0.1, 0), "grains: got 0, expected a whole number of at least 1"),
+        (lambda: theory.binary_velocities([1.0, 0.0]), "mass: got 0, expected more than 0 kg"),
+        (lambda: theory.viscous_loss(1.0, 1.0, "weak", 1.0), "damping: got 'weak', expected a number"),
+        (lambda: theory.viscous_loss(1.0, 1.0, [[1.0], [1.0, 2.0]], 1.0), "damping: got [[1.0], [1.0, 2.0]]"),
+    ],
+)  # fmt: skip
+def test_what_is_out_of_range_is_named(call, named: str) -> None:
+    with pytest.raises(ge.ParameterError) as caught:
+        call()
+    assert named in str(caught.value)

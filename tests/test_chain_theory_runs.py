@@ -1,0 +1,284 @@
+"""The chain itself against its theory: solitary waves under precompression, small oscillations, tapers, shares of energy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from chain_tools import peaks, unit_chain
+from scipy.integrate import solve_ivp
+
+import granular_env as ge
+from granular_env.components.chain import theory
+
+# -- solitary waves on a pressed chain --------------------------------------------------------------------------------
+
+
+def travelled(ratio: float, start: dict[str, np.ndarray], first: int, last: int, grains: int) -> tuple[float, float]:
+    """Largest strain over that at rest at contact `last`, and V/c0 between both contacts; the crest's overlap is about 1."""
+    rest = 1.0 / ratio
+    chain = unit_chain(grains, precompression=rest**1.5, integrator="dop853", step_size=0.25)
+    chain.reset(**start)
+    sound = theory.sound_speed(1.0, 1.0, rest)
+    width = 8.0 + 4.0 / math.sqrt(ratio - 1.0)
+    overlap = []
+    for _ in range(int((last + 2.0 * width) / (sound * chain.step_size))):
+        chain.step()
+        overlap.append(chain.get("overlap")[[first, last]] - rest)
+        if overlap[-1][1] < 0.2 * overlap[-1][0] < 0.0:
+            break
+    seen = np.array(overlap)
+    (begin, _), (end, height) = (
+        max(peaks(seen[:, column], 0.3 * seen[:, column].max()), key=lambda peak: peak[1]) for column in range(2)
+    )
+    return 1.0 + height / rest, (last - first) / ((end - begin) * chain.step_size) / sound
+
+
+def lattice_start(ratio: float, grains: int, middle: int) -> dict[str, np.ndarray]:
+    """Displacements and velocities of the lattice's own solitary wave, its crest at a grain."""
+    rest = 1.0 / ratio
+    wave = theory.lattice_wave(rest, 1.0 - rest)
+    place = np.arange(grains) - float(middle)
+    velocity = np.interp(place, wave.position, wave.velocity, left=0.0, right=0.0)
+    return {"displacement": np.interp(place, wave.position, wave.displacement), "velocity": velocity}
+
+
+@pytest.mark.parametrize(("ratio", "error"), [(185.8, -1.18), (30.0, -0.98), (7.930, -0.60), (3.0, -0.22), (1.563, -0.04)])
+def test_solitary_wave_under_precompression(ratio: float, error: float) -> None:
+    """After 180 grains the wave has the height that it had, and the speed of `lattice_wave`; (2.4) is slower by `error` %."""
+    seen, speed = travelled(ratio, lattice_start(ratio, 260, 40), 80, 220, 260)
+    assert seen == pytest.approx(ratio, rel=1e-6)
+    assert speed == pytest.approx(theory.lattice_wave(1.0, ratio - 1.0).speed_ratio, rel=2e-7)
+    assert 100.0 * (theory.speed_ratio(seen) / speed - 1.0) == pytest.approx(error, abs=5e-3)
+
+
+@pytest.mark.parametrize(("rise", "grains", "bound"), [(0.1, 800, 3e-4), (0.01, 1600, 1.3e-5)])
+def test_a_soliton_of_the_weakly_nonlinear_limit_travels(rise: float, grains: int, bound: float) -> None:
+    """Started with sech^2 the wave is nearly right: height and speed of sqrt(1 + e/6) hold, the speed within `bound`."""
+    rest, begin = 1.0 / (1.0 + rise), 20.0 / math.sqrt(rise) + 20.0
+    place = np.arange(grains) - begin
+    rate, height = math.sqrt(0.5 * rise), rise * rest
+    sound = theory.sound_speed(1.0, 1.0, rest)
+    speed = sound * theory.korteweg_de_vries_speed_ratio(rise)
+    start = {
+        "displacement": height / rate * (1.0 - np.tanh(rate * place)),
+        "velocity": speed * height * theory.korteweg_de_vries_shape(place, rise),
+    }
+    seen, ratio = travelled(1.0 + rise, start, int(0.4 * grains), int(grains - begin - 10.0), grains)
+    assert seen - 1.0 == pytest.approx(rise, rel=0.02)
+    assert abs(theory.korteweg_de_vries_speed_ratio(rise) / ratio - 1.0) <= bound
+    # The bare sound speed would miss by e/12.
+    assert ratio - 1.0 > 50.0 * bound * rise
+
+
+def uncompressed_wave(grains: int, middle: int, step_size: float) -> ge.Chain:
+    """A touching chain with nothing but the lattice's solitary wave in it, v_m = 1."""
+    wave = theory.lattice_wave(0.0, theory.LATTICE_STRAIN_OVERSHOOT * theory.SOLITARY_SPEED**4)
+    assert wave.velocity.max() == pytest.approx(1.0, rel=1e-9)
+    chain = unit_chain(grains, integrator="dop853", step_size=step_size)
+    place = np.arange(grains) - float(middle)
+    chain.reset(
+        displacement=np.interp(place, wave.position, wave.displacement),
+        velocity=np.interp(place, wave.position, wave.velocity, left=0.0, right=0.0),
+    )
+    return chain
+
+
+def test_shares_of_energy_of_a_travelling_wave() -> None:
+    """Mean Ek/Ep of the wave alone: 1.25077, where the ratio of the means is 5/4."""
+    wave = theory.lattice_wave(0.0)
+    chain = uncompressed_wave(80, 30, 0.01)
+    kinetic, potential = [], []
+    for _ in range(round(10.0 / theory.SOLITARY_SPEED / 0.01)):
+        chain.step()
+        ledger = chain.ledger()
+        kinetic.append(ledger.kinetic_energy)
+        potential.append(ledger.potential_energy)
+    assert np.mean(np.divide(kinetic, potential)) == pytest.approx(wave.energy_ratio, abs=2e-5)
+    assert wave.energy_ratio == pytest.approx(1.25077, abs=1e-5)
+    assert np.mean(kinetic) / np.mean(potential) == pytest.approx(1.25, abs=2e-5)
+    assert np.mean(kinetic) + np.mean(potential) == pytest.approx(theory.SOLITARY_ENERGY, rel=2e-5)
+    assert chain.get("momentum") == pytest.approx(theory.SOLITARY_MOMENTUM, rel=1e-9)
+
+
+def test_a_free_end_leaves() -> None:
+    """With 1.44606 v_m, when a solitary wave has arrived there."""
+    chain = uncompressed_wave(60, 30, 0.1)
+    chain.step(80.0)
+    assert chain.get("velocity")[-1] == pytest.approx(theory.FREE_END_VELOCITY, abs=1e-5)
+
+
+# -- shocks -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("viscosity", [0.2, 0.5, 1.0])
+def test_a_shock_in_a_chain_with_dashpots(viscosity: float) -> None:
+    """Overshoot of the front and its speed, a piston on the left: within the 1.3 % by which (2.4) is off at this height."""
+    grains, c3, until = 150, 0.1, 45.0
+    behind = theory.shock_ratio(c3)
+    speed = theory.shock_speed_ratio(behind) * theory.sound_speed(1.0, 1.0, 1.0)
+    piston, dashpot = speed * (behind - 1.0), viscosity * speed / math.sqrt(10.0)
+
+    def motion(time: float, state: np.ndarray) -> np.ndarray:
+        u, v = np.append(piston * time, state[:grains]), np.append(piston, state[grains:])
+        force = np.maximum(1.0 - np.diff(u), 0.0) ** 1.5 - dashpot * np.diff(v)
+        return np.append(state[grains:], force - np.append(force[1:], 1.0))
+
+    times = np.linspace(until - 8.0, until, 801)
+    found = solve_ivp(motion, (0.0, until), np.zeros(2 * grains), t_eval=times, rtol=1e-8, atol=1e-8, max_step=0.05)
+    middle = int(speed * (until - 4.0))
+    overlap = 1.0 - np.diff(found.y[middle - 5 : middle + 4], axis=0)
+    expected = theory.shock_wave(c3, viscosity)
+    assert overlap[4].max() == pytest.approx(expected.amplitude_ratio, rel=0.0135)
+    first, last = (times[np.argmax(row > 0.5 * (1.0 + behind))] for row in (overlap[0], overlap[-1]))
+    assert (len(overlap) - 1) / (last - first) == pytest.approx(speed, rel=5e-3)
+
+
+# -- small oscillations -----------------------------------------------------------------------------------------------
+
+GRAINS = 23
+# So small a step that PEFRL's error is below 1e-8, and so small an amplitude that overlaps of 4 see no nonlinearity.
+STEP, TINY = 0.01, 1e-6
+
+
+def frequency_of_mode(shape: np.ndarray, expected: float, **parameters: object) -> float:
+    """Of a standing wave of tiny amplitude between two fixed grains, from its phase after ten periods and a quarter [rad/s]."""
+    time = round(10.25 * 2.0 * math.pi / expected / STEP) * STEP
+    chain = unit_chain(GRAINS, precompression=8.0, left="fixed_grain", right="fixed_grain", step_size=STEP, **parameters)
+    chain.reset(displacement=TINY * shape)
+    chain.step(time)
+    seen, mass = chain.get("displacement"), chain.geometry.mass
+    part = float((mass * shape * seen).sum() / (mass * shape**2).sum()) / TINY
+    assert np.abs(seen - TINY * part * shape).max() <= 1e-5 * TINY  # still the same mode
+    whole = round(expected * time / math.pi - 0.5)
+    return (math.pi * whole + math.acos(part if whole % 2 == 0 else -part)) / time
+
+
+@pytest.mark.parametrize("mode", [1, 6, 12, 18, 23])
+def test_frequencies_of_equal_grains(mode: int) -> None:
+    """omega = 2 sqrt(K/m) sin(kappa a/2), up to the edge of the band."""
+    tangent = theory.tangent_stiffness(1.0, 8.0)
+    phase = math.pi * mode / (GRAINS + 1)
+    expected = theory.monatomic_frequency(phase, tangent, 1.0, 1.0)
+    shape = np.sin(phase * np.arange(1, GRAINS + 1))
+    assert frequency_of_mode(shape, expected) == pytest.approx(expected, rel=1e-7)
+    assert expected <= theory.monatomic_edge(tangent, 1.0) == pytest.approx(2.0 * math.sqrt(3.0), rel=1e-12)
+
+
+def diatomic_shape(phase: float, frequency: float, tangent: float, light: float) -> np.ndarray:
+    """Light grains at odd places; (2K - m omega^2) u_light = 2K cos(kappa a) u_heavy."""
+    place = np.arange(1, GRAINS + 1)
+    part = 2.0 * tangent - light * frequency**2
+    sizes = (2.0 * tangent * math.cos(phase), part) if abs(part) > 1e-6 else (1.0, 0.0)
+    return np.where(place % 2 == 1, *sizes) * np.sin(phase * place)
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+@pytest.mark.parametrize("mode", [1, 4, 8, 11])
+def test_frequencies_of_two_masses(mode: int, branch: int) -> None:
+    light, heavy, tangent = 1.0, 3.0, theory.tangent_stiffness(1.0, 8.0)
+    phase = math.pi * mode / (GRAINS + 1)
+    expected = theory.diatomic_frequencies(phase, tangent, light, heavy, 2.0)[branch]
+    shape = diatomic_shape(phase, expected, tangent, light)
+    masses = np.where(np.arange(GRAINS) % 2 == 0, light, heavy).tolist()
+    assert frequency_of_mode(shape / np.abs(shape).max(), expected, mass=masses) == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize(("odd", "even", "edge"), [(1.0, 3.0, 1), (3.0, 1.0, 0)])
+def test_edges_of_the_gap(odd: float, even: float, edge: int) -> None:
+    """kappa L = pi: the grains of one mass swing against each other, the others rest: sqrt(2K/m1), sqrt(2K/m2)."""
+    tangent = theory.tangent_stiffness(1.0, 8.0)
+    expected = theory.diatomic_edges(tangent, 1.0, 3.0)[edge]
+    assert theory.diatomic_frequencies(0.5 * math.pi, tangent, 3.0, 1.0, 2.0)[edge] == pytest.approx(expected, rel=1e-12)
+    masses = np.where(np.arange(GRAINS) % 2 == 0, odd, even).tolist()
+    shape = np.sin(0.5 * math.pi * np.arange(1, GRAINS + 1)).round()
+    assert frequency_of_mode(shape, expected, mass=masses) == pytest.approx(expected, rel=1e-7)
+
+
+def test_upper_edge_of_two_masses() -> None:
+    """The fastest mode of a chain tends to sqrt(2K (1/m1 + 1/m2)) from below, as 1/N^2."""
+    tangent = theory.tangent_stiffness(1.0, 8.0)
+    edge = theory.diatomic_edges(tangent, 3.0, 1.0).optical_high
+    phase = math.pi / (GRAINS + 1)
+    expected = theory.diatomic_frequencies(phase, tangent, 1.0, 3.0, 2.0)[1]
+    shape = diatomic_shape(phase, expected, tangent, 1.0)
+    masses = np.where(np.arange(GRAINS) % 2 == 0, 1.0, 3.0).tolist()
+    seen = frequency_of_mode(shape / np.abs(shape).max(), expected, mass=masses)
+    assert edge * (1.0 - phase**2) < seen < edge
+    assert theory.diatomic_frequencies(0.0, tangent, 1.0, 3.0, 2.0) == pytest.approx((0.0, edge), rel=1e-12)
+
+
+def test_speeds_are_slopes_of_the_frequency() -> None:
+    step, numbers = 1e-6, np.array([0.3, 1.1, 2.9])
+    acoustic, optical = theory.diatomic_group_speeds(numbers, 2.0, 0.7, 1.9, 1.0)
+    pairs = [
+        (lambda k: theory.monatomic_frequency(k, 2.0, 0.7, 1.0), theory.monatomic_group_speed(numbers, 2.0, 0.7, 1.0)),
+        (lambda k: theory.diatomic_frequencies(k, 2.0, 0.7, 1.9, 1.0)[0], acoustic),
+        (lambda k: theory.diatomic_frequencies(k, 2.0, 0.7, 1.9, 1.0)[1], optical),
+    ]
+    for frequency, speed in pairs:
+        assert np.abs(frequency(numbers + step) - frequency(numbers - step)) / (2.0 * step) == pytest.approx(speed, rel=1e-6)
+    phase = theory.monatomic_phase_speed(numbers, 2.0, 0.7, 1.0)
+    assert phase * numbers == pytest.approx(theory.monatomic_frequency(numbers, 2.0, 0.7, 1.0), rel=1e-12)
+    sound = math.sqrt(2.0 / 0.7)
+    assert theory.monatomic_phase_speed(0.0, 2.0, 0.7, 1.0) == pytest.approx(sound, rel=1e-12)
+    assert theory.monatomic_group_speed(math.pi, 2.0, 0.7, 1.0) == pytest.approx(0.0, abs=1e-12)
+    # Equal masses: half the cell is a diameter, and the acoustic branch the monatomic one.
+    equal = theory.diatomic_frequencies(numbers, 2.0, 0.7, 0.7, 1.0)[0]
+    assert equal == pytest.approx(theory.monatomic_frequency(numbers, 2.0, 0.7, 0.5), rel=1e-12)
+    assert theory.diatomic_sound_speed(2.0, 0.7, 1.9, 1.0) == pytest.approx(
+        theory.diatomic_group_speeds(1e-4, 2.0, 0.7, 1.9, 1.0)[0], rel=1e-7
+    )
+    # Long waves of (2.3): off by (kappa a)^4/1920 and more.
+    numbers = np.array([0.05, 0.1])
+    long = theory.long_wave_frequency(numbers, sound, 1.0) / theory.monatomic_frequency(numbers, 2.0, 0.7, 1.0) - 1.0
+    assert math.log2(long[1] / long[0]) == pytest.approx(4.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda: theory.monatomic_frequency(4.0, 1.0, 1.0, 1.0), "pi - |wave_number x diameter|: got -0.858407"),
+        (lambda: theory.long_wave_frequency(4.0, 1.0, 1.0), "12 - (wave_number x diameter)^2: got -4"),
+        (lambda: theory.diatomic_group_speeds(1.0, 1.0, 1.0, 1.0, 1.0), "heavy: got the same mass as light"),
+        (lambda: theory.diatomic_edges(1.0, 0.0, 1.0), "light: got 0, expected more than 0 kg"),
+        (lambda: theory.tangent_stiffness(1.0, 0.0), "force: got 0, expected more than 0 N"),
+    ],
+)
+def test_what_is_out_of_range_is_named(call, named: str) -> None:
+    with pytest.raises(ge.ParameterError) as caught:
+        call()
+    assert named in str(caught.value)
+
+
+# -- tapers -----------------------------------------------------------------------------------------------------------
+
+
+def tapered(taper: float, lead: int, grains: int, **parameters: object) -> np.ndarray:
+    """Largest velocity of each tapered grain, after `lead` equal ones, shape (grains,)."""
+    radius = 0.01 * np.concatenate((np.ones(lead), (1.0 - taper) ** np.arange(1.0, grains + 1.0)))
+    chain = ge.make("chain", grains=lead + grains, radius=radius.tolist(), integrator="dop853", step_size=2e-7, **parameters)
+    chain.reset(velocity={0: 0.01})
+    top = np.zeros(lead + grains)
+    while chain.time < 0.1:
+        chain.step()
+        top = np.maximum(top, chain.get("velocity"))
+        if chain.get("velocity")[-2] < 0.9 * top[-2] and top[-2] > 0.3 * top[-3]:
+            return top[lead:]
+    raise AssertionError("the pulse did not arrive")
+
+
+@pytest.mark.parametrize(("taper", "error"), [(0.02, -0.03), (0.05, -0.35), (0.1, -2.5), (-0.02, -0.01), (-0.05, -0.05)])
+def test_touching_tapered_chain(taper: float, error: float) -> None:
+    """Settled ratio of successive peaks against 2/(1 + (1 - q)^3) [%]: the binary law is the limit of small q."""
+    top = tapered(taper, 20, 25)
+    seen = (top[20] / top[14]) ** (1.0 / 6.0)
+    assert 100.0 * (seen / theory.tapered_ratio(taper) - 1.0) == pytest.approx(error, abs=max(0.012, 0.04 * abs(error)))
+
+
+@pytest.mark.parametrize("taper", [0.05, 0.3])
+def test_gapped_tapered_chain(taper: float) -> None:
+    """With gaps wider than an overlap each collision is alone, and the law exact."""
+    top = tapered(taper, 1, 10, gap=1e-5)
+    assert top[1:-1] / top[:-2] == pytest.approx(np.full(8, theory.tapered_ratio(taper)), rel=1e-6)

@@ -1,0 +1,272 @@
+"""Stationary waves of the continuum, the chain's own solitary wave, and the figures that the two give."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+import granular_env as ge
+from granular_env.components.chain import theory
+
+# -- W(y) -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("c3", "ratio", "speed", "width"), [(0.01, 173.288, 2.66359, 1.82446), (0.1, 9.62312, 1.37791, 2.04828)]
+)
+def test_figures_of_two_solitary_waves(c3: float, ratio: float, speed: float, width: float) -> None:
+    wave = theory.solitary_wave(c3)
+    assert theory.ratio_of_c3(c3) == pytest.approx(ratio, rel=4e-6)
+    assert wave.amplitude_ratio == pytest.approx(ratio, rel=4e-6)
+    assert wave.speed_ratio == pytest.approx(speed, rel=4e-6)
+    assert theory.speed_ratio(ratio) == pytest.approx(speed, rel=4e-6)
+    assert wave.width == pytest.approx(width, rel=4e-6)
+
+
+@pytest.mark.parametrize("c3", [0.002, 0.01, 0.05, 0.1, 4.0 / 27.0, 0.17, 0.18])
+def test_extremes_against_the_derivative(c3: float) -> None:
+    def slope(y: float) -> float:
+        return -(y**0.6) + y + 0.8 * c3 * y**-0.2
+
+    turn = (2.0 / 3.0) ** 2.5
+    y1, y2 = theory.extremes(c3)
+    assert y1 < turn < y2
+    assert y1 == pytest.approx(brentq(slope, 1e-12, turn, xtol=1e-18), rel=1e-10)
+    assert y2 == pytest.approx(brentq(slope, turn, 2.0, xtol=1e-18), rel=1e-10)
+    step = 1e-6
+    assert theory.W(y1 + step, c3) < theory.W(y1, c3) > theory.W(y1 - step, c3)
+    assert theory.W(y2 + step, c3) > theory.W(y2, c3) < theory.W(y2 - step, c3)
+
+
+@pytest.mark.parametrize("ratio", [1.05, 1.2, 1.563, 3.0, 7.93, 20.0, 185.8, 1e3, 1e5])
+def test_closed_form_of_the_speed_against_w(ratio: float) -> None:
+    """The crest from W(y_m) = W(y1) and V/c0 = sqrt(2/3) y1^(-1/5), found numerically for the C3 of a ratio."""
+    c3 = theory.c3_of_ratio(ratio)
+    y1, y2 = theory.extremes(c3)
+    crest = brentq(lambda y: theory.W(y, c3) - theory.W(y1, c3), y2, 2.0, xtol=1e-16)
+    assert (crest / y1) ** 0.8 == pytest.approx(ratio, rel=1e-6)
+    assert math.sqrt(2.0 / 3.0) * y1**-0.2 == pytest.approx(theory.speed_ratio(ratio), rel=1e-6)
+    printed = math.sqrt(4.0 / 15.0 * (3.0 + 2.0 * ratio**2.5 - 5.0 * ratio)) / (ratio - 1.0)
+    assert theory.speed_ratio(ratio) == pytest.approx(printed, rel=1e-6)
+    assert theory.ratio_of_c3(c3) == pytest.approx(ratio, rel=1e-10)
+    assert theory.ratio_of_speed(theory.speed_ratio(ratio)) == pytest.approx(ratio, rel=1e-10)
+
+
+def test_the_bound_of_c3() -> None:
+    """At 5/27 both extremes meet at (2/3)^(5/2), where V = c0: the wave has no height left."""
+    low, high = theory.extremes(theory.LARGEST_C3 * (1.0 - 1e-12))
+    assert low == pytest.approx((2.0 / 3.0) ** 2.5, rel=1e-5) and high == pytest.approx(low, rel=1e-5)
+    assert theory.extremes(0.0) == pytest.approx((0.0, 1.0), abs=1e-15)
+    assert theory.speed_ratio(1.0 + 1e-9) == pytest.approx(1.0, abs=1e-9)
+
+
+# -- profiles ---------------------------------------------------------------------------------------------------------
+
+WAVES = {
+    "solitary, high": theory.solitary_wave(0.01, samples=2001),
+    "solitary": theory.solitary_wave(0.1, samples=2001),
+    "solitary, low": theory.solitary_wave(0.185, samples=2001),
+    "periodic": theory.periodic_wave(0.1, 0.7, samples=2001),
+    "periodic, steep": theory.periodic_wave(0.02, 0.999, samples=2001),
+    "periodic without precompression": theory.periodic_wave(0.0, 0.4, samples=2001),
+}
+
+
+@pytest.mark.parametrize("name", WAVES)
+def test_a_profile_solves_its_equation(name: str) -> None:
+    """y_eta^2/2 + W(y) = E, the first integral of (2.6), with y_eta from the arrays alone."""
+    wave = WAVES[name]
+    slope = CubicSpline(wave.position * math.sqrt(10.0), wave.y)(wave.position * math.sqrt(10.0), 1)
+    energy = 0.5 * slope**2 + theory.W(wave.y, wave.c3)
+    scale = theory.W(wave.y, wave.c3)
+    assert np.abs(energy[5:-5] - wave.energy).max() <= 1e-5 * (wave.energy - scale.min())
+    strain = wave.strain
+    half = 0.5 * (strain.max() + strain.min())
+    crossing = CubicSpline(wave.position, strain - half).roots(extrapolate=False)
+    assert crossing[-1] - crossing[0] == pytest.approx(wave.width, rel=1e-6)
+
+
+def test_the_wave_without_precompression_is_cos4() -> None:
+    """(2.7) as the periodic wave at C3 = 0: xi_m = (5V^2/4c^2)^2, L = 5 pi a/sqrt 10, half width 1.8084 a, zeros."""
+    wave = theory.periodic_wave(0.0, 1.0)
+    assert wave.period == pytest.approx(theory.PERIOD, rel=1e-12) == pytest.approx(4.967, abs=5e-4)
+    assert wave.width == pytest.approx(theory.HALF_WIDTH, rel=1e-10) == pytest.approx(1.8084, abs=5e-5)
+    speed = 0.7
+    assert wave.strain * speed**4 == pytest.approx(theory.strain_wave(wave.position, speed), abs=1e-14)
+    assert theory.largest_strain(speed) == pytest.approx((1.25 * speed**2) ** 2, rel=1e-14)
+    zeros = 5.0 / math.sqrt(10.0) * (0.5 * math.pi + math.pi * np.arange(-2, 2))
+    assert theory.strain_wave(zeros, speed) == pytest.approx(np.zeros(4), abs=1e-50)
+    assert theory.solitary_strain(np.array([-3.0, 0.0, 3.0]), speed) == pytest.approx(
+        [0.0, theory.largest_strain(speed), 0.0], abs=1e-50
+    )
+
+
+def test_waves_tend_to_their_limits() -> None:
+    """C3 -> 0: cos^4; r -> 1: the soliton; a deep periodic wave: the solitary one; a shallow one: a sine."""
+    assert theory.solitary_wave(theory.c3_of_ratio(1e8)).width == pytest.approx(theory.HALF_WIDTH, rel=1e-6)
+    wave = theory.solitary_wave(theory.c3_of_ratio(1.001))
+    assert wave.width == pytest.approx(theory.korteweg_de_vries_width(0.001), rel=5e-4)
+    shape = (wave.strain_ratio - 1.0) / 0.001
+    assert shape == pytest.approx(theory.korteweg_de_vries_shape(wave.position, 0.001), abs=5e-4)
+    assert theory.periodic_wave(0.1, 1.0 - 1e-12).width == pytest.approx(theory.solitary_wave(0.1).width, rel=1e-6)
+    # The well's bottom has the curvature .4 (3 - 2/s2).
+    bottom = theory.extremes(0.1).y2 ** 0.4
+    small = theory.periodic_wave(0.1, 1e-8)
+    assert small.period == pytest.approx(2.0 * math.pi / math.sqrt(0.4 * (3.0 - 2.0 / bottom)) / math.sqrt(10.0), rel=1e-6)
+
+
+@pytest.mark.parametrize(("rise", "error"), [(0.01, 1.04e-6), (0.1, 9.95e-5), (1.0, 7.08e-3)])
+def test_the_speed_of_the_soliton(rise: float, error: float) -> None:
+    """sqrt(1 + e/6) against the closed form: off by about e^2/100."""
+    exact = theory.speed_ratio(1.0 + rise)
+    assert theory.korteweg_de_vries_speed_ratio(rise) / exact - 1.0 == pytest.approx(error, rel=5e-3)
+
+
+# -- shocks -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("c3", [0.01, 0.1, 0.18])
+def test_shocks_keep_mass_and_momentum(c3: float) -> None:
+    ratio = theory.shock_ratio(c3)
+    wave = theory.shock_wave(c3, 0.5, length=60.0)
+    assert wave.strain_ratio[[0, -1]] == pytest.approx([ratio, 1.0], rel=1e-5)
+    assert theory.shock_speed_ratio(ratio) == pytest.approx(wave.speed_ratio, rel=1e-12)
+    assert theory.shock_speed_ratio(ratio) == pytest.approx(
+        math.sqrt(2.0 / 3.0 * (ratio**1.5 - 1.0) / (ratio - 1.0)), rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("c3", [0.01, 0.1, 0.18])
+def test_weak_losses_make_a_solitary_front_and_strong_ones_none(c3: float) -> None:
+    critical = theory.critical_viscosity(c3)
+    behind = theory.shock_ratio(c3)
+    solitary = theory.ratio_of_c3(c3)
+    tops = [theory.shock_wave(c3, part * critical).amplitude_ratio for part in (0.001, 0.1, 0.5, 0.9)]
+    assert tops[0] == pytest.approx(solitary, rel=5e-3) and tops[0] < solitary
+    assert tops == sorted(tops, reverse=True) and tops[-1] > behind * (1.0 + 1e-6)
+    monotone = theory.shock_wave(c3, 1.01 * critical).strain_ratio
+    assert np.all(np.diff(monotone) <= 1e-8 * behind)
+
+
+def test_the_shock_solves_its_equation() -> None:
+    """y'' = y^(3/5) - y - C2 y^(-1/5) + (4/5) mu y^(-2/5) y', derivatives by eta from the arrays."""
+    wave = theory.shock_wave(0.1, 0.3, samples=8001)
+    eta = wave.position * math.sqrt(10.0)
+    curve = CubicSpline(eta, wave.y)
+    y, rate, second = wave.y, curve(eta, 1), curve(eta, 2)
+    rest = y**0.6 - y - 0.08 * y**-0.2 + 0.8 * 0.3 * y**-0.4 * rate
+    assert np.abs(second - rest)[10:-10].max() <= 1e-3 * np.abs(second).max()
+
+
+def test_the_paper_s_overshoots() -> None:
+    """xi_m/xi_c = (5/4)^2, p_m/p_c = (5/4)^3: the paper's 1.56 and 1.95; a shock into almost no precompression gets there."""
+    assert theory.largest_strain(0.3) / theory.shock_strain(0.3) == pytest.approx(theory.STRAIN_OVERSHOOT, rel=1e-12)
+    assert theory.STRAIN_OVERSHOOT == pytest.approx(1.56, abs=5e-3) and theory.PRESSURE_OVERSHOOT == pytest.approx(
+        1.95, abs=5e-3
+    )
+    assert theory.PRESSURE_OVERSHOOT == pytest.approx(1.25**3) == pytest.approx(theory.STRAIN_OVERSHOOT**1.5)
+    c3 = 1e-6
+    front = theory.shock_wave(c3, 1e-3)
+    assert front.amplitude_ratio / theory.shock_ratio(c3) == pytest.approx(1.5625, rel=3e-3)
+
+
+# -- the chain's own wave ---------------------------------------------------------------------------------------------
+
+
+def test_the_uncompressed_wave_of_the_lattice() -> None:
+    wave = theory.lattice_wave(0.0)
+    top = wave.velocity.max()
+    assert wave.speed_coefficient == pytest.approx(theory.SOLITARY_SPEED, rel=1e-9) == pytest.approx(0.907470, abs=5e-7)
+    energy = wave.kinetic_energy + wave.potential_energy
+    assert energy / top**2 == pytest.approx(theory.SOLITARY_ENERGY, rel=1e-9) == pytest.approx(1.06932, abs=5e-6)
+    assert wave.momentum / top == pytest.approx(theory.SOLITARY_MOMENTUM, rel=1e-9) == pytest.approx(1.66997, abs=5e-6)
+    assert wave.width == pytest.approx(theory.SOLITARY_WIDTH, abs=5e-5)
+    assert wave.kinetic_energy / wave.potential_energy == pytest.approx(1.25, rel=1e-10)
+    overshoot = wave.overlap.max() / wave.speed**4
+    assert overshoot == pytest.approx(theory.LATTICE_STRAIN_OVERSHOOT, rel=1e-9)
+    assert overshoot**1.5 == pytest.approx(theory.LATTICE_PRESSURE_OVERSHOOT, rel=1e-9)
+    # The whole displacement is the sum of all overlaps, and momentum is what it carries: P = m V D.
+    assert wave.displacement[0] == pytest.approx(wave.momentum / wave.speed, rel=1e-6)
+
+
+@pytest.mark.parametrize(("rest", "height"), [(0.0, 1.0), (0.0, 1e-4), (1.0, 0.005), (1.0, 0.1), (0.2, 1.0), (1e-3, 1.0)])
+def test_the_lattice_wave_solves_newton_s_equations(rest: float, height: float) -> None:
+    """V^2 u'' is the difference of the contact forces half a grain to both sides, whatever the amplitude."""
+    wave = theory.lattice_wave(rest, height)
+    force = (rest + wave.overlap) ** 1.5 - rest**1.5
+    half = round(0.5 / (wave.position[1] - wave.position[0]))
+    push = np.roll(force, -half) - np.roll(force, half)
+    acceleration = wave.speed * CubicSpline(wave.position, wave.velocity)(wave.position, 1)
+    assert np.abs(acceleration - push).max() <= 2e-5 * np.abs(push).max()
+    overlap = np.roll(wave.displacement, half) - np.roll(wave.displacement, -half)
+    assert np.abs(overlap - wave.overlap)[50:-50].max() <= 1e-9 * height
+
+
+def test_the_uncompressed_wave_scales() -> None:
+    one, other = theory.lattice_wave(0.0), theory.lattice_wave(0.0, 1e-3)
+    assert other.speed_coefficient == pytest.approx(one.speed_coefficient, rel=1e-12)
+    assert other.width == pytest.approx(one.width, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "error"), [(185.8, -1.176), (30.0, -0.983), (7.93, -0.597), (1.563, -0.0405), (1.1, -0.0019)]
+)
+def test_the_continuum_against_the_lattice(ratio: float, error: float) -> None:
+    """How much slower than the chain's wave the continuum's is [%]; towards no precompression .79 % faster, in v_m^(1/5)."""
+    wave = theory.lattice_wave(1.0, ratio - 1.0)
+    assert 100.0 * (theory.speed_ratio(ratio) / wave.speed_ratio - 1.0) == pytest.approx(error, abs=6e-4)
+
+
+def test_coefficients_of_the_continuum_and_of_the_lattice() -> None:
+    """The paper's .915 is the continuum's (16/25)^(1/5): V/D1 = 1.05, v_m1/v0 = 1.56; with .907470 1.0424 and 1.625."""
+    assert theory.CONTINUUM_SOLITARY_SPEED == pytest.approx(0.915, abs=5e-4)
+    assert theory.front_ratio(0.915) == pytest.approx(1.05, abs=2e-3)
+    assert theory.front_velocity_ratio(0.915) == pytest.approx(1.56, abs=1e-3)
+    assert theory.front_velocity_ratio(theory.CONTINUUM_SOLITARY_SPEED) == pytest.approx(theory.STRAIN_OVERSHOOT, rel=1e-12)
+    assert theory.front_ratio(theory.SOLITARY_SPEED) == pytest.approx(1.0424, abs=5e-5)
+    assert theory.front_velocity_ratio(theory.SOLITARY_SPEED) == pytest.approx(1.625, abs=5e-4)
+
+
+def test_sen_and_manciu_s_shape() -> None:
+    wave = theory.lattice_wave(0.0)
+    found = theory.sen_manciu_displacement(wave.position)
+    assert np.abs(found - wave.displacement / wave.displacement[0]).max() == pytest.approx(2.6e-4, abs=5e-6)
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda: theory.solitary_wave(0.0), "c3: got 0, expected more than 0 and less than 0.185185"),
+        (lambda: theory.solitary_wave(0.2), "c3: got 0.2"),
+        (lambda: theory.solitary_wave(0.1, samples=400), "samples: got 400, expected an odd number"),
+        (lambda: theory.solitary_wave("a"), "c3: got 'a', expected a number"),
+        (lambda: theory.periodic_wave(0.1, 1.0), "depth: got 1, expected more than 0 and less than 1; at 1 and C3 > 0"),
+        (lambda: theory.periodic_wave(0.0, 0.5).strain_ratio, "c3: got 0, where there is no strain xi_0"),
+        (lambda: theory.shock_wave(0.1, 0.0), "viscosity: got 0, expected more than 0"),
+        (lambda: theory.extremes(-0.01), "c3: got -0.01, expected at least 0"),
+        (lambda: theory.extremes(5.0 / 27.0), "beyond 5/27 W has no extremes"),
+        (lambda: theory.W(np.array([1.0, -1.0]), 0.1), "y: got -1, expected at least 0"),
+        (lambda: theory.speed_ratio(1.0), "ratio: got 1, expected more than 1"),
+        (lambda: theory.speed_ratio(math.nan), "ratio: got nan"),
+        (lambda: theory.ratio_of_speed(0.9), "speed: got 0.9, expected more than 1"),
+        (lambda: theory.lattice_wave(-1.0), "rest_overlap: got -1, expected at least 0"),
+        (lambda: theory.lattice_wave(1.0, 0.001), "height: its ratio to rest_overlap: got 0.001, expected at least 0.005"),
+        (lambda: theory.sen_manciu_displacement([0.0, math.inf]), "position: got inf, expected finite numbers"),
+        (lambda: theory.korteweg_de_vries_speed_ratio(-1.0), "rise: got -1, expected more than 0"),
+    ],
+)
+def test_what_is_out_of_range_is_named(call, named: str) -> None:
+    with pytest.raises(ge.ParameterError) as caught:
+        call()
+    assert named in str(caught.value)
+
+
+def test_numbers_give_numbers_and_arrays_arrays() -> None:
+    assert isinstance(theory.speed_ratio(2), float)
+    ratios = np.array([1.5, 3.0])
+    assert theory.speed_ratio(ratios).shape == (2,)
+    assert theory.speed_ratio([1.5, 3.0]) == pytest.approx([theory.speed_ratio(ratio) for ratio in ratios], rel=1e-15)

@@ -1,0 +1,131 @@
+"""What does not fit into memory is refused before it is tried, with both numbers; what runs out all the same is told."""
+
+from __future__ import annotations
+
+import tracemalloc
+from pathlib import Path
+
+import pytest
+
+from granular_env.cli import main
+from granular_env.components import catalogue, memory
+from granular_env.components.errors import ExperimentError, GranularError, LogError, ParameterError
+from granular_env.recording.caps import Caps
+from granular_env.running import replay, run
+
+CHAIN = {
+    "name": "long",
+    "duration": 1e-4,
+    "component": {"type": "chain", "grains": 100_000_000},
+    "start": {"velocity": {"0": 1.0}},
+}
+
+
+@pytest.fixture
+def small_machine(monkeypatch):
+    monkeypatch.setattr(memory, "available", lambda: 8_000_000_000)
+
+
+def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machine, tmp_path):
+    said = r"needs at least 26\.4 GB of memory, 8 GB are available; ask for less"
+    with pytest.raises(ParameterError, match=f"component 'chain' {said}"):
+        catalogue.make("chain", grains=100_000_000)
+    with pytest.raises(ExperimentError, match=f"component: .*{said}"):
+        run(CHAIN, log=tmp_path / "x.mcap")
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_the_copies_that_a_recorder_holds_are_counted_too(tmp_path, monkeypatch):
+    small = {**CHAIN, "component": {"type": "chain", "grains": 1000}}
+    monkeypatch.setattr(memory, "available", lambda: 100_000)
+    monkeypatch.setattr(catalogue.component_class("chain"), "memory_needed", classmethod(lambda kind, parameters: 0))
+    with pytest.raises(ExperimentError, match=r"recording this chain needs at least 0\.000129 GB"):
+        run(small, log=tmp_path / "x.mcap")
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_the_command_line_says_so_too(small_machine, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for command in ("run", "check"):
+        assert main([command, "nesterenko-1983/3.4-piston", "--set", "component.grains=100000000"]) == 2
+        told = capsys.readouterr().err
+        # No key is named in it, so the one that was overridden is told beside the file.
+        assert "3.4-piston.toml with --set 'component.grains=100000000': component: component 'chain' needs" in told
+        assert "8 GB are available" in told
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_a_log_that_asks_for_more_than_there_is_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "a.mcap"
+    run({**CHAIN, "component": {"type": "chain", "grains": 1000}}, log=path)
+    monkeypatch.setattr(memory, "available", lambda: 1000)
+    with pytest.raises(LogError, match="needs at least .* are available"):
+        replay(path, allow_large=True)
+    with pytest.raises(LogError, match=r"what was asked for needs at least 9 GB"):
+        Caps("a.mcap", lifted=True).series(9_000_000_000)
+
+
+@pytest.mark.parametrize("integrator", ["pefrl", "leapfrog", "rk4", "hamming", "dop853"])
+def test_a_chain_takes_what_it_was_said_to_take(integrator):
+    kind = catalogue.component_class("chain")
+    kind(grains=10, integrator=integrator).step()  # compiled
+    parameters = kind.Parameters(grains=100_000, integrator=integrator)
+    tracemalloc.start()
+    try:
+        chain = kind(grains=100_000, integrator=integrator)
+        chain.step()
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert 0.8 * peak < kind.memory_needed(parameters) < 1.05 * peak
+
+
+def test_the_machine_tells_its_memory():
+    there = memory.available()
+    assert there is None or 1_000_000 < there < 10**15
+
+
+def test_what_the_system_says_is_understood(tmp_path, monkeypatch):
+    monkeypatch.setattr(memory, "_MEMINFO", tmp_path / "meminfo")
+    monkeypatch.setattr(memory, "_CONTAINER_LIMIT", tmp_path / "max")
+    (tmp_path / "meminfo").write_text("MemTotal: 9 kB\nMemAvailable:    2000 kB\n")
+    (tmp_path / "max").write_text("max\n")
+    assert memory.available() == 2_048_000
+    (tmp_path / "max").write_text("1000000\n")
+    assert memory.available() == 1_000_000
+    (tmp_path / "max").unlink()
+    (tmp_path / "meminfo").write_text("nothing of the kind\n")
+    assert memory.available() == memory._whole_memory()
+    monkeypatch.setattr(memory, "_whole_memory", lambda: None)
+    memory.refuse_beyond(10**30, "anything")  # nothing is known, so nothing is refused
+
+
+class Greedy:
+    """An observer that memory runs out for."""
+
+    next_tick = 3
+
+    def began(self, component): ...
+
+    def look(self, component):
+        raise MemoryError
+
+    def stepped(self, component, ticks, inputs): ...
+
+    def failed(self, component, error): ...
+
+
+def test_memory_that_runs_out_in_a_run_is_an_error_of_the_family(tmp_path: Path):
+    with pytest.raises(GranularError, match=r"experiment: it asks for more memory than there is"):
+        run({**CHAIN, "component": {"type": "chain", "grains": 100}}, log=tmp_path / "x.mcap", observers=[Greedy()])
+
+
+def test_memory_that_runs_out_in_any_command_is_no_traceback(monkeypatch, capsys):
+    from granular_env import commands
+
+    def greedy(args):
+        raise MemoryError
+
+    monkeypatch.setitem(commands.COMMANDS, "list", greedy)
+    assert main(["list"]) == 2
+    assert "more memory than there is" in capsys.readouterr().err
