@@ -9,7 +9,7 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularError
+from granular_env.writing import write_files
 
 from .building import Atlas, Done
 from .model import Curve, Figure, Item
@@ -24,16 +24,15 @@ def write(atlas: Atlas, folder: str | os.PathLike[str]) -> Path:
         The page's path.
 
     Raises:
-        GranularError: the folder cannot be written.
+        GranularError: the files cannot be written; what stood there is kept.
     """
     target = Path(folder)
     data = document(atlas)
-    try:
-        _remove_old_logs(target, set(data["logs"]))
-        (target / "atlas.json").write_text(json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n", "utf-8")
-        (target / "index.html").write_text(html(atlas, command(atlas)), "utf-8")
-    except OSError as error:
-        raise GranularError(f"cannot write the atlas into {str(target)!r}: {error}") from error
+    numbers = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    old = _logs_of(target / "atlas.json")
+    write_files({target / "atlas.json": numbers.encode(), target / "index.html": html(atlas, command(atlas)).encode()})
+    for name in old - set(data["logs"]):
+        (target / "logs" / name).unlink(missing_ok=True)
     return target / "index.html"
 
 
@@ -131,12 +130,11 @@ def _number(value: float) -> float | None:
     return float(f"{value:.9g}") if math.isfinite(value) else None
 
 
-def _remove_old_logs(folder: Path, kept: set[str]) -> None:
+def _logs_of(document: Path) -> set[str]:
+    """The logs that an earlier atlas names; only what an atlas may have written: logs by their bare names."""
     try:
-        old = json.loads((folder / "atlas.json").read_text("utf-8"))["logs"]
+        named = json.loads(document.read_text("utf-8"))["logs"]
     except (OSError, ValueError, LookupError, TypeError):
-        return
-    for name in old if isinstance(old, list) else []:
-        # Only what an atlas may have written: a log, by its bare name, in the folder logs.
-        if isinstance(name, str) and name.endswith(".mcap") and Path(name).name == name and name not in kept:
-            (folder / "logs" / name).unlink(missing_ok=True)
+        return set()
+    names = [name for name in named if isinstance(name, str)] if isinstance(named, list) else []
+    return {name for name in names if name.endswith(".mcap") and Path(name).name == name}
