@@ -121,8 +121,8 @@ def _powers(context: Context, chain: History) -> Item:
     return Item(
         "Speed and half-width in time go as powers of v_m", "section 3.1, from (3.1)",
         [
-            Value("V", "1/5", float(np.log(high.speed / low.speed) / ratio), paper=0.2, tolerance=5e-4),
-            Value("duration", "-1/5", float(np.log(high.duration / low.duration) / ratio), paper=-0.2, tolerance=5e-4),
+            Value("V", "1/5", float(np.log(high.speed / low.speed) / ratio), paper=0.2, tolerance=1e-3),
+            Value("duration", "-1/5", float(np.log(high.duration / low.duration) / ratio), paper=-0.2, tolerance=1e-3),
         ],
         remark="From the two waves of one run.",
     )  # fmt: skip
