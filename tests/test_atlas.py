@@ -8,15 +8,16 @@ import sys
 
 import numpy as np
 import pytest
-from atlas_toys import HOSTILE, toy
+from atlas_toys import HOSTILE, experiment, toy
 
 from granular_env import atlas
 from granular_env.atlas import papers
 from granular_env.atlas.bands import Band
+from granular_env.atlas.context import Context
 from granular_env.atlas.scales import ticks
 from granular_env.atlas.verdicts import Value, combined
 from granular_env.cli import main
-from granular_env.components.errors import GranularError, ParameterError
+from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.recording import verify
 
 
@@ -224,6 +225,14 @@ def test_logs_of_an_earlier_atlas_go_and_nothing_else(tmp_path):
     built(tmp_path, constants={"N": 6}, only=["struck"])
     left = {path.name for path in (tmp_path / "logs").iterdir()}
     assert "mine.mcap" in left and not first & left and (tmp_path / "precious.mcap").exists()
+
+
+def test_a_run_that_fails_leaves_nothing_behind(tmp_path):
+    context = Context(tmp_path, {})
+    thrown = experiment(4, 5e9) | {"start": {"velocity": {"0": 4000.0}}}
+    with pytest.raises(StepError):
+        context.run(thrown)
+    assert list(tmp_path.iterdir()) == [] and context.used() == []
 
 
 def test_text_is_escaped_and_the_network_forbidden(made):

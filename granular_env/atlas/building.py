@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import signal
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
 
 from .constants import resolved
-from .context import Context
+from .context import Context, remove_parts
 from .model import Entry, Findings, Paper
 
 # Called when an entry is done: the entry, and its share of the whole.
@@ -127,13 +128,15 @@ def _computed(entries: Sequence[Entry], logs: Path, values: Mapping[str, float],
             raise GranularError("a process ended within an entry, perhaps for lack of memory; try processes = 1") from error
         finally:
             pool.shutdown(cancel_futures=True)
+            remove_parts(logs)
 
 
 _CONTEXT: list[Context] = []
 
 
 def _begin(logs: Path, values: Mapping[str, float]) -> None:
-    """What a process of the pool keeps between its entries."""
+    """What a process of the pool keeps between its entries. Ctrl-C reaches it too, and ends it at once."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     _CONTEXT[:] = [Context(logs, values)]
 
 

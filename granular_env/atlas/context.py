@@ -20,6 +20,14 @@ from granular_env.recording import open_log
 from granular_env.recording.reader import Log
 from granular_env.running import run
 
+_PART = ".part"
+
+
+def remove_parts(logs: Path) -> None:
+    """Remove what a process that was ended had begun to write."""
+    for part in logs.glob(f".*{_PART}"):
+        part.unlink(missing_ok=True)
+
 
 class Context:
     """Runs experiments for the entries of one atlas; each is run once in a process, however many entries ask for it.
@@ -77,8 +85,13 @@ class Context:
         """Run it. Another process may be at the same: each writes its own file, and the last one, which is equal, stays."""
         short = re.sub(r"[^A-Za-z0-9._-]+", "-", experiment.name.rpartition("/")[2]).strip("-.") or "run"
         path = self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"
-        own = path.with_name(f".{path.name}.{os.getpid()}")
-        with warnings.catch_warnings(action="ignore", category=GranularWarning):
-            run(experiment, log=own, overwrite=True, observers=observers)
-        own.replace(path)
+        own = path.with_name(f".{path.name}.{os.getpid()}{_PART}")
+        try:
+            with warnings.catch_warnings(action="ignore", category=GranularWarning):
+                result = run(experiment, log=own, overwrite=True, observers=observers)
+            if result.interrupted:
+                raise KeyboardInterrupt
+            own.replace(path)
+        finally:
+            own.unlink(missing_ok=True)
         return path

@@ -149,8 +149,8 @@ def _figure_2(context: Context, chain: History) -> Figure:
     curves = [velocity_of(chain, grain(context, number), f"grain {number}", colour, SPEED) for number, colour in grains]
     return Figure(
         "figure-2a", "Figure 2, curves a: two moving grains",
-        "Velocities of five grains. Two solitary waves form, drift apart, and leave at the free end: grain 100 keeps 1.2342 "
-        "v0.",
+        "Velocities of five grains. Solitary waves form, drift apart, and leave at the free end: the last grain keeps "
+        f"{chain.velocity[-1, -1] / SPEED:.4f} v0.",
         Axis(TIME), Axis("v / v0"), curves, [Mark("1.2342", y=1.2342)],
     )  # fmt: skip
 
@@ -161,8 +161,8 @@ def _figure_rebound(chain: History) -> Figure:
     marks = [Mark("", i + 1.0, float(printed)) for i, printed in enumerate(_REBOUND) if printed]
     return Figure(
         "figure-rebound", "The first grains at 2e-4 s",
-        "Seven grains have bounced back, and each is slower than the one before it: the chain’s head comes apart. The paper "
-        "leaves out the third.",
+        f"{int(np.argmax(velocity >= 0.0))} grains have bounced back, and each is slower than the one before it: the chain’s "
+        "head comes apart. The paper leaves out the third.",
         Axis("grain", 0.5, count + 0.5, [(i + 1.0, str(i + 1)) for i in range(count)]), Axis("v / v0"),
         [Curve("computed", np.arange(1, count + 1), velocity[:count], "points")], marks,
     )  # fmt: skip

@@ -64,8 +64,8 @@ def _figure(context: Context, wall: History, free: History) -> Figure:
     ]
     return Figure(
         "figure-wall", "Grain 60, struck by five grain masses",
-        "Six waves, the tallest in front. With a rigid wall after grain 80 the first ones come back before the last have "
-        "passed.",
+        f"{len(measurement.waves_at(free, grain(context, 60), _WAVES))} waves, the tallest in front. With a rigid wall after "
+        "grain 80 the first ones come back before the last have passed.",
         Axis(TIME), Axis("v / v0"), curves,
     )  # fmt: skip
 
