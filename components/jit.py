@@ -27,7 +27,17 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def jit(function: F) -> F:
     """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released."""
-    compiled: Any = numba.njit(nogil=True)(function)
+    return _compiled(function)
+
+
+def inlined(function: F) -> F:
+    """`jit` for what long loops call: LLVM puts it into its callers, so that loops become vectors and constants fold."""
+    # A division that may raise would end a loop early, and such a loop is no vector.
+    return _compiled(function, forceinline=True, error_model="numpy")
+
+
+def _compiled(function: F, **options: Any) -> F:
+    compiled: Any = numba.njit(nogil=True, **options)(function)
     folder = cache_folder()
     if folder is not None and hasattr(compiled, "enable_caching"):
         with _cache_in(folder), suppress(RuntimeError):  # numba found no folder it may write to

@@ -108,7 +108,7 @@ def test_an_edited_law_is_compiled_anew(tmp_path: Path) -> None:
     )
     options = {"folder": tmp_path, "GRANULAR_ENV_CACHE": str(tmp_path / "cache")}
     before = python(code, **options)
-    kernels = tmp_path / "granular_env" / "components" / "chain" / "kernels.py"
+    kernels = tmp_path / "granular_env" / "components" / "chain" / "laws" / "hertz.py"
     text = kernels.read_text(encoding="utf-8")
     assert text.count("return k * (d * sqrt(d))") == 1
     kernels.write_text(text.replace("return k * (d * sqrt(d))", "return k * (d * d)"), encoding="utf-8")

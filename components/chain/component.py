@@ -11,18 +11,18 @@ from ..contract import Block, Component, FloatArray, Held, Ledger, Particles, St
 from ..errors import ParameterError, caution
 from ..jit import entry_point
 from ..profiles import CompiledProfile
-from . import kernels
+from . import kernels, table
 from .geometry import Geometry, geometry, suggested_step_size
 from .integrators import SCHEMES, SIGNATURE
+from .laws import Law, elastic_plastic
 from .parameters import WALLS, ChainParameters
+from .theory.collisions import duration_times_frequency
 from .validity import Validity
 
 # A contact should see so many force evaluations; below the smaller number a step is refused.
 _WANTED_FORCES, _LEAST_FORCES = 60.0, 16.0
-# A collision lasts 4.03 / (its largest angular frequency): COLLISION_COEFFICIENT sqrt(1.25 x 1.5).
-_DURATION_TIMES_FREQUENCY = 4.0302
 
-_KINDS = {"free": kernels.FREE, "piston": kernels.PISTON} | dict.fromkeys(WALLS, kernels.WALL)
+_KINDS = {"free": table.FREE, "piston": table.PISTON} | dict.fromkeys(WALLS, table.WALL)
 _NO_PIECES = np.zeros((0, 2))
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
 _GEOMETRY_ROWS = 17
@@ -44,9 +44,10 @@ class Chain(Component):
     def memory_needed(cls, parameters: ChainParameters) -> int:
         """The table of the kernels, a second copy of its state, and the arrays of the geometry."""
         scheme = SCHEMES[parameters.integrator]
-        state_rows = kernels.FREE_ROW - kernels.TALLY + scheme.history_rows
-        rows = kernels.TALLY + 2 * state_rows + scheme.scratch_rows + _GEOMETRY_ROWS
-        return 8 * rows * kernels.row_width(parameters.grains)
+        first = _first_state_row(parameters.law)
+        state_rows = table.FREE_ROW - first + scheme.history_rows
+        rows = first + 2 * state_rows + scheme.scratch_rows + _GEOMETRY_ROWS
+        return 8 * rows * table.row_width(parameters.grains)
 
     def _build(self) -> None:
         p = self.parameters
@@ -55,31 +56,35 @@ class Chain(Component):
         self._scheme = SCHEMES[p.integrator]
         self._kernel = entry_point(self._scheme.advance, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
-        width = kernels.row_width(p.grains)
-        state_rows = kernels.FREE_ROW - kernels.TALLY + self._scheme.history_rows
-        self._table = np.zeros((kernels.TALLY + state_rows + self._scheme.scratch_rows, width))
-        state = self._table[kernels.TALLY : kernels.TALLY + state_rows]
+        width = table.row_width(p.grains)
+        last = table.FREE_ROW + self._scheme.history_rows
+        self._table = np.zeros((last + self._scheme.scratch_rows, width))
+        state = self._table[_first_state_row(p.law) : last]
         self._block = Block(state.reshape(-1), rows=("f8", state.shape))
         self._fill_constants()
+        # Pistons carry their own grains.
+        self._weight = p.gravity * self._table[table.MASS, self._grains]
         self._wanted_overlap, self._refused_overlap = self._overlap_limits()
-        self._table[kernels.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        self._table[table.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         self._left_input = "left_velocity" if p.left == "piston" else "left_force"
         self._right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
 
     def _fill_constants(self) -> None:
-        p, chain, table = self.parameters, self.geometry, self._table
+        p, chain, rows = self.parameters, self.geometry, self._table
         places = slice(0, p.grains + 1)
-        table[kernels.STIFFNESS, places] = chain.stiffness
-        table[kernels.REST, places] = chain.rest_overlap
-        table[kernels.INVERSE_MASS, self._grains] = 1.0 / chain.mass
-        if p.left == "piston":
-            table[kernels.INVERSE_MASS, 1] = 0.0
-        if p.right == "piston":
-            table[kernels.INVERSE_MASS, p.grains] = 0.0
-        table[kernels.SCALARS, :9] = (
-            self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1], p.precompression,
-            chain.sound_speed.min(), p.tolerance, p.grains,
+        rows[table.STIFFNESS, places] = chain.stiffness
+        rows[table.REST, places] = chain.rest_overlap
+        rows[table.CONTACT, places] = chain.contact
+        rows[table.INVERSE_MASS, self._grains] = 1.0 / chain.mass
+        rows[table.MASS, self._grains] = chain.mass
+        for end, column in ((p.left, 1), (p.right, p.grains)):
+            if end == "piston":
+                rows[table.INVERSE_MASS, column] = rows[table.MASS, column] = 0.0
+        rows[table.SCALARS, :14] = (
+            self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1],
+            chain.static_force[0], chain.static_force[-1], chain.sound_speed.min(), p.tolerance, p.grains,
+            p.law.elastic, p.law.damping, p.law.growth, p.gravity,
         )  # fmt: skip
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
@@ -87,9 +92,11 @@ class Chain(Component):
         chain = self.geometry
 
         def seen(forces: float) -> FloatArray:
-            frequency = _DURATION_TIMES_FREQUENCY * self._scheme.forces / (forces * self.step_size)
-            root = frequency * frequency * chain.reduced_mass[chain.real] / (1.5 * chain.stiffness[chain.real])
-            return root * root
+            p = self.parameters.law.growth
+            frequency = duration_times_frequency(p) * self._scheme.forces / (forces * self.step_size)
+            tangent = frequency * frequency * chain.reduced_mass[chain.real] / (p * chain.stiffness[chain.real])
+            # The overlap of that tangent stiffness; linear contacts have one frequency, whatever the overlap.
+            return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
         wanted, refused = np.full(self.parameters.grains + 1, np.inf), np.full(self.parameters.grains + 1, np.inf)
         deep = self.parameters.overlap_limit * chain.smaller_radius[chain.real]
@@ -135,38 +142,43 @@ class Chain(Component):
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         return {
-            "position": lambda: self.geometry.position + self._table[kernels.U, self._grains],
-            "displacement": lambda: self._table[kernels.U, self._grains],
-            "velocity": lambda: self._table[kernels.V, self._grains],
+            "position": lambda: self.geometry.position + self._table[table.U, self._grains],
+            "displacement": lambda: self._table[table.U, self._grains],
+            "velocity": lambda: self._table[table.V, self._grains],
             "overlap": lambda: self._overlap()[self.geometry.real],
             "contact_force": lambda: self._contact_force()[self.geometry.real],
-            "left_wall_force": lambda: kernels.contact(self._table, kernels.U, 0),
-            "right_wall_force": lambda: 0.0 - kernels.contact(self._table, kernels.U, self.parameters.grains),
+            "left_wall_force": lambda: float(self._contact_force()[0]),
+            "right_wall_force": lambda: 0.0 - float(self._contact_force()[-1]),
             "input_work": self._input_work,
         }
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
         velocity, displacement = values.get("velocity"), values.get("displacement")
         if velocity is not None:
-            self._table[kernels.V, self._grains] = velocity
+            self._table[table.V, self._grains] = velocity
         if displacement is not None:
-            self._table[kernels.U, self._grains] = displacement
+            self._table[table.U, self._grains] = displacement
         self._refuse_start()
+        if self.parameters.law.has_history:
+            elastic_plastic.begin(self._table)
+            # Contacts that start beyond yield got there before the clock began.
+            elastic_plastic.remember(self._table, table.U)
+            self._table[table.LOST] = 0.0
         kinetic, potential, momentum = self._sums()
-        self._table[kernels.TALLY, kernels.START_ENERGY], self._table[kernels.TALLY, kernels.START_MOMENTUM] = (
+        self._table[table.TALLY, table.START_ENERGY], self._table[table.TALLY, table.START_MOMENTUM] = (
             kinetic + potential,
             momentum,
         )
         ends = {
-            "left_velocity": float(self._table[kernels.V, 1]),
-            "right_velocity": float(self._table[kernels.V, self.parameters.grains]),
+            "left_velocity": float(self._table[table.V, 1]),
+            "right_velocity": float(self._table[table.V, self.parameters.grains]),
         }
         return {name: speed for name, speed in ends.items() if name in (self._left_input, self._right_input)}
 
     def _refuse_start(self) -> None:
         """A start that the first step would refuse is refused at once."""
         if np.any(self._overlap() > self._refused_overlap) or np.any(
-            np.abs(self._table[kernels.V, self._grains]) > self._table[kernels.SCALARS, kernels.SPEED_LIMIT]
+            np.abs(self._table[table.V, self._grains]) > self._table[table.SCALARS, table.SPEED_LIMIT]
         ):
             error = self._explain(0)
             raise ParameterError(f"start: {error}")
@@ -203,7 +215,7 @@ class Chain(Component):
         self._failed_tick = self._tick + done
         if unsound or self._worst()[2] > 1.0:
             return 1
-        self._table[kernels.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
+        self._table[table.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         caution(self._resolution_sentence())
         if done == ticks:
             return 0
@@ -216,17 +228,17 @@ class Chain(Component):
     def _worst(self) -> tuple[str, int, float]:
         """The variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
         worst = ("velocity", 0, 0.0)
-        fastest = self._table[kernels.SCALARS, kernels.SPEED_LIMIT]
+        fastest = self._table[table.SCALARS, table.SPEED_LIMIT]
         with np.errstate(invalid="ignore"):
             places = self.geometry.real
             for name, ratio in (
                 (
                     "overlap",
-                    np.maximum(self._overlap()[places], self._table[kernels.PEAK][: self.parameters.grains + 1][places])
+                    np.maximum(self._overlap()[places], self._table[table.PEAK][: self.parameters.grains + 1][places])
                     / self._refused_overlap[places],
                 ),
-                ("velocity", np.abs(self._table[kernels.V, self._grains]) / fastest),
-                ("displacement", np.where(np.isfinite(self._table[kernels.U, self._grains]), 0.0, np.inf)),
+                ("velocity", np.abs(self._table[table.V, self._grains]) / fastest),
+                ("displacement", np.where(np.isfinite(self._table[table.U, self._grains]), 0.0, np.inf)),
             ):
                 ratio = np.where(np.isnan(ratio), np.inf, ratio)
                 if ratio.size and ratio.max() > worst[2]:
@@ -241,7 +253,7 @@ class Chain(Component):
                 float(self._overlap()[self.geometry.real][index]),
                 float(self._refused_overlap[self.geometry.real][index]),
             )
-            value = max(value, float(self._table[kernels.PEAK][: self.parameters.grains + 1][self.geometry.real][index]))
+            value = max(value, float(self._table[table.PEAK][: self.parameters.grains + 1][self.geometry.real][index]))
             radius = float(self.geometry.smaller_radius[self.geometry.real][index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
@@ -251,7 +263,7 @@ class Chain(Component):
                 f"(now {self.step_size:g} s) or give the velocity_scale of the run"
             )
         else:
-            value, limit = float(self.get(name)[index]), float(self._table[kernels.SCALARS, kernels.SPEED_LIMIT])
+            value, limit = float(self.get(name)[index]), float(self._table[table.SCALARS, table.SPEED_LIMIT])
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
         unit = self.variables[name].unit
         return StepError(
@@ -264,36 +276,40 @@ class Chain(Component):
     def ledger(self) -> Ledger:
         """Energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()
-        tally = self._table[kernels.TALLY]
+        tally = self._table[table.TALLY]
         behind = self.parameters.grains + 2
-        carried = self._table[kernels.V, behind : behind + 4]
-        work = self._input_work()
-        impulse = float(tally[kernels.IMPULSE_LEFT] + tally[kernels.IMPULSE_RIGHT] + carried[2] + carried[3])
+        carried = self._table[table.V, behind : behind + 5]
+        work, lost = self._input_work(), float(self._table[table.LOST].sum() + carried[4])
+        impulse = float(tally[table.IMPULSE_LEFT] + tally[table.IMPULSE_RIGHT] + carried[2] + carried[3])
+        impulse += self._weight.sum() * self.time
         return Ledger(
-            kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=0.0, fracture_energy=0.0, input_work=work,
-            energy_residual=kinetic + potential - float(tally[kernels.START_ENERGY]) - work,
+            kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=lost, fracture_energy=0.0, input_work=work,
+            energy_residual=kinetic + potential + lost - float(tally[table.START_ENERGY]) - work,
             momentum=momentum, impulse=impulse,
-            momentum_residual=momentum - float(tally[kernels.START_MOMENTUM]) - impulse,
+            momentum_residual=momentum - float(tally[table.START_MOMENTUM]) - impulse,
         )  # fmt: skip
 
     def _input_work(self) -> float:
-        table, behind = self._table, self.parameters.grains + 2
-        tallied = table[kernels.TALLY, kernels.WORK_LEFT] + table[kernels.TALLY, kernels.WORK_RIGHT]
-        return float(tallied + table[kernels.V, behind] + table[kernels.V, behind + 1])
+        rows, behind = self._table, self.parameters.grains + 2
+        tallied = rows[table.TALLY, table.WORK_LEFT] + rows[table.TALLY, table.WORK_RIGHT]
+        return float(tallied + rows[table.V, behind] + rows[table.V, behind + 1])
 
     def _sums(self) -> tuple[float, float, float]:
-        """Kinetic energy, potential energy, momentum."""
-        return kernels.energies(self._table, self.geometry.mass)
+        """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
+        kinetic, elastic, momentum = kernels.energies(self._table, self.geometry.mass)
+        if self.parameters.gravity != 0.0:
+            elastic -= float((self._weight * self._table[table.U, self._grains]).sum())
+        return kinetic, elastic, momentum
 
     def _overlap(self) -> FloatArray:
-        u = self._table[kernels.U]
+        u = self._table[table.U]
         last = self.parameters.grains + 1
         return u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
 
     def _contact_force(self) -> FloatArray:
-        overlap = self._overlap()
-        pressed = np.where(overlap < kernels.SMALLEST_OVERLAP, 0.0, overlap)
-        return self.geometry.stiffness * (pressed * np.sqrt(pressed))
+        forces = np.empty(self.parameters.grains + 1)
+        kernels.contact_forces(self._table, table.U, table.V, forces)
+        return forces
 
     def particles(self) -> Particles:
         """The grains, as spheres along x."""
@@ -305,7 +321,7 @@ class Chain(Component):
         """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
         places = self.geometry.real
         return Validity.of(
-            self.geometry, self._table[kernels.PEAK][: self.parameters.grains + 1][places],
+            self.geometry, self._table[table.PEAK][: self.parameters.grains + 1][places],
             self._scheme.forces / self.step_size,
             wanted_forces=_WANTED_FORCES, adaptive=self.parameters.integrator == "dop853",
         )  # fmt: skip
@@ -324,6 +340,13 @@ class Chain(Component):
             f"contacts get {validity.forces_per_contact:.0f} force evaluations, about {_WANTED_FORCES:.0f} are wanted: "
             f"take a smaller step_size (now {self.step_size:g} s) or give the velocity_scale of the run"
         )
+
+
+def _first_state_row(law: Law) -> int:
+    """Where the state begins: contacts have a history only where the law says so."""
+    if law.has_history:
+        return table.UNLOADING
+    return table.TALLY if law.conservative else table.LOST
 
 
 def _pieces(held: Held) -> FloatArray:

@@ -11,7 +11,9 @@ import numpy.typing as npt
 from ..counter_random import uniform
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
-from ..roots import fifth_root, round_down_to_125, two_thirds_power
+from ..powers import power
+from ..roots import fifth_root, round_down_to_125
+from .equilibrium import static_forces
 from .parameters import WALLS, ChainParameters, UniformRadii
 
 FloatArray = npt.NDArray[np.float64]
@@ -40,6 +42,8 @@ class Geometry:
         position: of the grains' centres in the reference configuration, the first at 0, shape (n,) [m].
         sound_speed: longitudinal, of each grain's material, shape (n,) [m/s].
         yield_strength: of the weaker side of each contact, NaN where neither is known, shape (n + 1,) [Pa].
+        static_force: in each contact in the reference configuration, shape (n + 1,) [N].
+        contact: what the contact law wants of each contact, shape (n + 1,).
         real: which places are contacts of this chain, a slice.
     """
 
@@ -53,6 +57,8 @@ class Geometry:
     position: FloatArray
     sound_speed: FloatArray
     yield_strength: FloatArray
+    static_force: FloatArray
+    contact: FloatArray
     real: slice
 
 
@@ -71,14 +77,17 @@ def geometry(parameters: ChainParameters) -> Geometry:
     reduced_mass = _reduced(*_sides(_inertia(parameters, mass), np.inf, np.inf))
     stiffness = np.zeros(count + 1)
     stiffness[real] = _stiffness(parameters, radius, materials, reduced_radius)[real]
-    rest_overlap = np.zeros(count + 1)
-    rest_overlap[real] = two_thirds_power(parameters.precompression / stiffness[real]) - np.asarray(parameters.gap)
+    yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
+    contact, rest_overlap = np.zeros(count + 1), np.zeros(count + 1)
+    law = parameters.law
+    contact[real] = law.contact_constants(stiffness[real], reduced_radius[real], yield_strength[real])
+    rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], contact[real]) - np.asarray(parameters.gap)
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
     _refuse_absurd(mass, stiffness[real], position)
     return Geometry(
         radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
-        _per_grain(materials, "longitudinal_speed"), _yield_strength(parameters, materials), real,
+        _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, contact, real,
     )  # fmt: skip
 
 
@@ -99,20 +108,36 @@ def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray
 
 
 def suggested_step_size(parameters: ChainParameters, chain: Geometry) -> float:
-    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact, .5 / omega under precompression; 1, 2 or 5 x 10^k, not above [s]."""
+    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), .5 / omega under a static load; 1, 2 or 5 x 10^k [s]."""
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
     ratio = float(np.min(lighter[chain.real] / chain.stiffness[chain.real], initial=np.inf))
     if not math.isfinite(ratio):  # nothing that a contact could accelerate
         return _STEP_WITHOUT_CONTACTS
     gapped = bool(np.any(chain.rest_overlap < 0.0))
-    scale = fifth_root(ratio) * fifth_root(ratio) / fifth_root(parameters.velocity_scale)
+    scale = _collision_time(ratio, parameters.velocity_scale, parameters.law.growth)
     step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * scale
-    if parameters.precompression > 0.0:
-        tangent = 1.5 * chain.stiffness * np.sqrt(np.maximum(chain.rest_overlap, 0.0))
+    if np.any(chain.rest_overlap > 0.0):
+        tangent = _tangent(chain, parameters.law.growth)
         frequency = math.sqrt(float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass)))
         # Too faint a force to be felt gives no frequency, and no limit.
         step = min(step, _STEP_TIMES_FREQUENCY / frequency) if frequency > 0.0 else step
     return round_down_to_125(step)
+
+
+def _collision_time(mass_by_stiffness: float, speed: float, growth: float) -> float:
+    """(m/k)^(1/(p + 1)) v^(-(p - 1)/(p + 1)): what the duration of a collision goes with, where F = k d^p."""
+    if growth == 1.5:
+        return fifth_root(mass_by_stiffness) * fifth_root(mass_by_stiffness) / fifth_root(speed)
+    return power(mass_by_stiffness, 1.0 / (growth + 1.0)) / power(speed, (growth - 1.0) / (growth + 1.0))
+
+
+def _tangent(chain: Geometry, growth: float) -> FloatArray:
+    """Stiffness of the contacts in the reference configuration against small motion, shape (n + 1,) [N/m]."""
+    overlap = np.maximum(chain.rest_overlap, 0.0)
+    if growth == 1.5:
+        return 1.5 * chain.stiffness * np.sqrt(overlap)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(overlap > 0.0, growth * chain.static_force / overlap, 0.0)
 
 
 class _Same(list[Material]):

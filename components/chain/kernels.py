@@ -1,10 +1,8 @@
-"""What all integrators of the chain share: the table, Hertz's law, the ends, the tallies.
+"""What all integrators of the chain share: forces in the contacts, the ends, the tallies.
 
-A chain is one table `a` of numbers: constants first, then the state (one contiguous piece, which is what a snapshot
-holds), then scratch. Grains have the columns 1..n; 0 and n + 1 are the walls, which do not move. Contact j lies between
-columns j and j + 1. One table instead of many arrays keeps a call from Python cheap, and row numbers instead of row
-views keep short chains fast (each view costs as much as several grains). Columns in the long loops are unsigned: numba
-must not look for negative indices there, or nothing vectorises.
+A chain is one `table` of numbers. One table instead of many arrays keeps a call from Python cheap, and row numbers instead
+of row views keep short chains fast (each view costs as much as several grains). Columns in the long loops are unsigned:
+numba must not look for negative indices there, or nothing vectorises.
 
 An end's drive is a number that holds, or `left_pieces` (or the rest) of the rows of `drive`, each (first tick,
 coefficients).
@@ -15,56 +13,85 @@ the drive began.
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 
-from ..jit import jit
-
-# Constants.
-STIFFNESS, REST, INVERSE_MASS, LIMIT, SCALARS = range(5)
-# The drive's polynomials, re-centred at the present tick.
-LEFT_DRIVE, RIGHT_DRIVE = 5, 6
-# State. The four columns behind the chain's in V hold work and impulse of the ends (left work, right work, left
-# impulse, right impulse) for integrators that carry them as unknowns of their own. Rows from FREE_ROW on are an
-# integrator's history, then its scratch.
-TALLY, U, V, PEAK, FREE_ROW = 7, 8, 9, 10, 11
-
-# Columns of the row SCALARS; the last is scratch, what one tile tells the next: where a right piston was when the tick began.
-STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, STATIC_FORCE, SPEED_LIMIT, TOLERANCE, GRAINS, RIGHT_BASE = range(10)
-# Columns of the row TALLY: compensated sums (value, compensation), what was there at the reset, the history's length and drive.
-WORK_LEFT, WORK_RIGHT, IMPULSE_LEFT, IMPULSE_RIGHT = 0, 2, 4, 6
-START_ENERGY, START_MOMENTUM, HISTORY_LENGTH, HISTORY_DRIVE = 8, 9, 10, 11
-# Kinds of an end.
-FREE, PISTON, WALL = 0, 1, 2
+from ..jit import inlined, jit
+from .laws import dispatch, elastic_plastic
+from .table import (
+    DISSIPATION,
+    ELASTIC,
+    FREE,
+    GRAINS,
+    GRAVITY,
+    HERTZ,
+    IMPULSE_LEFT,
+    IMPULSE_RIGHT,
+    INVERSE_MASS,
+    LEFT_DRIVE,
+    LEFT_KIND,
+    LEFT_MASS,
+    LEFT_STATIC,
+    LIMIT,
+    NONE,
+    PEAK,
+    PISTON,
+    PLASTIC,
+    POWER,
+    REST,
+    RIGHT_DRIVE,
+    RIGHT_KIND,
+    RIGHT_MASS,
+    RIGHT_STATIC,
+    SCALARS,
+    SMALLEST_OVERLAP,
+    SPEED_LIMIT,
+    STEP,
+    TALLY,
+    WORK_LEFT,
+    WORK_RIGHT,
+    U,
+    V,
+)
 
 # What `advance` subtracts from its result where a velocity passed its limit, or is not a number.
 UNSOUND = 1 << 60
-
-# Overlaps below this count as open: their forces would be denormal numbers, which are slow.
-SMALLEST_OVERLAP = 1e-150
 
 _ONE = np.uint64(1)
 # Sums run in so many lanes: many, where that lets them run as vectors; few, where joining the lanes would cost more.
 _FEW_LANES, _MANY_LANES, _MANY_GRAINS = 8, 256, 2048
 
 
-def row_width(grains: int) -> int:
-    """Columns of the table: the grains, two walls, four tallies; at least what the drive's polynomials need."""
-    return max(40, -(-(grains + 6) // 8) * 8)
-
-
-@jit
-def hertz(d, k):
-    """F = k d^1.5 for d > 0, else 0: no tension (1.1). NaN stays NaN."""
-    d = 0.0 if d < SMALLEST_OVERLAP else d
-    return k * (d * sqrt(d))
+@inlined
+def overlap(a, u, j):
+    """Overlap of contact j, displacements in row u; negative where there is a gap."""
+    return a[u, j] - a[u, j + 1] + a[REST, j]
 
 
 @jit
 def contact(a, u, j):
-    """Force in contact j, displacements in row u."""
-    return hertz(a[u, j] - a[u, j + 1] + a[REST, j], a[STIFFNESS, j])
+    """Elastic force in contact j."""
+    return dispatch.force(int(a[SCALARS, ELASTIC]), a, j, overlap(a, u, j))
+
+
+@jit
+def contact_forces(a, u, v, out):
+    """Forces in all contacts, dissipation included, into an array of its own, shape (n + 1,)."""
+    elastic, dissipation = int(a[SCALARS, ELASTIC]), int(a[SCALARS, DISSIPATION])
+    for j in range(int(a[SCALARS, GRAINS]) + 1):
+        out[j], _ = _force(elastic, dissipation, a, u, v, j)
+
+
+@inlined
+def _force(elastic, dissipation, a, u, v, j):
+    """The whole force of a contact, never a pull, and the power that it turns into heat."""
+    d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+    f = dispatch.force(elastic, a, j, d)
+    if dissipation == NONE:
+        return f, 0.0
+    speed = a[v, j] - a[v, j + _ONE]
+    total = f + dispatch.coefficient(dissipation, a, j, d) * speed
+    total = 0.0 if total < 0.0 else total
+    return total, (total - f) * speed
 
 
 @jit
@@ -165,32 +192,48 @@ def piece_mark(drive, piece, first, number):
     return mark
 
 
-@jit
-def accelerations(a, u, left_force, right_force, out):
-    """Accelerations of the grains into row `out`; returns the forces in the outermost contacts 0, 1, n - 1, n."""
-    n = int(a[SCALARS, GRAINS])
-    f = contact(a, u, 0)
-    f0, f1, fm = f, contact(a, u, 1), contact(a, u, n - 1)
+@inlined
+def _accelerations(elastic, dissipation, a, u, v, left_force, right_force, out):
+    n, gravity = int(a[SCALARS, GRAINS]), a[SCALARS, GRAVITY]
+    f, loss = _force(elastic, dissipation, a, u, v, np.uint64(0))
+    f0 = f
+    f1, _ = _force(elastic, dissipation, a, u, v, np.uint64(1))
+    fm, _ = _force(elastic, dissipation, a, u, v, np.uint64(n - 1))
     f += left_force
     for i in range(np.uint64(1), np.uint64(n)):
-        g = hertz(a[u, i] - a[u, i + _ONE] + a[REST, i], a[STIFFNESS, i])
-        a[out, i] = a[INVERSE_MASS, i] * (f - g)
+        g, lost = _force(elastic, dissipation, a, u, v, i)
+        a[out, i] = a[INVERSE_MASS, i] * (f - g) + gravity
+        loss += lost
         f = g
-    g = contact(a, u, n)
-    a[out, n] = a[INVERSE_MASS, n] * (f - (g - right_force))
-    return f0, f1, fm, g
+    g, lost = _force(elastic, dissipation, a, u, v, np.uint64(n))
+    a[out, n] = a[INVERSE_MASS, n] * (f - (g - right_force)) + gravity
+    return f0, f1, fm, g, loss + lost
+
+
+@jit
+def accelerations(a, u, v, left_force, right_force, out):
+    """Accelerations into row `out`; returns the forces in the outermost contacts 0, 1, n - 1, n, and the power lost."""
+    elastic, dissipation = int(a[SCALARS, ELASTIC]), int(a[SCALARS, DISSIPATION])
+    # One branch for each law, so that each has a loop of its own.
+    if elastic == HERTZ and dissipation == NONE:
+        return _accelerations(HERTZ, NONE, a, u, v, left_force, right_force, out)
+    if elastic == HERTZ:
+        return _accelerations(HERTZ, dissipation, a, u, v, left_force, right_force, out)
+    if elastic == POWER:
+        return _accelerations(POWER, NONE, a, u, v, left_force, right_force, out)
+    return _accelerations(PLASTIC, NONE, a, u, v, left_force, right_force, out)
 
 
 @jit
 def derivative(a, u, v, n_left, n_right, e, out):
-    """dv/dt at a part e of a step into row `out`; behind the chain the powers and thrusts of the two ends, dW/dt and dI/dt."""
+    """dv/dt at a part e of a step into row `out`; behind the chain the powers and thrusts of the ends, and the power lost."""
     n = int(a[SCALARS, GRAINS])
-    left_kind, right_kind, static = a[SCALARS, LEFT_KIND], a[SCALARS, RIGHT_KIND], a[SCALARS, STATIC_FORCE]
+    left_kind, right_kind = a[SCALARS, LEFT_KIND], a[SCALARS, RIGHT_KIND]
     left, right = value(a, LEFT_DRIVE, n_left, e), value(a, RIGHT_DRIVE, n_right, e)
-    left_force = static + left if left_kind == FREE else 0.0
-    right_force = right - static if right_kind == FREE else 0.0
-    f0, f1, fm, fn = accelerations(a, u, left_force, right_force, out)
-    a[out, n + 2], a[out, n + 3], a[out, n + 4], a[out, n + 5] = 0.0, 0.0, f0, -fn
+    left_force = a[SCALARS, LEFT_STATIC] + left if left_kind == FREE else 0.0
+    right_force = right - a[SCALARS, RIGHT_STATIC] if right_kind == FREE else 0.0
+    f0, f1, fm, fn, loss = accelerations(a, u, v, left_force, right_force, out)
+    a[out, n + 2], a[out, n + 3], a[out, n + 4], a[out, n + 5], a[out, n + 6] = 0.0, 0.0, f0, -fn, loss
     if left_kind == FREE:
         a[out, n + 2], a[out, n + 4] = left_force * a[v, 1], left_force
     elif left_kind == PISTON:
@@ -224,6 +267,8 @@ def finish(a, left_before, right_before):
         tally_piston(a, a[SCALARS, LEFT_MASS], left_before, a[V, 1], WORK_LEFT, IMPULSE_LEFT)
     if a[SCALARS, RIGHT_KIND] == PISTON:
         tally_piston(a, a[SCALARS, RIGHT_MASS], right_before, a[V, n], WORK_RIGHT, IMPULSE_RIGHT)
+    if a[SCALARS, ELASTIC] == PLASTIC:
+        elastic_plastic.remember(a, U)
     passed = False
     for j in range(np.uint64(0), np.uint64(n + 1)):
         d = a[U, j] - a[U, j + _ONE] + a[REST, j]
@@ -254,7 +299,7 @@ def ended(ticks, passed, unsound):
 
 @jit
 def energies(a, mass):
-    """Kinetic energy, potential energy, momentum: each in lanes, with compensation, then the lanes in their order.
+    """Kinetic energy, elastic energy, momentum: each in lanes, with compensation, then the lanes in their order.
 
     The lanes make the order of the sums fixed and let them run as vectors.
     """
@@ -275,11 +320,21 @@ def energies(a, mass):
 
 @jit
 def _add_potential(a, lanes, begin, count):
+    elastic = int(a[SCALARS, ELASTIC])
+    if elastic == HERTZ:
+        _add_elastic(HERTZ, a, lanes, begin, count)
+    elif elastic == POWER:
+        _add_elastic(POWER, a, lanes, begin, count)
+    else:
+        _add_elastic(PLASTIC, a, lanes, begin, count)
+
+
+@inlined
+def _add_elastic(elastic, a, lanes, begin, count):
     for lane in range(np.uint64(count)):
         j = np.uint64(begin) + lane
-        d = a[U, j] - a[U, j + _ONE] + a[REST, j]
-        d = 0.0 if d < SMALLEST_OVERLAP else d
-        lanes[2, lane], lanes[3, lane] = added((lanes[2, lane], lanes[3, lane]), 0.4 * a[STIFFNESS, j] * (d * d * sqrt(d)))
+        stored = dispatch.energy(elastic, a, j, a[U, j] - a[U, j + _ONE] + a[REST, j])
+        lanes[2, lane], lanes[3, lane] = added((lanes[2, lane], lanes[3, lane]), stored)
 
 
 @jit

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 from ..contract import Parameters
 from ..errors import nearest
 from ..materials.elastic import PRESETS, Material
+from .laws import AnyLaw, Hertz
 
 Boundary = Literal["free", "piston", "fixed_grain", "plane", "rigid_plane"]
 WALLS = ("fixed_grain", "plane", "rigid_plane")
@@ -63,6 +64,8 @@ class ChainParameters(Parameters):
         "Hertz stiffness k of F = k overlap^1.5 instead of the materials': one for all, or one for each contact",
         "N/m^1.5",
     )
+    law: AnyLaw = _field(Hertz(), "contact law: its name, or a table of its name and parameters", "1")
+    gravity: float = _field(0.0, "acceleration of all grains, positive to the right", "m/s^2", ge=-1e6, le=1e6)
     gap: NotNegative | list[NotNegative] = _field(0.0, "gap at the start: one for all contacts, or one each", "m")
     precompression: float = _field(0.0, "static force that presses the chain together at the start", "N", ge=0.0, le=1e60)
     left: Boundary = _field("free", "left end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
@@ -99,6 +102,17 @@ class ChainParameters(Parameters):
                 )
             if getattr(self, f"{side}_wall_material") is not None and getattr(self, side) == "rigid_plane":
                 raise ValueError(f"{side}_wall_material: a rigid plane has none; give {side} = 'plane' or leave it out")
+        if self.law.needs_stiffness and self.contact_stiffness is None:
+            raise ValueError(
+                f"contact_stiffness: law {self.law.name!r} needs it, in N/m^exponent; "
+                "radii and materials tell it for spheres only"
+            )
+        for name in ("dissipation", "yield_pressure"):
+            value = getattr(self.law, name, None)
+            if isinstance(value, list) and len(value) != self.contacts:
+                raise ValueError(
+                    f"law.{name}: got {len(value)} values, expected one for all or {self.contacts}, one for each contact"
+                )
         if "piston" in (self.left, self.right) and self.grains == 1:
             raise ValueError("grains: got 1, expected at least 2 where an end is a piston: it needs a grain to push")
         gaps = self.gap if isinstance(self.gap, list) else [self.gap]

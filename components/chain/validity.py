@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .geometry import FloatArray, Geometry
+from .laws.elastic_plastic import YIELD_PRESSURE
 from .theory import duration_of_overlap
 
 # Beyond these a run is told so: a/R at which Hertz's parabola is off by about 1 %, and ten oscillations of a grain.
 _SMALL_CONTACT = 0.1
 _SLOW_CONTACT = 10.0
-# A sphere begins to yield, under its surface, at a peak pressure of 1.6 times the yield strength (Johnson 1985, section 6.1).
-_YIELD_PRESSURE = 1.6
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _yield_pressure(chain: Geometry) -> FloatArray:
-    return _YIELD_PRESSURE * chain.yield_strength
+    return YIELD_PRESSURE * chain.yield_strength
 
 
 def _oscillation(chain: Geometry) -> FloatArray:

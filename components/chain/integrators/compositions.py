@@ -13,40 +13,49 @@ by the stage before it. Tiled or not, each grain's arithmetic is the same, and s
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 
-from ...jit import jit
+from ...jit import inlined, jit
 from .. import kernels
-from ..kernels import (
+from ..laws import dispatch, elastic_plastic
+from ..table import (
+    DISSIPATION,
+    ELASTIC,
     FREE,
+    FREE_ROW,
     GRAINS,
+    GRAVITY,
+    GRIP,
+    HERTZ,
     IMPULSE_LEFT,
     IMPULSE_RIGHT,
     INVERSE_MASS,
     LEFT_DRIVE,
     LEFT_KIND,
     LEFT_MASS,
+    LEFT_STATIC,
     LIMIT,
+    NONE,
     PEAK,
     PISTON,
+    PLASTIC,
+    POWER,
     REST,
     RIGHT_BASE,
     RIGHT_DRIVE,
     RIGHT_KIND,
     RIGHT_MASS,
+    RIGHT_STATIC,
     SCALARS,
     SMALLEST_OVERLAP,
     SPEED_LIMIT,
-    STATIC_FORCE,
     STEP,
-    STIFFNESS,
     WORK_LEFT,
     WORK_RIGHT,
     U,
     V,
 )
+from .dissipation import dissipate_and_drift
 
 _XI, _LAMBDA, _CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
 _PEFRL_DRIFTS = (_XI, _CHI, 1.0 - 2.0 * (_CHI + _XI), _CHI, _XI)
@@ -55,6 +64,17 @@ _PEFRL_KICKS = ((1.0 - 2.0 * _LAMBDA) / 2.0, _LAMBDA, _LAMBDA, (1.0 - 2.0 * _LAM
 _PEFRL_PASSED = (_XI, _XI + _CHI, 1.0 - (_XI + _CHI), 1.0 - _XI)
 _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED = (0.5, 0.5), (1.0,), (0.5,)
 
+# With dissipation its flow over the whole step takes the middle: the composition stays symmetric, and so of second order.
+_MIDDLE = 1.0 - 2.0 * (_CHI + _XI)
+_DAMPED_PEFRL_DRIFTS = (_XI, _CHI, 0.5 * _MIDDLE, 0.5 * _MIDDLE, _CHI, _XI)
+_DAMPED_PEFRL_KICKS = (_PEFRL_KICKS[0], _LAMBDA, 0.0, _LAMBDA, _PEFRL_KICKS[3])
+_DAMPED_PEFRL_PASSED = (_XI, _XI + _CHI, 0.5, 1.0 - (_XI + _CHI), 1.0 - _XI)
+_DAMPED_LEAPFROG_DRIFTS, _DAMPED_LEAPFROG_KICKS, _DAMPED_LEAPFROG_PASSED = (
+    (0.5, 0.0, 0.0, 0.5),
+    (0.5, 0.0, 0.5),
+    (0.5, 0.5, 0.5),
+)
+
 # Chains longer than this are advanced tile by tile: the table of a shorter one fits a second-level cache.
 TILED_ABOVE = 16_384
 # A tile has to be wider than a block has stages, or it would move past the chain's left end.
@@ -62,42 +82,49 @@ _TILE_GRAINS = 4096
 _BLOCK_STAGES = 128
 
 # The second row of displacements is the only scratch.
-_OTHER_U = kernels.FREE_ROW
+_OTHER_U = FREE_ROW
 HISTORY_ROWS, SCRATCH_ROWS = 0, 1
 
 _ONE = np.uint64(1)
 
 
-@jit
-def _kick_and_drift(a, here, there, kick, drift, f, low, high):
-    """Grains low..high-1: v += kick (f_left - f_right) / m, u_there = u_here + drift v; f enters as the force left of `low`."""
-    for i in range(np.uint64(low), np.uint64(high)):
-        d = a[here, i] - a[here, i + _ONE] + a[REST, i]
-        d = 0.0 if d < SMALLEST_OVERLAP else d
-        g = a[STIFFNESS, i] * (d * sqrt(d))
-        v = a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)
-        a[V, i] = v
-        a[there, i] = a[here, i] + drift * v
-        f = g
-    return f
-
-
-@jit
-def _kick_and_drift_watched(a, here, there, kick, drift, f, low, high):
-    """The same bits, and the peaks kept: once a step. Returns whether an overlap is above its limit, and the force."""
+@inlined
+def _kicked_and_drifted(elastic, watched, a, here, there, kick, drift, f, low, high):
+    fall = kick * a[SCALARS, GRAVITY]
     passed = False
+    if elastic == POWER:
+        # Long formulas become vectors only where no force is carried from contact to contact.
+        for i in range(np.uint64(low), np.uint64(high)):
+            a[GRIP, i] = dispatch.force(POWER, a, i, a[here, i] - a[here, i + _ONE] + a[REST, i])
     for i in range(np.uint64(low), np.uint64(high)):
         d = a[here, i] - a[here, i + _ONE] + a[REST, i]
-        d = 0.0 if d < SMALLEST_OVERLAP else d
-        g = a[STIFFNESS, i] * (d * sqrt(d))
-        v = a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)
+        g = a[GRIP, i] if elastic == POWER else dispatch.force(elastic, a, i, d)
+        v = (a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)) + fall
         a[V, i] = v
         a[there, i] = a[here, i] + drift * v
         f = g
-        p = a[PEAK, i]
-        a[PEAK, i] = d if d > p else p
-        passed |= not (d <= a[LIMIT, i])
+        if watched:
+            d = 0.0 if d < SMALLEST_OVERLAP else d
+            p = a[PEAK, i]
+            a[PEAK, i] = d if d > p else p
+            passed |= not (d <= a[LIMIT, i])
     return f, passed
+
+
+@jit
+def _kick_and_drift(elastic, watched, a, here, there, kick, drift, f, low, high):
+    """Grains low..high-1: v += kick ((f_left - f_right) / m + gravity), u_there = u_here + drift v.
+
+    f enters as the force left of `low`, and leaves as that left of `high`. Where `watched`, once a step, peaks are kept,
+    and whether an overlap is above its limit is returned. One branch for each law, so that each has a loop of its own.
+    """
+    if elastic == HERTZ:
+        if watched:
+            return _kicked_and_drifted(HERTZ, True, a, here, there, kick, drift, f, low, high)
+        return _kicked_and_drifted(HERTZ, False, a, here, there, kick, drift, f, low, high)
+    if elastic == POWER:
+        return _kicked_and_drifted(POWER, watched, a, here, there, kick, drift, f, low, high)
+    return _kicked_and_drifted(PLASTIC, watched, a, here, there, kick, drift, f, low, high)
 
 
 @jit
@@ -124,10 +151,10 @@ def _watch(a, here, j):
 
 
 @jit
-def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edge, shift, drifts, kicks, passed):
+def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edge, shift, damped, drifts, kicks, passed):
     """Advance the grains from left_edge to right_edge - 1 by `ticks`, the range moving left by `shift` grains a stage."""
     n, stages = int(a[SCALARS, GRAINS]), len(kicks)
-    h, static = a[SCALARS, STEP], a[SCALARS, STATIC_FORCE]
+    h, gravity, elastic = a[SCALARS, STEP], a[SCALARS, GRAVITY], int(a[SCALARS, ELASTIC])
     left_piston, left_free = a[SCALARS, LEFT_KIND] == PISTON, a[SCALARS, LEFT_KIND] == FREE
     right_piston, right_free = a[SCALARS, RIGHT_KIND] == PISTON, a[SCALARS, RIGHT_KIND] == FREE
     here, there = U, _OTHER_U
@@ -158,6 +185,21 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
             a[here, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, drifts[0])
         stage += 1
         for s in range(stages):
+            if damped and s == stages // 2:
+                # A damped chain is one tile. Prescribed grains move at the speed of the middle meanwhile.
+                if left_piston:
+                    a[V, 1] = kernels.value(a, LEFT_DRIVE, n_left, 0.5)
+                if right_piston:
+                    a[V, n] = kernels.value(a, RIGHT_DRIVE, n_right, 0.5)
+                given = dissipate_and_drift(a, here, h, drifts[s + 1] * h)
+                impulse_left, impulse_right = kernels.added(impulse_left, given[0]), kernels.added(impulse_right, given[1])
+                work_left, work_right = kernels.added(work_left, given[2]), kernels.added(work_right, given[3])
+                e = 0.5 + drifts[s + 1]
+                if left_piston:
+                    a[here, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, e)
+                if right_piston:
+                    a[here, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, e)
+                continue
             low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
             stage += 1
             if low < high:
@@ -165,20 +207,17 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                 f, push, first = kernels.contact(a, here, low - 1), 0.0, a[V, 1]
                 if has_first:
                     if left_free:
-                        push = static + kernels.value(a, LEFT_DRIVE, n_left, e)
+                        push = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, n_left, e)
                         f = push
                     impulse_left = kernels.added(impulse_left, kick * f)
                     bad |= s == 0 and _watch(a, here, 0)
-                if s == 0:
-                    f, over = _kick_and_drift_watched(a, here, there, kick, drift, f, low, min(high, n))
-                    bad |= over
-                else:
-                    f = _kick_and_drift(a, here, there, kick, drift, f, low, min(high, n))
+                f, over = _kick_and_drift(elastic, s == 0, a, here, there, kick, drift, f, low, min(high, n))
+                bad |= over
                 if high == n + 1:
                     g, pull, last = kernels.contact(a, here, n), 0.0, a[V, n]
                     if right_free:
-                        pull = kernels.value(a, RIGHT_DRIVE, n_right, e) - static
-                    a[V, n] = last + (kick * a[INVERSE_MASS, n]) * (f - (g - pull))
+                        pull = kernels.value(a, RIGHT_DRIVE, n_right, e) - a[SCALARS, RIGHT_STATIC]
+                    a[V, n] = (last + (kick * a[INVERSE_MASS, n]) * (f - (g - pull))) + kick * gravity
                     a[there, n] = a[here, n] + drift * a[V, n]
                     bad |= s == 0 and _watch(a, here, n)
                     if right_piston:
@@ -208,6 +247,8 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
             work_right = kernels.added(work_right, 0.5 * a[SCALARS, RIGHT_MASS] * (last - first) * (last + first))
             impulse_right = kernels.added(impulse_right, a[SCALARS, RIGHT_MASS] * (last - first))
             a[V, n] = last
+        if elastic == PLASTIC:
+            elastic_plastic.remember(a, here)
         # Velocities count as they are at the end of every step, however many steps a call makes.
         unsound |= _too_fast(a, fastest, low, max(low, high))
         done += 1
@@ -221,12 +262,13 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
 
 
 @jit
-def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, passed):
+def _advance(a, drive, left_pieces, left, right, tick, ticks, damped, drifts, kicks, passed):
     n, stages = int(a[SCALARS, GRAINS]), len(kicks)
+    swaps = stages - 1 if damped else stages
     a[_OTHER_U, 0], a[_OTHER_U, n + 1] = 0.0, 0.0
     done, bad, unsound = 0, False, False
-    # A chain that fits the cache is one tile that stands still.
-    tiled = n > TILED_ABOVE
+    # A chain that fits the cache is one tile that stands still; so is one whose contacts tell of more than their overlaps.
+    tiled = n > TILED_ABOVE and not damped and a[SCALARS, ELASTIC] != PLASTIC
     block = max(1, _BLOCK_STAGES // (stages + 1)) if tiled else ticks
     tile = _TILE_GRAINS if tiled else n
     while done < ticks and not (bad or unsound):
@@ -234,12 +276,13 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, pas
         last_edge = n + 1 + some * (stages + 1) if tiled else 2
         while edge < last_edge:
             advanced, over, fast = _sweep(
-                a, drive, left_pieces, left, right, tick + done, some, edge, edge + tile, int(tiled), drifts, kicks, passed
-            )
+                a, drive, left_pieces, left, right, tick + done, some, edge, edge + tile, int(tiled), damped,
+                drifts, kicks, passed,
+            )  # fmt: skip
             bad |= over
             unsound |= fast
             edge += tile
-        if (advanced * stages) % 2:
+        if (advanced * swaps) % 2:
             for i in range(np.uint64(n + 2)):
                 a[U, i] = a[_OTHER_U, i]
         done += advanced
@@ -249,10 +292,20 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, pas
 @jit
 def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
-    return _advance(a, drive, left_pieces, left, right, tick, ticks, _PEFRL_DRIFTS, _PEFRL_KICKS, _PEFRL_PASSED)
+    if a[SCALARS, DISSIPATION] != NONE:
+        return _advance(
+            a, drive, left_pieces, left, right, tick, ticks, True,
+            _DAMPED_PEFRL_DRIFTS, _DAMPED_PEFRL_KICKS, _DAMPED_PEFRL_PASSED,
+        )  # fmt: skip
+    return _advance(a, drive, left_pieces, left, right, tick, ticks, False, _PEFRL_DRIFTS, _PEFRL_KICKS, _PEFRL_PASSED)
 
 
 @jit
 def advance_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
-    return _advance(a, drive, left_pieces, left, right, tick, ticks, _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED)
+    if a[SCALARS, DISSIPATION] != NONE:
+        return _advance(
+            a, drive, left_pieces, left, right, tick, ticks, True,
+            _DAMPED_LEAPFROG_DRIFTS, _DAMPED_LEAPFROG_KICKS, _DAMPED_LEAPFROG_PASSED,
+        )  # fmt: skip
+    return _advance(a, drive, left_pieces, left, right, tick, ticks, False, _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...jit import jit
 from .. import kernels
-from ..kernels import GRAINS, REST, SCALARS, STEP, STIFFNESS, TOLERANCE, U, V
+from ..table import FREE_ROW, GRAINS, REST, SCALARS, STEP, STIFFNESS, TOLERANCE, U, V
 
 # Rows of the lower triangle of A, one after the other: row i begins at i (i - 1) / 2.
 _A = np.array(
@@ -157,7 +157,7 @@ _SAFETY, _SMALLEST_FACTOR, _LARGEST_FACTOR = 0.9, 0.2, 5.0
 _SMALLEST_PART = 1e-9
 
 # Scratch: the twelve stages' v, then their dv/dt, then a stage's u and v.
-_SV = kernels.FREE_ROW
+_SV = FREE_ROW
 _SA = _SV + _STAGES
 _SU, _SW = _SA + _STAGES, _SA + _STAGES + 1
 HISTORY_ROWS, SCRATCH_ROWS = 0, 2 * _STAGES + 2
@@ -182,14 +182,14 @@ def _stages(a, n, n_left, n_right, left_base, right_base, e, part):
     """The twelve derivatives of a trial from e to e + part."""
     h = a[SCALARS, STEP] * part
     for s in range(_STAGES):
-        for i in range(n + 6):
+        for i in range(n + 7):
             a[_SU, i], a[_SW, i] = a[U, i], a[V, i]
         for q in range(s):
             weight = h * _A[s * (s - 1) // 2 + q]
             if weight != 0.0:
                 for i in range(1, n + 1):
                     a[_SU, i] += weight * a[_SV + q, i]
-                for i in range(1, n + 6):
+                for i in range(1, n + 7):
                     a[_SW, i] += weight * a[_SA + q, i]
         at = e + _C[s] * part
         kernels.place_pistons(a, _SU, _SW, n_left, n_right, left_base, right_base, at)
@@ -247,7 +247,7 @@ def _one_tick(a, n, n_left, n_right):
             weight = step * part * _B[s]
             for i in range(1, n + 1):
                 a[U, i] += weight * a[_SV + s, i]
-            for i in range(1, n + 6):
+            for i in range(1, n + 7):
                 a[V, i] += weight * a[_SA + s, i]
         e = 1.0 if last else e + part
         kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, e)

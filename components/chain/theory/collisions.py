@@ -5,6 +5,8 @@ The numbers in brackets are the equations of Nesterenko (1983). All formulas are
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from .arguments import Number, above
@@ -39,6 +41,17 @@ def duration_of_overlap(reduced_mass: Number, stiffness: Number, overlap: Number
     # Not a power: a run's report comes from here, and has the same bits on every machine.
     root = np.sqrt(above("overlap", overlap, 0.0, "m"))
     return COLLISION_COEFFICIENT * np.sqrt(1.25 * reduced_mass / (stiffness * root))
+
+
+def duration_times_frequency(growth: float) -> float:
+    """Duration of a collision x its largest angular frequency, where F = k d^growth: 4.03 for spheres, pi for springs.
+
+    With D the largest overlap, v^2 = 2 k D^(p + 1) / ((p + 1) m*), the duration is (2 D / v) sqrt(pi) Gamma(1 + 1/(p + 1)) /
+    Gamma(1/2 + 1/(p + 1)) and the frequency sqrt(p k D^(p - 1) / m*).
+    """
+    part = 1.0 / (above("growth", growth, 0.0, "1") + 1.0)
+    duration = 2.0 * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
+    return duration * math.sqrt(0.5 * growth * (growth + 1.0))
 
 
 def _contact(reduced_mass: Number, stiffness: Number) -> tuple[Number, Number]:

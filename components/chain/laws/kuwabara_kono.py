@@ -1,0 +1,30 @@
+"""Kuwabara and Kono (1987): viscoelastic spheres, F = k d^1.5 + gamma sqrt(d) dd/dt, and never a pull.
+
+G. Kuwabara, K. Kono, Jpn. J. Appl. Phys. 26 (1987) 1230; N. V. Brilliantov, F. Spahn, J.-M. Hertzsch, T. Poeschel, Phys. Rev. E
+53 (1996) 5382. The loss in a collision grows with speed, 1 - e ~ v^(1/5).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Literal
+
+from ...jit import inlined
+from ..table import HERTZ, KUWABARA_KONO, SMALLEST_OVERLAP
+from .law import Dissipative, NotNegative, field
+
+
+class KuwabaraKono(Dissipative):
+    """F = k d^1.5 + dissipation x sqrt(d) dd/dt while d > 0, cut off at 0."""
+
+    elastic, damping = HERTZ, KUWABARA_KONO
+
+    name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
+    dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one each", "N s/m^1.5")
+
+
+@inlined
+def coefficient(gamma, d):
+    """Force per speed of approach: gamma sqrt(d) while they touch."""
+    d = 0.0 if d < SMALLEST_OVERLAP else d
+    return gamma * sqrt(d)

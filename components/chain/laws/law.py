@@ -1,0 +1,64 @@
+"""What a contact law declares of itself."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from ...contract import Parameters
+from ...roots import two_thirds_power
+from ..table import HERTZ, NONE
+
+FloatArray = npt.NDArray[np.float64]
+
+NotNegative = Annotated[float, Field(ge=0.0, le=1e60)]
+Positive = Annotated[float, Field(gt=0.0, le=1e60)]
+
+
+def field(default: Any, description: str, unit: str, **bounds: Any) -> Any:
+    """A law's parameter."""
+    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
+
+
+class Law(Parameters):
+    """A contact law, chosen by its `name`: parameters here, the formula in jitted functions beside it."""
+
+    elastic: ClassVar[int] = HERTZ
+    """Which elastic force the kernels take."""
+    damping: ClassVar[int] = NONE
+    """Which dissipation beside it."""
+    has_history: ClassVar[bool] = False
+    """Whether the force depends on what the contact has been through."""
+    needs_stiffness: ClassVar[bool] = False
+    """Whether `contact_stiffness` has to be given, because radii and materials do not tell it."""
+
+    @property
+    def growth(self) -> float:
+        """P of the force's growth with overlap, F ~ d^p."""
+        return 1.5
+
+    def contact_constants(self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray) -> FloatArray:
+        """The one number that the law wants of each contact, in the table's row CONTACT, shape (contacts,)."""
+        return np.zeros(len(stiffness))
+
+    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+        """The overlap at which a contact that was never loaded before carries a force, shape (contacts,) [m]."""
+        return two_thirds_power(force / stiffness)
+
+    @property
+    def conservative(self) -> bool:
+        """Whether it gives back all energy."""
+        return self.damping == NONE and not self.has_history
+
+
+class Dissipative(Law):
+    """A law whose force depends on the speed of approach, by a coefficient for each contact."""
+
+    dissipation: Any
+
+    def contact_constants(self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray) -> FloatArray:
+        """The dissipation."""
+        return np.zeros(len(stiffness)) + np.asarray(self.dissipation)

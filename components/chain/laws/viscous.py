@@ -1,0 +1,28 @@
+"""Hertz with a dashpot: F = k d^1.5 + c dd/dt while the spheres touch, and never a pull.
+
+The simplest dissipation there is, and the wrong one for spheres: it loses more at low speed, 1 - e ~ v^(-1/5). P. A. Cundall,
+O. D. L. Strack, Geotechnique 29 (1979) 47, with Hertz's spring in the place of their linear one.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from ...jit import inlined
+from ..table import HERTZ, VISCOUS
+from .law import Dissipative, NotNegative, field
+
+
+class Viscous(Dissipative):
+    """F = k d^1.5 + dissipation x dd/dt while d > 0, cut off at 0."""
+
+    elastic, damping = HERTZ, VISCOUS
+
+    name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")
+    dissipation: NotNegative | list[NotNegative] = field(..., "c: one for all contacts, or one each", "N s/m")
+
+
+@inlined
+def coefficient(c, d):
+    """Force per speed of approach: c while they touch."""
+    return c if d > 0.0 else 0.0
