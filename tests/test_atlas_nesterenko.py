@@ -63,6 +63,9 @@ VERDICTS = {
         "V and D1 do not depend": "reproduced to 0.007 %",
         "Pressure in the first maximum": "reproduced to 0.6 %",
     },
+    "3.4-losses": {
+        "A front with weak losses": "in part: V/D1, weakest losses: yes to 0.0002; v_m1/v0, losses to 0: no, 4.4 % off"
+    },
     "3.4-energy": {
         "Ek/Ep in the piston’s chain, mean": "reproduced to 0.06 %",
         "Ek/Ep in the piston’s chain, largest deviation": "not reproduced",
@@ -150,6 +153,8 @@ def test_figures_that_are_known_to_more_digits(whole):
     assert (peak["grain 50"], peak["grain 180"]) == near((1.95898, 2.00058), abs=1e-5)
     assert computed(data, "3.4-speeds", "C of V")["C"] == near(0.907470, abs=1e-6)
     assert computed(data, "3.4-speeds", "The front against")["v_m1/v0"] == near(1.625, abs=1e-3)
+    losses = computed(data, "3.4-losses", "A front")
+    assert losses["v_m1/v0, losses to 0"] == near(losses["v_m1/v0 of a solitary wave as fast as D1"], rel=5e-3)
     assert computed(data, "3.2a-head-on", "Earlier")["first wave"] == near(4.2727, abs=2e-4)
     form = computed(data, "3.2a-head-on", "The waves keep")
     assert list(form.values()) == near([-1.15, -1.34, 0.045], abs=5e-3)
