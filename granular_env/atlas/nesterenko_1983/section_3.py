@@ -80,7 +80,7 @@ def _profile(context: Context, speed: float) -> np.ndarray:
     unit = theory.time_scale(MASS, stiffness, speed)
     document = chain_document(
         context, f"nesterenko-1983/3.4-at-{speed:g}", grains=length(context, 100), duration=1.0, velocity={0: speed},
-        left="piston", step_size=0.1 * unit, overlap_limit=0.9, velocity_scale=2.0 * speed,
+        left="piston", step_size=0.1 * unit, overlap_limit=1.9, velocity_scale=2.0 * speed,
     ) | {"duration": round(_TAU / 0.1) * (0.1 * unit), "input": {"left_velocity": speed}}  # fmt: skip
     document["record"]["every"] = 10 * (0.1 * unit)
     return measurement.history(context.run(document)).velocity[-1] / speed
