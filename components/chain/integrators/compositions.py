@@ -220,7 +220,9 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                     g, pull, last = kernels.contact(a, here, n), 0.0, a[V, n]
                     if right_free:
                         pull = kernels.value(a, RIGHT_DRIVE, n_right, e) - a[SCALARS, RIGHT_STATIC]
-                    a[V, n] = (last + (kick * a[INVERSE_MASS, n]) * (f - (g - pull))) + (0.0 if right_piston else kick * gravity)
+                    a[V, n] = (last + (kick * a[INVERSE_MASS, n]) * (f - (g - pull))) + (
+                        0.0 if right_piston else kick * gravity
+                    )
                     a[there, n] = a[here, n] + drift * a[V, n]
                     bad |= s == 0 and _watch(a, here, n)
                     if right_piston:
