@@ -226,6 +226,20 @@ def test_grains_stick_where_dissipation_is_strong(law: str, dissipation: float) 
     assert abs(ledger.energy_residual) < 1e-3 * ledger.dissipated_energy
 
 
+def test_a_step_that_dissipation_outruns_is_told() -> None:
+    def told(step_size: float) -> tuple[float, str]:
+        chain = ge.Chain(grains=3, law={"name": "viscous", "dissipation": 1e3}, step_size=step_size)
+        chain.reset(velocity={0: 1.0})
+        chain.step(1e-6)
+        return chain.report()["dissipation in a step (c h / m*)"], " ".join(chain.cautions())
+
+    mass = 0.5 * ge.Chain(grains=3).geometry.mass[0]
+    figure, sentence = told(5e-7)
+    assert figure == pytest.approx(1e3 * 5e-7 / mass) and "dissipation would stop 1.1 times" in sentence
+    figure, sentence = told(5e-8)
+    assert figure == pytest.approx(1e3 * 5e-8 / mass) and "dissipation" not in sentence
+
+
 def test_no_dissipation_is_hertz() -> None:
     plain, damped = (
         ge.Chain(grains=10, law=law, step_size=1e-7) for law in ("hertz", {"name": "kuwabara_kono", "dissipation": 0.0})

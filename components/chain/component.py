@@ -14,13 +14,15 @@ from ..profiles import CompiledProfile
 from . import kernels, table
 from .geometry import Geometry, geometry, suggested_step_size
 from .integrators import SCHEMES, SIGNATURE
-from .laws import Law, elastic_plastic
+from .laws import Dissipative, Law, elastic_plastic
 from .parameters import WALLS, ChainParameters
 from .theory.collisions import duration_times_frequency
 from .validity import Validity
 
 # A contact should see so many force evaluations; below the smaller number a step is refused.
 _WANTED_FORCES, _LEAST_FORCES = 60.0, 16.0
+# So much of its approach may a contact lose to dissipation in one step, or the second order says little.
+_STOPPED_IN_A_STEP = 0.3
 
 _KINDS = {"free": table.FREE, "piston": table.PISTON} | dict.fromkeys(WALLS, table.WALL)
 _NO_PIECES = np.zeros((0, 2))
@@ -29,9 +31,10 @@ _GEOMETRY_ROWS = 17
 
 
 class Chain(Component):
-    """A row of elastic spheres between two ends: Nesterenko (1983), equations (1.1) and (1.2).
+    """A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.
 
-    m_i u_i'' = k_i d_(i-1)^1.5 - k_(i+1) d_i^1.5, d the overlap of neighbours, no tension. See `ChainParameters`.
+    m_i u_i'' = F_i - F_(i+1) + m_i g, F = k d^1.5 for elastic spheres, d the overlap of neighbours, no tension. See
+    `ChainParameters` and `laws`.
     """
 
     name = "chain"
@@ -327,12 +330,30 @@ class Chain(Component):
         )  # fmt: skip
 
     def report(self) -> dict[str, float]:
-        """The figures of `validity`."""
-        return self.validity().figures()
+        """The figures of `validity`; with dissipation also how much of an approach it stops in a step."""
+        figures = self.validity().figures()
+        if isinstance(self.parameters.law, Dissipative):
+            figures["dissipation in a step (c h / m*)"] = self._stopped_in_a_step()
+        return figures
 
     def cautions(self) -> list[str]:
         """A sentence for each assumption that the run so far has left behind."""
-        return self.validity().cautions()
+        said, stopped = self.validity().cautions(), self._stopped_in_a_step()
+        if stopped > _STOPPED_IN_A_STEP and self.parameters.integrator != "dop853":
+            said.append(
+                f"dissipation would stop {stopped:.2g} times the approach of a contact in a step, less than "
+                f"{_STOPPED_IN_A_STEP:g} is wanted: take a smaller step_size (now {self.step_size:g} s)"
+            )
+        return said
+
+    def _stopped_in_a_step(self) -> float:
+        """C h / m* of the contact where it was largest, 0 without dissipation."""
+        law, places = self.parameters.law, self.geometry.real
+        if not isinstance(law, Dissipative):
+            return 0.0
+        peak = self._table[table.PEAK][: self.parameters.grains + 1][places]
+        coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.contact[places], peak), 0.0)
+        return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
     def _resolution_sentence(self) -> str:
         validity = self.validity()

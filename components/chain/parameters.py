@@ -23,7 +23,7 @@ _MAXIMUM_GRAINS = 100_000_000
 
 
 class ChainParameters(Parameters):
-    """A row of elastic spheres that touch by Hertz's law, with its two ends."""
+    """A row of grains that touch by a contact law (Hertz's unless another is named), with its two ends."""
 
     tables = {"arrangement": ARRANGEMENTS, "law": LAWS}
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 from math import sqrt
 from typing import Literal
 
+import numpy as np
+
 from ...jit import inlined
 from ..fields import NotNegative, field
 from ..table import HERTZ, KUWABARA_KONO, SMALLEST_OVERLAP
-from .law import Dissipative
+from .law import Dissipative, FloatArray
 
 
 class KuwabaraKono(Dissipative):
@@ -22,6 +24,10 @@ class KuwabaraKono(Dissipative):
 
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
     dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one each", "N s/m^1.5")
+
+    def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
+        """Gamma sqrt(d)."""
+        return constants * np.sqrt(overlap)
 
 
 @inlined

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 import numpy as np
@@ -45,7 +46,7 @@ class Law(Parameters):
         return self.damping == NONE and not self.has_history
 
 
-class Dissipative(Law):
+class Dissipative(Law, ABC):
     """A law whose force depends on the speed of approach, by a coefficient for each contact."""
 
     dissipation: Any
@@ -53,3 +54,7 @@ class Dissipative(Law):
     def contact_constants(self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray) -> FloatArray:
         """The dissipation."""
         return np.zeros(len(stiffness)) + np.asarray(self.dissipation)
+
+    @abstractmethod
+    def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
+        """Force per speed of approach at an overlap, shape (contacts,) [N s/m]."""

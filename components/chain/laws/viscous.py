@@ -11,7 +11,7 @@ from typing import Literal
 from ...jit import inlined
 from ..fields import NotNegative, field
 from ..table import HERTZ, VISCOUS
-from .law import Dissipative
+from .law import Dissipative, FloatArray
 
 
 class Viscous(Dissipative):
@@ -21,6 +21,10 @@ class Viscous(Dissipative):
 
     name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")
     dissipation: NotNegative | list[NotNegative] = field(..., "c: one for all contacts, or one each", "N s/m")
+
+    def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
+        """The dissipation itself."""
+        return constants
 
 
 @inlined
