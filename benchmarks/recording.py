@@ -68,20 +68,22 @@ def _shares(path: Path, grains: int, steps: int, rounds: int) -> Iterator[Figure
             sizes.append(path.stat().st_size)
             path.unlink()
 
-    def plain() -> None:
-        chain.step(whole)
+    def stepped(duration: float) -> None:
+        for _ in range(round(whole / duration)):
+            chain.step(duration)
 
     def recorded(duration: float) -> None:
         with ge.record(chain, path, every=frame):
-            for _ in range(round(whole / duration)):
-                chain.step(duration)
+            stepped(duration)
 
-    runs = {"plain": plain, "in pieces": partial(recorded, frame), "in one call": partial(recorded, whole)}
-    times = interleaved(runs, rounds, before=fresh)
-    seconds, size = float(np.median(times["plain"])), float(np.median(sizes)) / 1e6
+    lengths = {"in pieces": frame, "in one call": whole}
+    plain = {f"{name}, unrecorded": partial(stepped, length) for name, length in lengths.items()}
+    times = interleaved(plain | {name: partial(recorded, length) for name, length in lengths.items()}, rounds, before=fresh)
+    size = float(np.median(sizes)) / 1e6
     frames = steps // _FRAME_STEPS
-    for name in ("in pieces", "in one call"):
-        share = 100.0 * (1.0 - ratio(times["plain"], times[name]))
-        a_frame = float(np.median(times[name] - times["plain"])) / frames * 1e3
+    for name in lengths:
+        bare = times[f"{name}, unrecorded"]
+        share, seconds = 100.0 * (1.0 - ratio(bare, times[name])), float(np.median(bare))
+        a_frame = float(np.median(times[name] - bare)) / frames * 1e3
         note = f"{frames} frames in {steps} steps, {seconds:.1f} s unrecorded; {a_frame:.1f} ms a frame, a log of {size:.0f} MB"
         yield Figure(f"recording's share of a run {name}, {grains} grains", share, "%", at_most=5.0, note=note)

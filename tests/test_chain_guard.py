@@ -219,3 +219,17 @@ def test_a_passing_excess_of_speed_is_refused_however_the_step_is_cut(integrator
         for _ in range(300):
             single.step(1e-6, left_force=force)
     assert one_by_one.value.time == at_once.value.time == pytest.approx(8.4e-5)
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 1e-9, 1e-14])
+def test_dop853_stops_refining_at_the_rounding_of_the_overlaps(amplitude: float) -> None:
+    """A tolerance that rounding cannot meet once made it take a billionth of a step at a time."""
+    parameters = {"grains": 20, "precompression": 100.0, "left": "plane", "right": "plane"}
+    reference = ge.Chain(**parameters, integrator="dop853", tolerance=1e-15)
+    chain = ge.Chain(**parameters, step_size=reference.step_size / 8)
+    for one in (reference, chain):
+        one.reset(velocity={5: amplitude})
+        one.step(100 * reference.step_size)
+    # An overlap of 10 um is rounded to 1e-21 m; contacts turn that over 1e5 times a second.
+    rounding = 1e-21 * 1e5 * 100
+    assert reference.get("velocity") == pytest.approx(chain.get("velocity"), abs=1e-11 * amplitude + 10 * rounding, rel=0.0)
