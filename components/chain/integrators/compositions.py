@@ -111,7 +111,7 @@ def _kicked_and_drifted(elastic, watched, a, here, there, kick, drift, f, low, h
     return f, passed
 
 
-@jit
+@inlined
 def _kick_and_drift(elastic, watched, a, here, there, kick, drift, f, low, high):
     """Grains low..high-1: v += kick ((f_left - f_right) / m + gravity), u_there = u_here + drift v.
 
