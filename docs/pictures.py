@@ -3,6 +3,7 @@
 import tempfile
 from pathlib import Path
 
+import law_pictures
 import numpy as np
 
 import granular_env as ge
@@ -48,3 +49,4 @@ def stationary_waves() -> None:
 if __name__ == "__main__":
     piston()
     stationary_waves()
+    law_pictures.draw()
