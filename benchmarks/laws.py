@@ -19,11 +19,13 @@ LAWS: dict[str, dict[str, Any]] = {
 }
 WANTED = {"viscous": 0.5, "kuwabara_kono": 0.5}
 _SAMPLE_SECONDS = 4e-3
+_UNTIL_YIELDED = 2000
 
 
 def measure(grains: int = 1000, rounds: int = 41) -> Iterator[Figure]:
-    """Chains with every contact closed and trembling, stepped by the default integrator."""
+    """Chains with every contact closed and trembling, stepped by the default integrator; plastic contacts have yielded before."""
     built = {"hertz": chains.pressed(grains)} | {name: chains.pressed(grains, **law) for name, law in LAWS.items()}
+    built["elastic_plastic"]._advance(_UNTIL_YIELDED)
     ticks = repeats_for(lambda: built["hertz"]._advance(1), _SAMPLE_SECONDS)
     times = interleaved({name: lambda chain=chain: chain._advance(ticks) for name, chain in built.items()}, rounds)
     for name in LAWS:
