@@ -23,7 +23,7 @@ _UNTIL_YIELDED = 2000
 
 
 def measure(grains: int = 1000, rounds: int = 41) -> Iterator[Figure]:
-    """Chains with every contact closed and trembling, stepped by the default integrator; plastic contacts have yielded before."""
+    """Chains with every contact closed and trembling, stepped by the default integrator; plastic ones have yielded before."""
     built = {"hertz": chains.pressed(grains)} | {name: chains.pressed(grains, **law) for name, law in LAWS.items()}
     built["elastic_plastic"]._advance(_UNTIL_YIELDED)
     ticks = repeats_for(lambda: built["hertz"]._advance(1), _SAMPLE_SECONDS)
