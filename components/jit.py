@@ -32,12 +32,12 @@ def jit(function: F) -> F:
 
 def inlined(function: F) -> F:
     """`jit` for what long loops call: LLVM puts it into its callers, so that loops become vectors and constants fold."""
-    # A division that may raise would end a loop early, and such a loop is no vector.
-    return _compiled(function, forceinline=True, error_model="numpy")
+    return _compiled(function, forceinline=True)
 
 
 def _compiled(function: F, **options: Any) -> F:
-    compiled: Any = numba.njit(nogil=True, **options)(function)
+    # Kernels raise nothing; and a division that may raise would end a loop early, and such a loop is no vector.
+    compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
     folder = cache_folder()
     if folder is not None and hasattr(compiled, "enable_caching"):
         with _cache_in(folder), suppress(RuntimeError):  # numba found no folder it may write to

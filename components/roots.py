@@ -39,6 +39,27 @@ def fifth_root(value: float) -> float:
     return root * scale
 
 
+def nth_root(value: float, degree: int) -> float:
+    """value^(1/degree) for a finite number > 0 and a degree from 1, by halving the interval until no float is left in it."""
+    if not (0.0 < value < float("inf") and degree >= 1):
+        raise ValueError(f"root of degree {degree} of {value}")
+    low, high = min(1.0, value), max(1.0, value)
+    while True:
+        middle = low + 0.5 * (high - low)
+        if not low < middle < high:
+            return high
+        low, high = (middle, high) if integer_power(middle, degree) < value else (low, middle)
+
+
+def integer_power(base: float, exponent: int) -> float:
+    """base^exponent for an exponent from 0, by squaring: about 2 log2(exponent) multiplications."""
+    result = 1.0
+    while exponent:
+        result = result * base if exponent & 1 else result
+        base, exponent = base * base, exponent >> 1
+    return result
+
+
 def round_down_to_125(value: float) -> float:
     """The largest of 1, 2, 5 x 10^k that is not above a number > 0: what people type divides by it."""
     exponent = int(f"{value:e}".split("e")[1]) + 1

@@ -1,16 +1,27 @@
 """Draws the pictures of README.md and of these pages: ``python docs/pictures.py``."""
 
+import contextlib
+import os
+import re
 import tempfile
 from pathlib import Path
 
 import law_pictures
+import matplotlib
 import numpy as np
+from PIL import Image
 
 import granular_env as ge
 from granular_env.components.chain import theory
 from granular_env.viewing import drawing, figures, footage
 
-IMAGES = Path(__file__).parent / "images"
+DOCS = Path(__file__).parent
+IMAGES = DOCS / "images"
+_STYLE = {
+    "backend": "agg", "savefig.dpi": 110, "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False,
+    "lines.linewidth": 1.7, "legend.frameon": False,
+}  # fmt: skip
+_COLOURS = 64
 
 
 def piston() -> None:
@@ -46,7 +57,20 @@ def stationary_waves() -> None:
     (IMAGES / "stationary-waves.png").write_bytes(figures.png(figure))
 
 
+def tutorial() -> None:
+    """The tutorial's pictures, by the very lines that stand on its page; with few colours, so that they are small files."""
+    blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "tutorial.md").read_text(), re.MULTILINE | re.DOTALL)
+    last = max(place for place, block in enumerate(blocks) if "savefig" in block)
+    names: dict[str, object] = {}
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), matplotlib.rc_context(_STYLE):
+        for block in blocks[: last + 1]:
+            exec(block, names)
+        for drawn in sorted(os.listdir()):
+            Image.open(drawn).convert("RGB").quantize(_COLOURS).save(IMAGES / f"tutorial-{drawn}", optimize=True)
+
+
 if __name__ == "__main__":
     piston()
+    tutorial()
     stationary_waves()
     law_pictures.draw()

@@ -65,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _experiment_commands(commands)
     _log_commands(commands)
+    _atlas_command(commands)
     return parser
 
 
@@ -139,6 +140,16 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
 
 def _large_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--allow-large", action="store_true", help="lift the caps on sizes that a log may declare")
+
+
+def _atlas_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    atlas = commands.add_parser("atlas", help="compute a paper's figures and numbers anew, on one page beside the printed ones")
+    atlas.add_argument("paper", metavar="PAPER", help="such as nesterenko-1983")
+    atlas.add_argument("-o", "--out", metavar="FOLDER", help="where to write it (default: atlas/PAPER)")
+    _set_option(atlas, "a constant of the paper, such as A=6.391e12 or N=50; the page says what was changed")
+    atlas.add_argument("--only", metavar="ENTRY", action="append", default=[], help="compute this entry, not all of them")
+    atlas.add_argument("--processes", metavar="N", type=int, default=2, help="how many entries at a time (default: 2)")
+    atlas.add_argument("--quiet", action="store_true", help="no progress bar; print only the page's path")
 
 
 def _set_option(parser: argparse.ArgumentParser, text: str) -> None:

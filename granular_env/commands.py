@@ -169,6 +169,24 @@ def report_log(args: argparse.Namespace) -> int:
     return 0
 
 
+# -- papers ---------------------------------------------------------------------------------------------------------
+
+
+def write_atlas(args: argparse.Namespace) -> int:
+    """A paper's figures and numbers, computed anew; 1 where an entry could not be."""
+    from granular_env import atlas
+    from granular_env.atlas.telling import closing, telling
+
+    paper = atlas.paper(args.paper)
+    constants = {".".join(parts): value for parts, value in map(parse_override, args.overrides)}
+    folder = Path(args.out) if args.out else Path("atlas") / paper.name
+    with telling(paper, args.quiet) as told:
+        done = atlas.compute(paper, folder, constants, only=args.only, processes=args.processes, told=told)
+    page = atlas.write(done, folder)
+    print(page if args.quiet else closing(done, page))
+    return 1 if done.failed else 0
+
+
 # -- details --------------------------------------------------------------------------------------------------------
 
 
@@ -247,4 +265,5 @@ COMMANDS = {
     "recover": recover_log,
     "view": view_log,
     "report": report_log,
+    "atlas": write_atlas,
 }

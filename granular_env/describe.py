@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components import catalogue
+from granular_env.components.contract import Parameters
 from granular_env.experiments.load import experiment_path, read_document, shipped_experiments
 from granular_env.experiments.templates import default_of, example_of, first_sentence, unit_of
 
@@ -40,12 +41,11 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     """A component's parameters, inputs and outputs with units, shapes and meaning."""
     kind = catalogue.component_class(name)
     parts = [f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}", "", "parameters"]
-    parts.append(
-        columns(
-            (key, unit_of(field), default_of(field), field.description or "")
-            for key, field in kind.Parameters.model_fields.items()
-        )
-    )
+    parts.append(columns(_rows(kind.Parameters)))
+    for parameter, tables in kind.Parameters.tables.items():
+        for choice, model in tables.items():
+            parts += ["", f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}']
+            parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
     component = example_of(name, parameters)
     variables = [v for v in component.variables.values() if v.causality != "parameter"]
     for causality in ("input", "output"):
@@ -69,3 +69,8 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
         else "A (state) can be given to reset and [start].",
     ]
     return "\n".join(parts)
+
+
+def _rows(model: type[Parameters]) -> list[tuple[str, str, str, str]]:
+    """Name, unit, default and meaning of each field."""
+    return [(key, unit_of(field), default_of(field), field.description or "") for key, field in model.model_fields.items()]

@@ -17,6 +17,7 @@ import granular_env as ge
 
 FOLDER = Path(__file__).resolve().parent.parent / "logs" / "golden"
 PAPER = {"radius": 3e-3, "material": "steel", "contact_stiffness": 4940091615.916878}
+YIELDING = {"name": "elastic_plastic", "yield_pressure": 1e9}
 RANDOM = {"low": 1e-3, "high": 3e-3, "seed": 7}
 
 Play = Callable[[ge.Component], None]
@@ -39,6 +40,12 @@ def pushed_dimer(component: ge.Component) -> None:
     component.step(1e-4, left_force=ge.Profile.half_sine(80.0, 2e-5, start=5e-6))
     component.step(2e-5, left_force=-3.0)
     component.step(6e-5, left_force=0.0)
+
+
+def pushed_column(component: ge.Component) -> None:
+    """At rest under gravity, then a pulse from above."""
+    component.step(2e-5)
+    component.step(8e-5, right_force=ge.Profile.half_sine(-50.0, 3e-5, start=2e-5))
 
 
 def controlled_piston(component: ge.Component) -> None:
@@ -90,6 +97,37 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "dop853": (
         make("chain", grains=30, integrator="dop853", step_size=1e-6, **PAPER),
         plain(2e-4, velocity={0: 5.0, 1: 5.0}),
+        2e-5,
+    ),
+    "kuwabara-kono": (
+        make("chain", grains=30, left="piston", right="plane", law={"name": "kuwabara_kono", "dissipation": 3e3}, **PAPER),
+        plain(2e-4, velocity={0: 2.0}),
+        2e-5,
+    ),
+    "viscous-column": (
+        make(
+            "chain",
+            grains=20,
+            left="rigid_plane",
+            gravity=-9.81,
+            integrator="leapfrog",
+            step_size=1e-7,
+            law={"name": "viscous", "dissipation": 2.0},
+            arrangement={"name": "tapered", "first_radius": 3e-3, "taper": 0.03},
+        ),  # fmt: skip
+        pushed_column,
+        1e-5,
+    ),
+    "elastic-plastic": (
+        make(
+            "chain", grains=20, right="fixed_grain", law={"name": "elastic_plastic", "yield_pressure": 1e9}, precompression=5.0
+        ),
+        plain(2e-4, velocity={0: 3.0, 10: -1.0}),
+        2e-5,
+    ),
+    "power": (
+        make("chain", grains=20, contact_stiffness=2e10, law={"name": "power", "exponent": 1.7}, precompression=5.0),
+        plain(2e-4, velocity={0: 3.0}),
         2e-5,
     ),
     "oscillator": (make("oscillator", stiffness=2.0), pushed_oscillator, 0.1),

@@ -78,6 +78,15 @@ def test_the_readme_opens_with_a_picture_and_the_two_commands():
     assert text.index("docs/images/piston.png") < text.index("make demo") < text.index("make test") < text.index("```python")
 
 
+def test_the_tutorial_shows_every_picture_that_its_lines_draw():
+    text = (ROOT / "docs" / "tutorial.md").read_text()
+    drawn = re.findall(r'savefig\("(.+)"\)', text)
+    assert len(drawn) >= 4
+    for name in drawn:
+        assert text.index(f"images/tutorial-{name}") < text.index(f'savefig("{name}")')
+        assert 0 < (ROOT / "docs" / "images" / f"tutorial-{name}").stat().st_size < 80_000
+
+
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_links_lead_somewhere(page):
     missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]

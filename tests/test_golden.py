@@ -19,6 +19,10 @@ FINAL = {
     "hamming": "ed710df8976c37e5ccfe14b13513281a",
     "rk4": "06270df3f976f946e8de36448ce53d84",
     "dop853": "21d7182844281ee90b90ad7ff7ab82ad",
+    "kuwabara-kono": "e4d243353cee1fb5c74be472487af35d",
+    "viscous-column": "a9f44998e1efc9baf50c473bbe932a6f",
+    "elastic-plastic": "2565f718d2c4da9224e3f06980b590c8",
+    "power": "e05ec65993a8af1e17026af1035475eb",
     "oscillator": "96e94df6bb99efd59687d5fbcda22117",
 }
 

@@ -27,7 +27,7 @@ def small_machine(monkeypatch):
 
 
 def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machine, tmp_path):
-    said = r"needs at least 26\.4 GB of memory, 8 GB are available; ask for less"
+    said = r"needs at least 33\.6 GB of memory, 8 GB are available; ask for less"
     with pytest.raises(ParameterError, match=f"component 'chain' {said}"):
         catalogue.make("chain", grains=100_000_000)
     with pytest.raises(ExperimentError, match=f"component: .*{said}"):

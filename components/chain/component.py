@@ -229,7 +229,7 @@ class Chain(Component):
         """The variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
         worst = ("velocity", 0, 0.0)
         fastest = self._table[table.SCALARS, table.SPEED_LIMIT]
-        with np.errstate(invalid="ignore"):
+        with np.errstate(all="ignore"):
             places = self.geometry.real
             for name, ratio in (
                 (

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..counter_random import uniform
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
 from ..powers import power
 from ..roots import fifth_root, round_down_to_125
+from .arrangements.random_radii import drawn
 from .equilibrium import static_forces
 from .parameters import WALLS, ChainParameters, UniformRadii
 
@@ -65,8 +65,8 @@ class Geometry:
 def geometry(parameters: ChainParameters) -> Geometry:
     """All arrays that follow from the parameters."""
     count = parameters.grains
-    radius = _radius(parameters)
-    materials = _materials(parameters)
+    radius = parameters.arrangement.radii(_radius(parameters))
+    materials = parameters.arrangement.materials(_materials(parameters))
     mass = _mass(parameters, radius, materials)
     walls = (parameters.left in WALLS, parameters.right in WALLS)
     real = slice(0 if walls[0] else 1, count + 1 if walls[1] else count)
@@ -147,7 +147,7 @@ class _Same(list[Material]):
 def _radius(parameters: ChainParameters) -> FloatArray:
     given = parameters.radius
     if isinstance(given, UniformRadii):
-        return given.low + (given.high - given.low) * uniform(given.seed, 0, parameters.grains)
+        return drawn(given, parameters.grains)
     return np.full(parameters.grains, given) if isinstance(given, float) else np.array(given)
 
 
@@ -160,7 +160,7 @@ def _materials(parameters: ChainParameters) -> list[Material]:
 
 def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Material]) -> FloatArray:
     density = _per_grain(materials, "density")
-    mass = 4.0 / 3.0 * math.pi * density * (radius * radius * radius)
+    mass = parameters.arrangement.masses(4.0 / 3.0 * math.pi * density * (radius * radius * radius))
     given = parameters.mass
     if isinstance(given, dict):
         for index, value in given.items():

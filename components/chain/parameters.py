@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Any, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ..contract import Parameters
-from ..errors import nearest
-from ..materials.elastic import PRESETS, Material
-from .laws import AnyLaw, Hertz
+from ..materials.elastic import Material
+from .arrangements import ARRANGEMENTS, ChosenArrangement, Uniform, refuse_misfit
+from .fields import GrainIndex, NotNegative, Positive, Preset, UniformRadii
+from .fields import field as _field
+from .laws import LAWS, AnyLaw, Hertz
+
+__all__ = ["WALLS", "Boundary", "ChainParameters", "Integrator", "UniformRadii"]
 
 Boundary = Literal["free", "piston", "fixed_grain", "plane", "rigid_plane"]
 WALLS = ("fixed_grain", "plane", "rigid_plane")
@@ -18,38 +22,10 @@ Integrator = Literal["pefrl", "leapfrog", "rk4", "hamming", "dop853"]
 _MAXIMUM_GRAINS = 100_000_000
 
 
-def _preset(name: str) -> str:
-    if name not in PRESETS:
-        raise ValueError(f"{name!r} is no preset; {nearest(name, PRESETS)}; or give density, young and poisson")
-    return name
-
-
-Preset = Annotated[str, AfterValidator(_preset)]
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
-GrainIndex = Annotated[int, Field(ge=0)]
-
-
-class UniformRadii(Parameters):
-    """Radii drawn evenly between two bounds, a function of the seed (the RAND of Nesterenko's section 3.5)."""
-
-    low: float = Field(gt=0.0, description="smallest radius", json_schema_extra={"unit": "m"})
-    high: float = Field(gt=0.0, description="largest radius", json_schema_extra={"unit": "m"})
-    seed: int = Field(0, ge=0, lt=2**63, description="which draw", json_schema_extra={"unit": "1"})
-
-    @model_validator(mode="after")
-    def _ordered(self) -> UniformRadii:
-        if self.high < self.low:
-            raise ValueError(f"high: got {self.high:g} m, expected at least low = {self.low:g} m")
-        return self
-
-
-def _field(default, description: str, unit: str, **bounds):  # noqa: ANN001, ANN202, ANN003
-    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
-
-
 class ChainParameters(Parameters):
     """A row of elastic spheres that touch by Hertz's law, with its two ends."""
+
+    tables = {"arrangement": ARRANGEMENTS, "law": LAWS}
 
     grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS)
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
@@ -58,6 +34,9 @@ class ChainParameters(Parameters):
     )
     mass: Positive | list[Positive] | dict[GrainIndex, Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
+    )
+    arrangement: ChosenArrangement = _field(
+        "uniform", "grains by name: uniform, dimer, tapered, decorated, random, impurity; a table {name = ..., ...}", "1"
     )
     contact_stiffness: Positive | list[Positive] | None = _field(
         None,
@@ -119,6 +98,18 @@ class ChainParameters(Parameters):
         if self.precompression > 0.0 and any(gap > 0.0 for gap in gaps):
             raise ValueError("gap: a precompressed chain has none; give gap = 0 or precompression = 0")
         return self
+
+    @model_validator(mode="after")
+    def _arranged(self) -> ChainParameters:
+        refuse_misfit(self)
+        return self
+
+    @model_serializer(mode="wrap")
+    def _told_once(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without what the arrangement stands in for, so that this reads back; and without an arrangement that does nothing."""
+        fields = serialize(self)
+        spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.given()
+        return {name: value for name, value in fields.items() if name not in spared}
 
     @property
     def contacts(self) -> int:

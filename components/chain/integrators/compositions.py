@@ -187,6 +187,7 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
         for s in range(stages):
             if damped and s == stages // 2:
                 # A damped chain is one tile. Prescribed grains move at the speed of the middle meanwhile.
+                first, last = a[V, 1], a[V, n]
                 if left_piston:
                     a[V, 1] = kernels.value(a, LEFT_DRIVE, n_left, 0.5)
                 if right_piston:
@@ -196,8 +197,10 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                 work_left, work_right = kernels.added(work_left, given[2]), kernels.added(work_right, given[3])
                 e = 0.5 + drifts[s + 1]
                 if left_piston:
+                    a[V, 1] = first
                     a[here, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, e)
                 if right_piston:
+                    a[V, n] = last
                     a[here, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, e)
                 continue
             low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
@@ -217,7 +220,9 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                     g, pull, last = kernels.contact(a, here, n), 0.0, a[V, n]
                     if right_free:
                         pull = kernels.value(a, RIGHT_DRIVE, n_right, e) - a[SCALARS, RIGHT_STATIC]
-                    a[V, n] = (last + (kick * a[INVERSE_MASS, n]) * (f - (g - pull))) + kick * gravity
+                    a[V, n] = (last + (kick * a[INVERSE_MASS, n]) * (f - (g - pull))) + (
+                        0.0 if right_piston else kick * gravity
+                    )
                     a[there, n] = a[here, n] + drift * a[V, n]
                     bad |= s == 0 and _watch(a, here, n)
                     if right_piston:
@@ -229,6 +234,7 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                         work_right = kernels.added(work_right, kick * pull * (0.5 * (last + a[V, n])))
                 if has_first:
                     if left_piston:
+                        a[V, 1] = first  # gravity does not move it
                         g = kernels.contact(a, here, 1)
                         impulse_left = kernels.added(impulse_left, kick * g)
                         work_left = kernels.added(work_left, kick * g * kernels.value(a, LEFT_DRIVE, n_left, e))

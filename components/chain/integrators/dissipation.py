@@ -1,10 +1,10 @@
-"""The flow of the dissipative forces alone, displacements at rest: pair by pair, each pair by the implicit midpoint rule.
+"""The flow of the dissipative forces alone, displacements at rest: pair by pair, each pair by a formula of its own.
 
-In a contact F = max(c w, -F_e) acts beside the elastic force F_e, w being the speed of approach; over a time t its impulse is
-the larger of G w and -F_e t, G = c t / (1 + c t s / 2), s the sum of the inverse masses: the implicit midpoint rule's own
-solution. It is stable for any c, loses energy in every contact, and gives as much momentum as it takes. Contacts of even number
-act for half the step, those of odd number for all of it, and the even ones again: a symmetric sequence, so of second order.
-T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267, splits dissipative particle dynamics so.
+In a contact F = max(c w, -F_e) acts beside the elastic force F_e; the speed of approach w falls as exp(-c s t), s being the sum
+of the inverse masses. Over a time t the impulse is the larger of G w and -F_e t, with s G = 1 - 1 / (1 + x + x^2/2) and
+x = c s t: of second order, never more than what stops the approach however large c is, and the same momentum for both grains.
+Contacts of even number act for half the step, those of odd number for all of it, and the even ones again: a symmetric sequence,
+and second order for all of it. T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267, splits dissipative particle dynamics so.
 """
 
 from __future__ import annotations
@@ -46,7 +46,8 @@ def _prepared(kind, a, u, h):
         d = 0.0 if d < SMALLEST_OVERLAP else d
         time = h * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
         pull = dispatch.coefficient(kind, a, j, d) * time
-        a[GRIP, j] = pull / (1.0 + 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE]))
+        half = 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
+        a[GRIP, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
         a[BOUND, j] = -(a[STIFFNESS, j] * (d * sqrt(d))) * time
         a[BEFORE, j] = a[V, j]
 

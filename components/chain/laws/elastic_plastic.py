@@ -20,9 +20,10 @@ import numpy as np
 from ...errors import ParameterError
 from ...jit import inlined, jit
 from ...roots import two_thirds_power
+from ..fields import Positive, field
 from ..table import CONTACT, DEEPEST, GRAINS, LOST, PLASTIC, RESIDUAL, REST, SCALARS, SMALLEST_OVERLAP, STIFFNESS, UNLOADING
 from . import hertz
-from .law import FloatArray, Law, Positive, field
+from .law import FloatArray, Law
 
 # A sphere begins to yield, under its surface, at a peak pressure of 1.6 times the yield strength (Johnson 1985, section 6.1).
 YIELD_PRESSURE = 1.6

@@ -9,8 +9,9 @@ from math import sqrt
 from typing import Literal
 
 from ...jit import inlined
+from ..fields import field
 from ..table import HERTZ, SMALLEST_OVERLAP
-from .law import Law, field
+from .law import Law
 
 
 class Hertz(Law):

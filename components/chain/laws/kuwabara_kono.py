@@ -10,8 +10,9 @@ from math import sqrt
 from typing import Literal
 
 from ...jit import inlined
+from ..fields import NotNegative, field
 from ..table import HERTZ, KUWABARA_KONO, SMALLEST_OVERLAP
-from .law import Dissipative, NotNegative, field
+from .law import Dissipative
 
 
 class KuwabaraKono(Dissipative):

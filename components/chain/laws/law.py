@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field
 
 from ...contract import Parameters
 from ...roots import two_thirds_power
 from ..table import HERTZ, NONE
 
 FloatArray = npt.NDArray[np.float64]
-
-NotNegative = Annotated[float, Field(ge=0.0, le=1e60)]
-Positive = Annotated[float, Field(gt=0.0, le=1e60)]
-
-
-def field(default: Any, description: str, unit: str, **bounds: Any) -> Any:
-    """A law's parameter."""
-    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
 
 
 class Law(Parameters):

@@ -12,8 +12,9 @@ import numpy as np
 
 from ...jit import inlined
 from ...powers import power
+from ..fields import field
 from ..table import POWER, SMALLEST_OVERLAP
-from .law import FloatArray, Law, field
+from .law import FloatArray, Law
 
 
 class Power(Law):

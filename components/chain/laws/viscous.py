@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import Literal
 
 from ...jit import inlined
+from ..fields import NotNegative, field
 from ..table import HERTZ, VISCOUS
-from .law import Dissipative, NotNegative, field
+from .law import Dissipative
 
 
 class Viscous(Dissipative):

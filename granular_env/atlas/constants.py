@@ -1,0 +1,31 @@
+"""The constants of a paper, with those that a reader changed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from granular_env.components.errors import ParameterError, nearest, shortened
+
+from .model import Constant, Paper
+
+
+def resolved(paper: Paper, changed: Mapping[str, Any]) -> dict[str, float]:
+    """Every constant's value; `ParameterError` for a name that the paper does not have, or a value out of its range."""
+    values = {name: constant.value for name, constant in paper.constants.items()}
+    for name, value in changed.items():
+        if name not in values:
+            raise ParameterError(f"constant {name!r}: {paper.name} has none of that name; {nearest(name, values)}")
+        values[name] = _checked(name, value, paper.constants[name])
+    return values
+
+
+def _checked(name: str, value: Any, constant: Constant) -> float:
+    expected = f"a {'whole ' if constant.whole else ''}number from {constant.low:g} to {constant.high:g} {constant.unit}"
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not math.isfinite(value) or not constant.low <= value <= constant.high:
+        raise ParameterError(f"constant {name!r}: got {shortened(value)}, expected {expected}: {constant.description}")
+    if constant.whole and value != int(value):
+        raise ParameterError(f"constant {name!r}: got {value:g}, expected {expected}: {constant.description}")
+    return int(value) if constant.whole else float(value)

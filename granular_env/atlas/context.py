@@ -1,0 +1,97 @@
+"""What an entry computes with: runs that are recorded once, and the paper's constants."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from granular_env.components.contract import Observer
+from granular_env.components.errors import GranularWarning
+from granular_env.experiments import Experiment
+from granular_env.experiments.load import Source, load_experiment
+from granular_env.measurement import History, Watch
+from granular_env.recording import open_log
+from granular_env.recording.reader import Log
+from granular_env.running import run
+
+_PART = ".part"
+
+
+def remove_parts(logs: Path) -> None:
+    """Remove what a process that was ended had begun to write."""
+    for part in logs.glob(f".*{_PART}"):
+        part.unlink(missing_ok=True)
+
+
+class Context:
+    """Runs experiments for the entries of one atlas; each is run once in a process, however many entries ask for it.
+
+    Args:
+        logs: the folder that the logs are written into.
+        constants: the paper's constants, with the changes that were asked for.
+        told: called with the name of each run that begins.
+    """
+
+    def __init__(self, logs: Path, constants: Mapping[str, float], told: Callable[[str], None] = lambda name: None) -> None:
+        self.constants = dict(constants)
+        self._logs, self._told = logs, told
+        self._paths: dict[str, Path] = {}
+        self._used: list[str] = []
+
+    def run(self, experiment: Source, **overrides: Any) -> Log:
+        """The log of an experiment, opened.
+
+            log = context.run("nesterenko-1983/3.4-piston", **{"component.grains": 50})
+
+        Args:
+            experiment: a shipped experiment's name, or the content of one.
+            overrides: key = value, the value a number, a string, or a list of them.
+
+        Raises:
+            GranularError: it is not valid, or its physics broke down.
+        """
+        loaded = load_experiment(experiment, [f"{key}={json.dumps(value)}" for key, value in overrides.items()])
+        content = json.dumps(loaded.to_dict(), sort_keys=True)
+        if content not in self._paths:
+            self._told(loaded.name)
+            self._paths[content] = self._recorded(loaded, content)
+        path = self._paths[content]
+        if path.name not in self._used:
+            self._used.append(path.name)
+        return open_log(path)
+
+    def watch(self, experiment: Source, every: float) -> History:
+        """The motion in an experiment, kept at even intervals [s] while it runs; its log may be much thinner.
+
+        For ensembles: what is measured is never written, and the logs still replay. It is run anew at each call.
+        """
+        loaded, watch = load_experiment(experiment), Watch(every)
+        path = self._recorded(loaded, json.dumps(loaded.to_dict(), sort_keys=True), [watch])
+        self._used.append(path.name)
+        return watch.history
+
+    def used(self) -> list[str]:
+        """File names of the logs that were asked for since the last call."""
+        used, self._used = self._used, []
+        return used
+
+    def _recorded(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:
+        """Run it. Another process may be at the same: each writes its own file, and the last one, which is equal, stays."""
+        short = re.sub(r"[^A-Za-z0-9._-]+", "-", experiment.name.rpartition("/")[2]).strip("-.") or "run"
+        path = self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"
+        own = path.with_name(f".{path.name}.{os.getpid()}{_PART}")
+        try:
+            with warnings.catch_warnings(action="ignore", category=GranularWarning):
+                result = run(experiment, log=own, overwrite=True, observers=observers)
+            if result.interrupted:
+                raise KeyboardInterrupt
+            own.replace(path)
+        finally:
+            own.unlink(missing_ok=True)
+        return path

@@ -1,0 +1,190 @@
+"""What an atlas is made of: a paper, its entries, and what an entry finds: items with verdicts, and figures."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .verdicts import Value, Verdict, combined
+
+if TYPE_CHECKING:
+    from .context import Context
+
+Numbers = npt.ArrayLike
+CurveStyle = Literal["line", "dashed", "thin", "points", "bar", "steps"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Item:
+    """A statement of the paper beside what we compute.
+
+    Attributes:
+        name: what it is about.
+        where: where the paper prints it: a section, an equation, a figure.
+        values: the paper's numbers and ours, with their tolerances.
+        remark: what a reader should know; how it was measured.
+        reason: why it is not reproduced, where it is not.
+    """
+
+    name: str
+    where: str
+    values: Sequence[Value]
+    remark: str = ""
+    reason: str = ""
+
+    @property
+    def verdict(self) -> Verdict:
+        """From the values alone; see `verdicts`."""
+        return combined(self.values)
+
+    @property
+    def unmet(self) -> bool:
+        """Whether any of its values is not, or only roughly, as printed: then the reason is wanted."""
+        return any(value.verdict.kind in ("not reproduced", "in part") for value in self.values)
+
+
+@dataclasses.dataclass(frozen=True)
+class Axis:
+    """An axis of a figure.
+
+    Attributes:
+        label: quantity and unit.
+        low: where it begins; default: by the data.
+        high: where it ends; default: by the data.
+        names: (place, name) of its ticks instead of numbers.
+    """
+
+    label: str
+    low: float | None = None
+    high: float | None = None
+    names: Sequence[tuple[float, str]] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Curve:
+    """Data of a figure.
+
+    Attributes:
+        label: for the legend; empty: none.
+        x: shape (points,).
+        y: shape (points,); a NaN breaks the line.
+        style: line, dashed, thin (a faint line), points, bar (a thick line), or steps.
+        colour: 0 to 5 of the palette; curves of one colour belong together.
+    """
+
+    label: str
+    x: Numbers
+    y: Numbers
+    style: CurveStyle = "line"
+    colour: int = 0
+
+    def points(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Both coordinates as float arrays of one shape."""
+        return np.asarray(self.x, dtype=np.float64).ravel(), np.asarray(self.y, dtype=np.float64).ravel()
+
+
+@dataclasses.dataclass(frozen=True)
+class Mark:
+    """A number that the paper states, drawn into the figure: a line across it where one coordinate is None, else a point."""
+
+    label: str
+    x: float | None = None
+    y: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Figure:
+    """A drawing with its data.
+
+    Attributes:
+        name: unique in the atlas, such as "figure-6".
+        title: one line.
+        caption: what is to be seen.
+        x: the horizontal axis.
+        y: the vertical axis.
+        curves: what we compute.
+        marks: what the paper states.
+    """
+
+    name: str
+    title: str
+    caption: str
+    x: Axis
+    y: Axis
+    curves: Sequence[Curve]
+    marks: Sequence[Mark] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Findings:
+    """What an entry computed."""
+
+    items: Sequence[Item] = ()
+    figures: Sequence[Figure] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """A section or a figure of the paper, and how it is computed anew.
+
+    Attributes:
+        name: for addresses and the command line, such as "3.4-piston".
+        section: as the paper numbers it.
+        title: one line.
+        text: what the paper does there, in a few sentences for a reader who does not have it.
+        compute: from a context to the findings; it is a function of a module, so that another process finds it.
+        weight: how long it takes, relative to others, for the progress bar and so that long ones begin first.
+    """
+
+    name: str
+    section: str
+    title: str
+    text: str
+    compute: Callable[[Context], Findings]
+    weight: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Constant:
+    """A number of the paper that a reader may change to see the figures move.
+
+    Attributes:
+        value: the paper's.
+        unit: SI.
+        description: what it is.
+        low: the smallest value that makes sense.
+        high: the largest one.
+        whole: whether it counts something.
+    """
+
+    value: float
+    unit: str
+    description: str
+    low: float
+    high: float
+    whole: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Paper:
+    """A paper: a folder of entries.
+
+    Attributes:
+        name: as on the command line, such as "nesterenko-1983".
+        title: in English.
+        citation: where it was published.
+        summary: what it is about and what this page does, one string a paragraph.
+        constants: what may be changed, by name.
+        entries: in the order of the page.
+    """
+
+    name: str
+    title: str
+    citation: str
+    summary: Sequence[str]
+    constants: Mapping[str, Constant]
+    entries: Sequence[Entry]

@@ -1,0 +1,252 @@
+"""The atlas: verdicts from numbers, entries that fail, constants that move figures, the page and the data, the command line."""
+
+import json
+import math
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from atlas_toys import HOSTILE, experiment, toy
+
+from granular_env import atlas
+from granular_env.atlas import papers
+from granular_env.atlas.bands import Band
+from granular_env.atlas.context import Context
+from granular_env.atlas.scales import ticks
+from granular_env.atlas.verdicts import Value, combined
+from granular_env.cli import main
+from granular_env.components.errors import GranularError, ParameterError, StepError
+from granular_env.recording import verify
+
+
+def built(folder, paper=None, constants=None, **options):
+    done = atlas.compute(paper or toy(), folder, constants, **options)
+    atlas.write(done, folder)
+    return done, json.loads((folder / "atlas.json").read_text()), (folder / "index.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("atlas")
+    return folder, *built(folder)
+
+
+# -- verdicts --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "words"),
+    [
+        (Value("", "1.2342", 1.234213), "reproduced", "reproduced"),
+        (Value("", "1.2342", 1.23424999), "reproduced", "reproduced"),
+        (Value("", "1.2342", 1.234251), "not reproduced", "0.004 % off"),
+        (Value("", "-.0068", -0.00676), "reproduced", "reproduced"),
+        (Value("", "2.708", 2.707083, relative=4e-4), "reproduced", "reproduced to 0.03 %"),
+        (Value("", "2.708", 2.706, relative=4e-4), "not reproduced", "0.07 % off"),
+        (Value("", "0.915", 0.90747), "not reproduced", "0.8 % off"),
+        (Value("", "7", 7), "reproduced", "reproduced"),
+        (Value("", "7", 8), "not reproduced", "1 off"),
+        (Value("", "about 10", 4.27, "µs", paper=10.0, tolerance=1.0), "not reproduced", "5.7 µs off"),
+        (Value("", "unchanged", -1.15, "%", paper=0.0, tolerance=0.1, loose=2.0), "in part", "only to 1.1 %"),
+        (Value("", "unchanged", -2.15, "%", paper=0.0, tolerance=0.1, loose=2.0), "not reproduced", "2.1 % off"),
+        (Value("", "at most 2", 1.9, paper=2.0, tolerance=0.0, at_most=True), "reproduced", "reproduced"),
+        (Value("", "at most 2", 2.008, paper=2.0, tolerance=0.0, at_most=True), "not reproduced", "0.008 more"),
+        (Value("", "3, 1", "3, 1"), "reproduced", "reproduced"),
+        (Value("", "3, 1", "1, 3"), "not reproduced", "“1, 3”, not “3, 1”"),
+        (Value("", "1", math.nan), "not reproduced", "not finite"),
+        (Value("", None, 5.0), "no figure", "the paper gives none"),
+        (Value("", "2.5", 3.0, band=Band.of([2.0, 3.0, 4.0])), "as bands", "33"),
+        (Value("", "1.5", 3.0, band=Band.of([2.0, 3.0, 4.0])), "not reproduced", "the paper’s is below all 3 draws"),
+    ],
+)  # fmt: skip
+def test_a_verdict_comes_from_the_numbers(value, kind, words):
+    assert (value.verdict.kind, value.verdict.words) == (kind, words)
+
+
+def test_the_verdict_of_several_values():
+    yes, near, no = Value("a", "1", 1), Value("b", "100.0", 100.06, relative=1e-3), Value("c", "1", 2)
+    silent, drawn = Value("d", None, 3.0), Value("e", "2.5", 3.0, band=Band.of([2.0, 4.0]))
+    assert combined([yes, silent]).words == "reproduced"
+    assert combined([yes, near]).words == "reproduced to 0.06 %"
+    assert combined([near, no]).kind == "in part"
+    assert combined([near, no]).words == "in part: b: yes to 0.06 %; c: no, 1 off"
+    assert combined([no, silent]).words == "not reproduced: 1 off"
+    assert combined([drawn, drawn]).words == "as bands: the paper’s draw at percentile 50, 50"
+    assert combined([drawn, no]).kind == "as bands"
+    assert combined([silent]).kind == "no figure"
+
+
+def test_a_band_says_where_a_draw_stands():
+    band = Band.of(np.arange(1.0, 101.0))
+    assert (band.count, band.mean, band.low, band.high) == (100, 50.5, 1.0, 100.0)
+    assert band.deviation == pytest.approx(29.0115, abs=1e-4) and band.error_of_mean == pytest.approx(2.90115, abs=1e-5)
+    assert band.percentile(25.5) == 25.0 and band.percentile(25.0) == 24.5
+    assert str(band) == "50 ± 29 [6, 95]" and str(Band.of([2.6, 2.6])) == "2.600 ± 0.000 [2.600, 2.600]"
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-3.2e-7, 5.1e-7), (1.24, 1.26), (0.0, 5.45e5), (-11.0, 900.0)])
+def test_ticks_are_few_and_inside(low, high):
+    places = [place for place, _ in ticks(low, high)]
+    assert 3 <= len(places) <= 8 and low <= min(places) and max(places) <= high * (1.0 + 1e-12)
+    assert len({name for _, name in ticks(low, high)}) == len(places)
+
+
+# -- failing entries -------------------------------------------------------------------------------------------------
+
+
+def test_a_failed_entry_is_red_and_the_others_go_on(made):
+    _, done, data, page = made
+    assert [one.entry.name for one in done.failed] == ["failing", "broken"]
+    by_name = {entry["name"]: entry for entry in data["entries"]}
+    assert by_name["failing"]["error"] == "GranularError: the piston fell off <b>"
+    assert by_name["broken"]["error"].startswith("IndexError")
+    assert by_name["struck"]["items"] and by_name["strange"]["items"] and by_name["struck"]["error"] is None
+    assert page.count('class="failed"') == 3 and "the piston fell off &lt;b&gt;" in page
+    assert "atlas_toys.py" in page  # where the error of nobody's came from
+
+
+def test_with_processes_it_is_the_same(made, tmp_path):
+    assert built(tmp_path, processes=2)[1] == made[2]
+
+
+def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
+    for fails, status in ((True, 1), (False, 0)):
+        monkeypatch.setattr(papers, "paper", lambda name, fails=fails: toy(fails=fails))
+        monkeypatch.setattr(atlas, "paper", papers.paper)
+        folder = tmp_path / str(status)
+        assert main(["atlas", "toy-2000", "--out", str(folder), "--processes", "1"]) == status
+        printed = capsys.readouterr().out
+        assert f"page: {folder / 'index.html'}" in printed and ("failed: failing: " in printed) == fails
+    assert main(["atlas", "toy-2000", "--out", str(tmp_path / "q"), "--processes", "1", "--quiet"]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'q' / 'index.html'}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nesterenko-1984"], "did you mean 'nesterenko-1983'?"),
+        (["nesterenko-1983", "--set", "B=1"], "constant 'B': nesterenko-1983 has none of that name"),
+        (["nesterenko-1983", "--set", "N=3"], "constant 'N': got 3, expected a whole number from 40 to 300"),
+        (["nesterenko-1983", "--set", "N=50.5"], "expected a whole number"),
+        (["nesterenko-1983", "--set", "A=much"], "constant 'A': got 'much', expected a number"),
+        (["nesterenko-1983", "--set", "A=nan"], "constant 'A': got nan, expected a number"),
+        (["nesterenko-1983", "--only", "3.4-pistol"], "did you mean '3.4-piston'?"),
+        (["nesterenko-1983", "--processes", "0"], "processes: got 0"),
+        (["nesterenko-1983", "--out", "/dev/null/atlas", "--only", "2-continuum"], "cannot write the atlas"),
+    ],
+)
+def test_wrong_arguments_are_named(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["atlas", *arguments]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "atlas").exists()
+
+
+def test_a_process_that_dies_is_told(tmp_path):
+    code = (
+        "import os\nfrom atlas_toys import *\nfrom granular_env import atlas\nfrom granular_env.components.errors import *\n"
+        "from dying import die\n"
+        "if __name__ == '__main__':\n"
+        "    paper = toy()\n    paper.entries.append(Entry('dies', '5', 'Dies', 'Text.', die, weight=9.0))\n"
+        f"    try:\n        atlas.compute(paper, {str(tmp_path)!r}, processes=2)\n"
+        "    except GranularError as error:\n        print(error)\n"
+    )
+    (tmp_path / "dying.py").write_text("import os\ndef die(context):\n    os._exit(3)\n")
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    import os
+
+    here = os.path.dirname(__file__)
+    path = os.pathsep.join([str(tmp_path), here, os.path.dirname(here)])
+    ended = subprocess.run(
+        [sys.executable, str(script)], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120
+    )
+    assert "a process ended" in ended.stdout, ended.stderr
+
+
+# -- constants, data, page, logs ------------------------------------------------------------------------------------
+
+
+def test_constants_move_the_figures(made, tmp_path):
+    _, _, before, _ = made
+    changed = built(tmp_path, constants={"k": 1e10, "N": 5}, only=["struck"])
+    after, page = changed[1], changed[2]
+    assert after["constants"] == {"k": 1e10, "N": 5} and [entry["name"] for entry in after["entries"]] == ["struck"]
+    old, new = (data["entries"][0]["figures"][0]["curves"][0] for data in (before, after))
+    assert old["x"] == new["x"] and old["y"] != new["y"]
+    assert max(new["y"]) == pytest.approx(max(old["y"]), rel=1e-3) and new["y"].index(max(new["y"])) < old["y"].index(
+        max(old["y"])
+    )
+    assert "Not the paper’s constants" in page and "granular-env atlas toy-2000 --out FOLDER --set k=10000000000.0" in page
+
+
+def test_an_entry_shares_the_run_of_another_and_its_log_replays(made):
+    folder, done, data, page = made
+    logs = {entry["name"]: entry["logs"] for entry in data["entries"]}
+    assert logs["struck"] == logs["again"] and len(logs["struck"]) == 1 and logs["strange"] == []
+    assert [path.name for path in (folder / "logs").iterdir()] == data["logs"]
+    path = folder / logs["struck"][0]
+    assert verify(path).identical
+    assert f'href="{logs["struck"][0]}"' in page and f"granular-env replay {logs['struck'][0]} --verify" in page
+
+
+def test_the_data_holds_every_figure_with_its_data(made):
+    _, done, data, _ = made
+    figures = {figure["name"]: figure for entry in data["entries"] for figure in entry["figures"]}
+    for one in done.done:
+        for figure in one.findings.figures:
+            for curve, kept in zip(figure.curves, figures[figure.name]["curves"], strict=True):
+                x, y = curve.points()
+                assert kept["x"] == pytest.approx(x, rel=1e-8)
+                assert [value if value is not None else math.nan for value in kept["y"]] == pytest.approx(
+                    y, rel=1e-8, nan_ok=True
+                )
+            assert len(figures[figure.name]["marks"]) == len(figure.marks)
+    drawn = next(item for entry in data["entries"] for item in entry["items"] if item["name"] == "a draw")
+    assert drawn["values"][0]["band"]["draws"] == [1.0, 2.0, 3.0, 4.0] and drawn["values"][0]["band"]["percentile"] == 50.0
+
+
+def test_the_same_atlas_has_the_same_bytes(made, tmp_path):
+    built(tmp_path)
+    for name in ("atlas.json", "index.html"):
+        assert (tmp_path / name).read_bytes() == (made[0] / name).read_bytes()
+
+
+def test_logs_of_an_earlier_atlas_go_and_nothing_else(tmp_path):
+    built(tmp_path, only=["struck"])
+    first = {path.name for path in (tmp_path / "logs").iterdir()}
+    (tmp_path / "logs" / "mine.mcap").write_bytes(b"mine")
+    (tmp_path / "precious.mcap").write_bytes(b"mine")
+    data = json.loads((tmp_path / "atlas.json").read_text())
+    data["logs"] += ["../precious.mcap", "/etc/hosts", 7]
+    (tmp_path / "atlas.json").write_text(json.dumps(data))
+    built(tmp_path, constants={"N": 6}, only=["struck"])
+    left = {path.name for path in (tmp_path / "logs").iterdir()}
+    assert "mine.mcap" in left and not first & left and (tmp_path / "precious.mcap").exists()
+
+
+def test_a_run_that_fails_leaves_nothing_behind(tmp_path):
+    context = Context(tmp_path, {})
+    thrown = experiment(4, 5e9) | {"start": {"velocity": {"0": 4000.0}}}
+    with pytest.raises(StepError):
+        context.run(thrown)
+    assert list(tmp_path.iterdir()) == [] and context.used() == []
+
+
+def test_text_is_escaped_and_the_network_forbidden(made):
+    page = made[3]
+    assert "<script" not in page and HOSTILE.partition(" ")[0] not in page
+    assert "default-src 'none'; style-src 'unsafe-inline'" in page
+    assert not re.search(r"(?:src|href)=[\"']?(?:https?:)?//", page)
+    assert page.count("<svg") == 3 and page.count("<tbody>") == 4
+
+
+def test_unknown_papers(tmp_path):
+    assert atlas.names() == ["nesterenko-1983"]
+    with pytest.raises(ParameterError, match="nesterenko-1983"):
+        atlas.paper("nesterenko")
+    with pytest.raises(GranularError, match="cannot write"):
+        (tmp_path / "file").write_text("")
+        atlas.compute(toy(), tmp_path / "file")

@@ -1,0 +1,300 @@
+"""Nesterenko (1983) in the atlas: every verdict, constants that move figures, and the page in a browser."""
+
+import json
+import re
+
+import browser
+import numpy as np
+import pytest
+
+from granular_env import atlas
+from granular_env.atlas import papers
+from granular_env.recording import verify
+
+# Few draws: the bands of section 3.5 are judged in the slow suite, with all of them.
+SEEDS = 4
+ENSEMBLES = ("3.5a-profile", "3.5a-ensembles", "3.5b-free")
+# Item -> what its verdict has to say; the entries of the paper that have no such verdict must not appear.
+VERDICTS = {
+    "1-model": {"A of steel grains of 3 mm": "not reproduced: 14 % off", "Time of a collision": "reproduced"},
+    "2-continuum": {
+        "W(y) has two extremes": "reproduced",
+        "The solitary wave is faster than sound": "reproduced",
+        "Length of the wave (2.7)": "reproduced",
+        "Front of a weakly dissipative shock": "reproduced",
+        "(2.6) and (2.7) as printed": "not reproduced: “2”, not “2/5”",
+        "The continuum against the chain itself": "reproduced to 1.2 %",
+    },
+    "3-checks": {
+        "Grains with gaps": "reproduced",
+        "Momentum is kept": "reproduced",
+        "Energy is kept": "reproduced",
+        "Error of the velocities": "reproduced",
+        "w = v/v0 depends on": "reproduced",
+    },
+    "3.1-two-grains": {
+        "Final velocity of the last grain": "reproduced",
+        "Velocities of grains 1 to 7": "reproduced",
+        "The chain’s head comes apart": "reproduced",
+        "Momentum that the rebounding grains": "reproduced to 0.4 %",
+        "Number of solitary waves": "reproduced",
+        "Length of the solitary wave": "reproduced",
+    },
+    "3.1-pressed": {"A weak precompression": "reproduced", "A precompression ξ0 ~ ξm": "reproduced"},
+    "3.2a-head-on": {
+        "Earlier arrival of the first maximum": "not reproduced: 5.7 µs off",
+        "The waves keep their form": "only to 1.3 %",
+    },
+    "3.2-wall": {"Number of waves of a heavy striker": "reproduced"},
+    "3.2b-overtaking": {"Number of solitary waves": "reproduced", "Wave 3 overtakes": "reproduced"},
+    "3.3-triangle": {
+        "Number of waves of a push of 100 µs": "in part: grain 35: yes; grain 60: no, 1 off",
+        "Number of waves of a push of 10 µs": "reproduced",
+    },
+    "3.4-piston": {
+        "Final velocity of the last grain": "reproduced to 0.03 %",
+        "First maximum tends to 2 v0": "reproduced to 0.03 %",
+        "2 v0 is the limit": "not reproduced: 0.008 more",
+    },
+    "3.4-speeds": {
+        "C of V": "not reproduced: 0.8 % off",
+        "The front against a stationary shock": "in part: V/D1: yes to 0.7 %; v_m1/v0: no, 4.2 % off",
+        "The front’s speed is that of the settled wave": "reproduced",
+        "V and D1 do not depend": "reproduced to 0.007 %",
+        "Pressure in the first maximum": "reproduced to 0.6 %",
+    },
+    "3.4-losses": {
+        "A front with weak losses": "in part: V/D1, weakest losses: yes to 0.0002; v_m1/v0, losses to 0: no, 4.4 % off"
+    },
+    "3.4-energy": {
+        "Ek/Ep in the piston’s chain, mean": "reproduced to 0.06 %",
+        "Ek/Ep in the piston’s chain, largest deviation": "not reproduced",
+        "Ek/Ep by the virial theorem": "reproduced",
+    },
+}
+BANDS = {
+    "3.5a-profile": {"Largest velocity behind the front": "grain 25: at percentile", "Negative velocities": "as bands"},
+    "3.5a-ensembles": {
+        "Final velocity of the last of 100": "as bands",
+        "Ek/Ep while the front goes": "as bands",
+        "Ek/Ep in that time": "as bands",
+        "Grains faster than 2 v0": "reproduced",
+    },
+    "3.5b-free": {"Final velocity of the last random grain": "as bands", "R0 = 0.5 decays less": "not reproduced"},
+}
+# The figures of the paper, and our own beside them.
+FIGURES = {
+    "figure-1", "figure-2a", "figure-2b", "figure-3", "figure-4-grain-50", "figure-4-grain-85", "figure-4-grain-145",
+    "figure-5", "figure-6", "figure-7a", "figure-7b", "figure-8",
+}  # fmt: skip
+
+
+def made(folder, **options):
+    done = atlas.compute(papers.paper("nesterenko-1983"), folder, **options)
+    atlas.write(done, folder)
+    return json.loads((folder / "atlas.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The whole paper, with few draws."""
+    folder = tmp_path_factory.mktemp("atlas")
+    return folder, made(folder, constants={"seeds": SEEDS}, processes=2)
+
+
+def words(data, entry):
+    return {item["name"]: item["words"] for one in data["entries"] if one["name"] == entry for item in one["items"]}
+
+
+def check(data, expected):
+    for entry, items in expected.items():
+        found = words(data, entry)
+        for begin, said in items.items():
+            (name,) = [name for name in found if name.startswith(begin)]
+            exact = not said.startswith(("as bands", "grain 25", "not reproduced")) or ":" in said[10:]
+            assert found[name] == said if exact and "percentile" not in said else said in found[name], (name, found[name])
+
+
+def computed(data, entry, begin):
+    """Labels and numbers of an item."""
+    (item,) = [
+        item for one in data["entries"] if one["name"] == entry for item in one["items"] if item["name"].startswith(begin)
+    ]
+    return {value["label"]: value["computed"] for value in item["values"]}
+
+
+def test_nothing_fails_and_every_verdict_is_the_known_one(whole):
+    data = whole[1]
+    assert [one["error"] for one in data["entries"]] == [None] * len(data["entries"])
+    check(data, VERDICTS)
+
+
+def test_what_is_not_reproduced_has_a_reason(whole):
+    items = [item for one in whole[1]["entries"] for item in one["items"]]
+    for item in items:
+        unmet = any(value["verdict"] in ("not reproduced", "in part") for value in item["values"])
+        assert (len(item["reason"]) > 40) == unmet, item["name"]
+    assert len({(item["name"], item["where"]) for item in items}) == len(items)
+
+
+def test_figures_that_are_known_to_more_digits(whole):
+    """Measured with an adaptive integrator of order 8, and for one case against LAMMPS."""
+    data = whole[1]
+    near = pytest.approx
+    last = computed(data, "3.1-two-grains", "Final velocity")
+    assert list(last.values()) == near([1.233829, 1.234213, 1.234213], abs=1e-6)
+    rebound = computed(data, "3.1-two-grains", "Velocities of grains")
+    assert list(rebound.values()) == near([-0.1126, -0.04802, -0.02471, -0.01327, -0.006807, -0.002877, -0.000405], abs=5e-5)
+    assert computed(data, "3.1-two-grains", "Momentum")[""] == near(10.435, abs=1e-3)
+    assert list(computed(data, "3.4-piston", "Final velocity").values()) == near(
+        [2.707083, 2.835055, 2.876160, 2.895094], abs=1e-6
+    )
+    peak = computed(data, "3.4-piston", "First maximum")
+    assert (peak["grain 50"], peak["grain 180"]) == near((1.95898, 2.00058), abs=1e-5)
+    assert computed(data, "3.4-speeds", "C of V")["C"] == near(0.907470, abs=1e-6)
+    assert computed(data, "3.4-speeds", "The front against")["v_m1/v0"] == near(1.625, abs=1e-3)
+    losses = computed(data, "3.4-losses", "A front")
+    assert losses["v_m1/v0, losses to 0"] == near(losses["v_m1/v0 of a solitary wave as fast as D1"], rel=5e-3)
+    assert computed(data, "3.2a-head-on", "Earlier")["first wave"] == near(4.2727, abs=2e-4)
+    form = computed(data, "3.2a-head-on", "The waves keep")
+    assert list(form.values()) == near([-1.15, -1.34, 0.045], abs=5e-3)
+    assert computed(data, "3.3-triangle", "Number of waves of a push of 10 µs")["its v_m"] == near(6.4296, abs=1e-4)
+    six = computed(data, "3.2-wall", "Number of waves")["their v_m/v0"]
+    assert six == "1.2916, 0.6764, 0.3752, 0.2137, 0.1240, 0.0733"
+
+
+def test_the_paper_is_whole(whole):
+    names = [figure["name"] for one in whole[1]["entries"] for figure in one["figures"]]
+    assert set(names) >= FIGURES and len(names) == len(set(names))
+    for one in whole[1]["entries"]:
+        for figure in one["figures"]:
+            for curve in figure["curves"]:
+                assert len(curve["x"]) == len(curve["y"]) > 0
+                assert any(value is not None for value in curve["y"])
+
+
+def test_draws_are_bands_and_each_has_its_log(whole):
+    folder, data = whole
+    for name in ENSEMBLES:
+        (entry,) = [one for one in data["entries"] if one["name"] == name]
+        bands = [value["band"] for item in entry["items"] for value in item["values"] if "band" in value]
+        assert bands and all(len(band["draws"]) == SEEDS for band in bands)
+        assert max(len(set(band["draws"])) for band in bands) == SEEDS
+        assert len([log for log in entry["logs"] if "seed" in log]) % SEEDS == 0
+    random = next(log for log in data["logs"] if "R0.5-N200-seed1-" in log)
+    assert verify(folder / "logs" / random).identical
+
+
+def curves_of(data):
+    """Both rows of each curve, in the order of the page."""
+    for one in data["entries"]:
+        for figure in one["figures"]:
+            for curve in figure["curves"]:
+                yield np.array([curve["x"], curve["y"]], dtype=float)
+
+
+def test_changing_a_and_n_moves_the_figures(tmp_path):
+    only = ["3.1-two-grains", "3.4-piston"]
+    data = {
+        name: made(tmp_path / name, constants=constants, only=only)
+        for name, constants in (("base", {"N": 40}), ("stiff", {"N": 40, "A": 4 * 5.6e12}), ("long", {"N": 50}))
+    }
+    curves = {name: list(curves_of(found)) for name, found in data.items()}
+    for name in ("stiff", "long"):
+        pairs = zip(curves["base"], curves[name], strict=True)
+        same = [old.shape == new.shape and np.allclose(old, new, equal_nan=True) for old, new in pairs]
+        # The first maximum and the last grain are no functions of time, and over v0 they do not move with A.
+        assert sum(same) <= 2 and len(same) >= 8, name
+    # Time goes as A^(-2/5), velocities over v0 do not change: (3.1).
+    last = {name: list(computed(found, "3.1-two-grains", "Final velocity").values()) for name, found in data.items()}
+    assert last["stiff"] == pytest.approx(last["base"], abs=1e-7)
+    tops = {name: found[1][0][np.argmax(found[1][1])] for name, found in curves.items()}
+    assert tops["stiff"] / tops["base"] == pytest.approx(4.0**-0.4, abs=0.03)
+
+
+@pytest.mark.slow
+def test_the_whole_paper_with_all_draws(tmp_path):
+    data = made(tmp_path, processes=2)
+    check(data, VERDICTS | BANDS)
+    assert data["constants"]["seeds"] >= 40
+    for entry, begin, label, mean, spread in (
+        ("3.5a-ensembles", "Final velocity", "R0 = 0.5", 2.61, 0.44),
+        ("3.5a-ensembles", "Final velocity", "R0 = 2", 2.54, 0.30),
+        ("3.5a-ensembles", "Ek/Ep while", "R0 = 0.5", 1.262, 0.089),
+        ("3.5a-ensembles", "Ek/Ep while", "R0 = 2", 1.258, 0.038),
+        ("3.5a-ensembles", "Ek/Ep while", "R0 = 3", 1.258, 0.028),
+        ("3.5b-free", "Final velocity", "R0 = 0.5, N = 100", 0.39, 0.17),
+        ("3.5b-free", "Final velocity", "R0 = 2, N = 100", 0.47, 0.12),
+    ):
+        # Other draws, of the same distribution: means within three standard errors of the difference.
+        error = spread * (2.0 / 40.0) ** 0.5
+        assert computed(data, entry, begin)[label] == pytest.approx(mean, abs=3.0 * error), (entry, begin, label)
+
+
+# -- in a browser ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    if browser.found() is None:
+        pytest.skip("no Chromium here; `make system-packages` installs it")
+    with browser.Browser() as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_in_a_browser(whole, chromium, width, dark):
+    folder, data = whole
+    page = folder / "index.html"
+    chromium.open(page, width, dark=dark)
+    assert chromium.complaints() == [] and chromium.requests() == [page.as_uri()]
+    # Every figure, drawn and wide enough to be seen.
+    figures = [figure["name"] for one in data["entries"] for figure in one["figures"]]
+    seen = chromium.evaluate("[...document.querySelectorAll('figure')].map(f => [f.id, f.querySelector('svg').clientWidth])")
+    assert [name for name, _ in seen] == figures and all(wide >= 0.85 * min(width, 430) for _, wide in seen)
+    drawn = chromium.evaluate(
+        "[...document.querySelectorAll('svg g path')].filter(p => p.getTotalLength() === 0 && "
+        "!p.getAttribute('d').includes('h0')).length"
+    )
+    assert drawn == 0
+    # The table is complete: each item with its paper, computed, tolerance, verdict.
+    items = [item["name"] for one in data["entries"] for item in one["items"]]
+    names = "[...document.querySelectorAll('td.item')].map(c => c.firstChild.textContent)"
+    assert chromium.evaluate(names) == items
+    cells = chromium.evaluate(
+        "[...document.querySelectorAll('td.paper, td.computed, td.tolerance, td.verdict')].map(c => c.innerText)"
+    )
+    values = sum(len(item["values"]) for one in data["entries"] for item in one["items"])
+    assert len(cells) == 3 * values + len(items) and all(cell.strip() for cell in cells)
+    assert len(chromium.evaluate("[...document.querySelectorAll('.logs a')].map(a => a.href)")) >= len(data["logs"])
+    # Nothing sticks out.
+    assert chromium.evaluate("document.documentElement.scrollWidth") <= width
+    assert chromium.evaluate(
+        "[...document.querySelectorAll('body *')].filter(e => !e.closest('svg') && e.getBoundingClientRect().right > "
+        "innerWidth + 1).length"
+    ) == 0  # fmt: skip
+
+
+def luminance(colour):
+    red, green, blue = (float(part) / 255.0 for part in re.findall(r"[\d.]+", colour)[:3])
+    lifted = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in (red, green, blue)]
+    return 0.2126 * lifted[0] + 0.7152 * lifted[1] + 0.0722 * lifted[2]
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_dark_is_dark_and_everything_can_be_read(whole, chromium, dark):
+    chromium.open(whole[0] / "index.html", 1280, dark=dark)
+    back = chromium.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert (luminance(back) < 0.05) == dark and (luminance(back) > 0.9) != dark
+    styles = {
+        "color": ("p", "td.item", "td.verdict.good", "td.verdict.bad", "td.verdict.part", "td.verdict.band", "figcaption", "a"),
+        "fill": ("svg text.tick", "svg text.label", "svg text.marked"),
+        "stroke": ("svg path.c0", "svg path.c1", "svg path.c2", "svg path.c3", "svg path.mark"),
+    }
+    for name, places in styles.items():
+        for place in places:
+            colour = chromium.evaluate(f"getComputedStyle(document.querySelector('{place}')).{name}")
+            light, dim = sorted((luminance(back), luminance(colour)), reverse=True)
+            # WCAG: 4.5 for text, 3 for graphics.
+            assert (light + 0.05) / (dim + 0.05) >= (3.0 if name == "stroke" else 4.5), (place, colour)

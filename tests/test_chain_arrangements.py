@@ -1,0 +1,239 @@
+"""Arrangements of grains by name: what they build, what they refuse, and that they come through files and logs unchanged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from chain_tools import state_hash
+from hypothesis import given
+from hypothesis import strategies as st
+
+import granular_env as ge
+from granular_env.cli import main
+from granular_env.components.chain.arrangements import ARRANGEMENTS
+from granular_env.components.materials.elastic import PRESETS
+from granular_env.components.roots import integer_power, nth_root
+
+R = 3e-3
+DIMER = {"name": "dimer", "radius": [R, 1.5e-3], "material": ["steel", "aluminium"]}
+# Every arrangement, and the same chain by hand.
+TWICE = {
+    "uniform": (9, {"arrangement": "uniform", "radius": R}, {"radius": [R] * 9}),
+    "dimer": (
+        9,
+        {"arrangement": DIMER},
+        {"radius": [R, 1.5e-3] * 4 + [R], "material": ["steel", "aluminium"] * 4 + ["steel"]},
+    ),
+    "dimer 2:1": (
+        8,
+        {"arrangement": {"name": "dimer", "material": ["steel", "ptfe"], "counts": [2, 1]}, "radius": R},
+        {"radius": R, "material": ["steel", "steel", "ptfe"] * 2 + ["steel", "steel"]},
+    ),
+    "tapered": (
+        4,
+        {"arrangement": {"name": "tapered", "first_radius": R, "taper": 0.1}},
+        {"radius": [R, R * 0.9, R * 0.9 * 0.9, R * 0.9 * 0.9 * 0.9]},
+    ),
+    "decorated": (
+        5,
+        {
+            "arrangement": {
+                "name": "decorated", "radius": R, "decoration_radius": 5e-4, "taper": 0.5, "decoration_material": "brass"
+            }
+        },
+        {"radius": [R, 5e-4, 0.5 * R, 5e-4, 0.25 * R], "material": ["steel", "brass"] * 2 + ["steel"]},
+    ),
+    "random": (
+        9,
+        {"arrangement": {"name": "random", "low": 1e-3, "high": R, "seed": 7, "material": "glass"}},
+        {"radius": {"low": 1e-3, "high": R, "seed": 7}, "material": "glass"},
+    ),
+    "impurity": (
+        5,
+        {"arrangement": {"name": "impurity", "index": [1, 3], "radius": 1e-3, "material": "glass"}, "mass": {0: 1e-2}},
+        {"radius": [R, 1e-3] * 2 + [R], "material": ["steel", "glass"] * 2 + ["steel"], "mass": {0: 1e-2}},
+    ),
+    "impurity of mass": (
+        5,
+        {"arrangement": {"name": "impurity", "index": 2, "mass": 1e-4}, "mass": {0: 1e-2}},
+        {"mass": {0: 1e-2, 2: 1e-4}},
+    ),
+}  # fmt: skip
+
+
+def ran(**parameters: object) -> ge.Chain:
+    chain = ge.make("chain", **parameters)
+    chain.reset(velocity={0: 0.1})
+    chain.step(200 * chain.step_size)
+    return chain
+
+
+@pytest.mark.parametrize("case", TWICE)
+def test_an_arrangement_gives_the_bits_of_the_same_chain_by_hand(case):
+    grains, named, by_hand = TWICE[case]
+    one, other = ran(grains=grains, **named), ran(grains=grains, **by_hand)
+    for name in ("radius", "mass", "stiffness", "position", "yield_strength"):
+        np.testing.assert_array_equal(getattr(one.geometry, name), getattr(other.geometry, name))
+    assert one.get("velocity").tobytes() == other.get("velocity").tobytes()
+
+
+def test_every_arrangement_is_tried_here():
+    assert {case.split()[0] for case in TWICE} == set(ARRANGEMENTS)
+
+
+def test_uniform_is_the_chain_without_an_arrangement():
+    assert ge.make("chain", grains=4, arrangement="uniform").identity == ge.make("chain", grains=4).identity
+
+
+@pytest.mark.parametrize("case", TWICE)
+def test_parameters_read_back_as_they_were(case):
+    grains, named, _ = TWICE[case]
+    chain = ge.make("chain", grains=grains, **named)
+    again = ge.make("chain", **chain.parameters.model_dump(mode="json"))
+    assert again.identity == chain.identity
+    assert state_hash(again) == state_hash(chain)
+
+
+@pytest.mark.parametrize("case", TWICE)
+def test_a_log_replays_and_branches(case, tmp_path):
+    grains, named, _ = TWICE[case]
+    chain = ge.make("chain", grains=grains, **named)
+    with ge.record(chain, tmp_path / "run.mcap", every=20 * chain.step_size):
+        chain.reset(velocity={0: 0.1})
+        chain.step(200 * chain.step_size)
+    result = ge.verify(tmp_path / "run.mcap")
+    assert result.identical, result.message
+    with ge.open_log(tmp_path / "run.mcap") as log:
+        branch = log.branch(at=100 * chain.step_size)
+        np.testing.assert_array_equal(branch.component.geometry.radius, chain.geometry.radius)
+
+
+def test_toml_and_set(tmp_path, capsys):
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        'name = "mine"\nduration = 1e-5\n[component]\ntype = "chain"\ngrains = 8\n'
+        'arrangement = { name = "random", low = 1e-3, high = 3e-3, seed = 2 }\n'
+    )
+    log = tmp_path / "mine.mcap"
+    assert main(["run", str(file), "--set", "component.arrangement.seed=3", "--log", str(log)]) == 0
+    assert main(["replay", str(log), "--verify"]) == 0
+    with ge.open_log(log) as opened:
+        radius = opened.component().geometry.radius
+    expected = ge.make("chain", grains=8, radius={"low": 1e-3, "high": 3e-3, "seed": 3}).geometry.radius
+    np.testing.assert_array_equal(radius, expected)
+    assert main(["run", str(file), "--no-log", "--set", "component.arrangement.hihg=1"]) != 0
+    assert "hihg: unknown; did you mean 'high'?" in capsys.readouterr().err
+
+
+def test_described(capsys):
+    assert main(["describe", "chain", "--set", "grains=4"]) == 0
+    text = capsys.readouterr().out
+    for name, model in ARRANGEMENTS.items():
+        assert f'name = "{name}"' in text
+        for key, field in model.model_fields.items():
+            assert key == "name" or (key in text and str(field.description) in text)
+
+
+REFUSED = [
+    (5, {"arrangement": "dimmer"}, "arrangement: name: 'dimmer' is unknown; did you mean 'dimer'?"),
+    (5, {"arrangement": 3}, "arrangement: got 3, expected a name, or a table"),
+    (5, {"arrangement": {"radius": R}}, "arrangement: name: missing; known: uniform, dimer,"),
+    (5, {"arrangement": {**DIMER, "raduis": 1}}, "arrangement: raduis: unknown; did you mean 'radius'?"),
+    (5, {"arrangement": "tapered"}, "arrangement: first_radius: missing; it is of the first grain"),
+    (5, {"arrangement": "dimer"}, "arrangement: radius: both kinds of grain are the same"),
+    (5, {"arrangement": {"name": "dimer", "radius": [R]}}, "arrangement: radius: got [0.003], expected"),
+    (5, {"arrangement": {"name": "dimer", "radius": [R, -R]}}, "arrangement: radius.1: got -0.003, expected greater than 0"),
+    (5, {"arrangement": {"name": "dimer", "material": ["steel", "stell"]}}, "'stell' is no preset; did you mean 'steel'?"),
+    (2, {"arrangement": {**DIMER, "counts": [2, 1]}}, "arrangement: counts: got [2, 1], a cell of 3 grains, and the chain"),
+    (5, {"arrangement": DIMER, "radius": R}, "radius: the arrangement gives it too"),
+    (5, {"arrangement": DIMER, "material": "steel"}, "material: the arrangement gives it too"),
+    (5, {"arrangement": {"name": "random", "low": 1e-3, "high": R}, "radius": [R] * 5}, "radius: the arrangement gives it too"),
+    (5, {"arrangement": {"name": "random", "low": R, "high": 1e-3}}, "arrangement: high: got 0.001 m, expected at least low"),
+    (5, {"arrangement": {"name": "random", "low": R, "high": R, "seed": -1}}, "arrangement: seed: got -1"),
+    (5, {"arrangement": {"name": "tapered", "first_radius": R}}, "taper: got neither of taper and last_radius"),
+    (5, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 0.1, "last_radius": R}}, "taper: got both of"),
+    (5, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 1.0}}, "arrangement: taper: got 1.0, expected less"),
+    (10**8, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 0.1}}, "no grain is larger than 0"),
+    (10**8, {"arrangement": {"name": "tapered", "first_radius": R, "taper": -0.1}}, "no grain is of a finite size"),
+    (1, {"arrangement": {"name": "tapered", "first_radius": R, "last_radius": 1e-3}}, "last_radius: the chain has one grain"),
+    (6, {"arrangement": {"name": "decorated", "radius": R, "decoration_radius": 1e-3}}, "'decorated' does not fit 6 grains"),
+    (1, {"arrangement": {"name": "decorated", "radius": R, "decoration_radius": 1e-3}}, "'decorated' does not fit 1 grains"),
+    (9, {"arrangement": {"name": "decorated", "radius": R, "decoration_radius": 1e-3, "taper": 0.5}},
+     "decoration_radius: got 0.001 m, expected at most the smallest of the large grains, 0.0001875 m"),
+    (5, {"arrangement": {"name": "impurity", "index": 5, "mass": 1.0}}, "arrangement: index: got 5, expected 0 to 4"),
+    (5, {"arrangement": {"name": "impurity", "index": -1, "mass": 1.0}}, "arrangement: index: got -1, expected greater"),
+    (5, {"arrangement": {"name": "impurity", "index": [], "mass": 1.0}}, "arrangement: index: got []"),
+    (5, {"arrangement": {"name": "impurity", "index": [2, 2], "mass": 1.0}}, "arrangement: index: got [2, 2]"),
+    (5, {"arrangement": {"name": "impurity", "index": 2}}, "the impurity is like the other grains"),
+    (5, {"arrangement": {"name": "impurity", "index": 2, "mass": 1.0}, "mass": {2: 1.0}}, "mass: the arrangement"),
+    (5, {"arrangement": {"name": "impurity", "index": 2, "mass": 1.0}, "mass": 1.0}, "mass: the arrangement"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("grains", "parameters", "words"), REFUSED, ids=[words[:50] for _, _, words in REFUSED])
+def test_refused_by_name(grains, parameters, words):
+    with pytest.raises(ge.ParameterError) as caught:
+        ge.make("chain", grains=grains, **parameters)
+    assert words in str(caught.value)
+
+
+@given(
+    st.sampled_from(["uniform", "dimer", "tapered", "decorated", "random", "impurity", "", "x"]),
+    st.dictionaries(
+        st.sampled_from(["radius", "material", "counts", "taper", "first_radius", "last_radius", "decoration_radius", "index"]),
+        st.one_of(st.floats(), st.integers(), st.text(max_size=3), st.lists(st.floats(), max_size=3), st.none()),
+    ),
+    st.integers(1, 6),
+)
+def test_nothing_but_our_errors_leaves(name, fields, grains):
+    try:
+        ge.make("chain", grains=grains, arrangement={"name": name, **fields})
+    except ge.GranularError:
+        pass
+
+
+@given(st.floats(1e-3, 3e-3), st.floats(1e-4, 1e-2), st.integers(2, 200))
+def test_the_last_radius_is_reached(first, last, grains):
+    radius = ge.make(
+        "chain", grains=grains, arrangement={"name": "tapered", "first_radius": first, "last_radius": last}
+    ).geometry.radius
+    assert radius[0] == first
+    assert radius[-1] == pytest.approx(last, rel=1e-12)
+    np.testing.assert_allclose(radius[1:] / radius[:-1], radius[1] / radius[0], rtol=1e-14)
+
+
+@given(st.floats(1e-30, 1e30), st.integers(1, 1000))
+def test_roots_of_any_degree(value, degree):
+    root = nth_root(value, degree)
+    assert root == pytest.approx(value ** (1.0 / degree), rel=1e-14)
+    assert integer_power(root, degree) == pytest.approx(value, rel=1e-15 * (degree + 10))
+
+
+def test_growing_grains_are_a_negative_taper():
+    radius = ge.make("chain", grains=6, arrangement={"name": "tapered", "first_radius": 1e-3, "taper": -0.1}).geometry.radius
+    assert (np.diff(radius) > 0.0).all()
+
+
+def test_draws_do_not_depend_on_the_length():
+    """Grain i's radius is a function of the seed and of i alone."""
+    short, long = (
+        ge.make("chain", grains=n, arrangement={"name": "random", "low": 1e-3, "high": R, "seed": 4}).geometry.radius
+        for n in (5, 50)
+    )
+    np.testing.assert_array_equal(short, long[:5])
+    assert len(np.unique(long)) == 50 and (1e-3 <= long).all() and (long <= R).all()
+
+
+def test_an_arrangement_goes_with_walls_and_drives():
+    chain = ge.make("chain", grains=7, arrangement=DIMER, left="piston", right="plane")
+    assert chain.geometry.sound_speed[1] == PRESETS["aluminium"].longitudinal_speed
+    chain.reset(velocity={0: 0.1})
+    chain.step(50 * chain.step_size, left_velocity=0.1)
+    assert chain.get("contact_force")[0] > 0.0
+
+
+def test_tapers_have_the_same_bits_everywhere():
+    """Only + x / reach them, which every machine rounds alike."""
+    for field, last in (({"taper": 0.03}, "0x1.aba84306004fap-10"), ({"last_radius": 1e-3}, "0x1.bfb247cf4dc90p-10")):
+        chain = ge.make("chain", grains=40, arrangement={"name": "tapered", "first_radius": R, **field})
+        assert float(chain.geometry.radius[20]).hex() == last

@@ -1,0 +1,178 @@
+"""What dimers, tapered and decorated chains and impurities are known for, in chains that are arranged by name."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import fft
+
+import granular_env as ge
+from granular_env import measurement
+from granular_env.components.chain import theory
+from granular_env.components.counter_random import uniform
+
+R = 3e-3
+FORCE = 20.0
+STEEL = {"density": 7800.0, "young": 2e11, "poisson": 0.29}
+
+
+def spectrum(chain: ge.Chain, samples: int, every: int, grains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angular frequencies, shape (f,) [rad/s], and the power of each grain's velocity, shape (f, grains)."""
+    velocity = np.empty((samples, len(grains)))
+    for row in velocity:
+        chain.step(every * chain.step_size)
+        row[:] = chain.get("velocity")[grains]
+    power = np.abs(fft.rfft(velocity * np.hanning(samples)[:, None], axis=0)) ** 2
+    return 2.0 * np.pi * fft.rfftfreq(samples, every * chain.step_size), power
+
+
+@pytest.fixture(scope="module")
+def shaken_dimer():
+    """Steel and aluminium in turn under 20 N, every grain with a random velocity: band edges, frequencies, power."""
+    chain = ge.make(
+        "chain", grains=301, precompression=FORCE, step_size=5e-7,
+        arrangement={"name": "dimer", "radius": R, "material": ["steel", "aluminium"]},
+    )  # fmt: skip
+    tangent = theory.tangent_stiffness(chain.geometry.stiffness[1], FORCE)
+    edges = theory.diatomic_edges(tangent, chain.geometry.mass[1], chain.geometry.mass[0])
+    # 1e-4 of the static overlap: nonlinear shifts of a frequency are of the order of its square.
+    chain.reset(velocity=1e-4 * edges.acoustic * chain.geometry.rest_overlap[1] * (uniform(1, 0, 301) - 0.5))
+    omega, power = spectrum(chain, 1 << 15, 8, np.arange(0, 301, 10))
+    return edges, omega, power.sum(axis=1)
+
+
+def test_band_edges_of_a_pressed_dimer(shaken_dimer):
+    """sqrt(2K/m1), sqrt(2K/m2), sqrt(2K(1/m1 + 1/m2)) bound what sounds.
+
+    3e-3: the distance of an edge to the next mode of 150 cells, and the width of a line.
+    """
+    edges, omega, power = shaken_dimer
+    assert omega[1] < 4e-4 * edges.acoustic
+    sounding = omega[power > 1e-4 * power.max()]
+    middle = 0.5 * (edges.acoustic + edges.optical_low)
+    measured = sounding[sounding < middle].max(), sounding[sounding > middle].min(), sounding.max()
+    np.testing.assert_allclose(measured, edges, rtol=3e-3)
+
+
+def test_nothing_sounds_in_the_gap_or_above(shaken_dimer):
+    edges, omega, power = shaken_dimer
+    inside = (omega > 1.02 * edges.acoustic) & (omega < 0.98 * edges.optical_low)
+    assert power[inside].max() < 1e-7 * power.max()
+    assert power[omega > 1.02 * edges.optical_high].max() < 1e-7 * power.max()
+    # The bands themselves are full: power in each tenth of them.
+    for low, high in ((0.1 * edges.acoustic, edges.acoustic), edges[1:]):
+        parts = np.linspace(low, high, 11)
+        loudest = [power[(omega >= a) & (omega < b)].max() for a, b in zip(parts[:-1], parts[1:], strict=True)]
+        assert min(loudest) > 1e-3 * power.max()
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.5, 0.8])
+def test_a_light_impurity_holds_a_mode_above_the_band(ratio):
+    """Omega = 2 sqrt(K/m) / sqrt(mu (2 - mu)), amplitudes mu/(2 - mu) from grain to grain: the linear chain with one mass mu m.
+
+    Maradudin, Montroll, Weiss, Ipatova, Theory of Lattice Dynamics in the Harmonic Approximation (1971).
+    """
+    mass = ge.make("chain", grains=2, radius=R).geometry.mass[0]
+    chain = ge.make(
+        "chain", grains=101, radius=R, precompression=FORCE, step_size=2e-7,
+        arrangement={"name": "impurity", "index": 50, "mass": ratio * mass},
+    )  # fmt: skip
+    top = theory.monatomic_edge(theory.tangent_stiffness(chain.geometry.stiffness[1], FORCE), mass)
+    chain.reset(velocity={50: 1e-4 * top * chain.geometry.rest_overlap[1]})
+    omega, power = spectrum(chain, 1 << 14, 10, np.arange(50, 54))
+    line = np.argmax(np.where(omega > 1.002 * top, power[:, 0], 0.0))
+    below, at, above = np.log(power[line - 1 : line + 2, 0])
+    frequency = omega[line] + omega[1] * 0.5 * (below - above) / (below - 2.0 * at + above)
+    assert frequency == pytest.approx(top / math.sqrt(ratio * (2.0 - ratio)), rel=5e-5)
+    amplitude = np.sqrt(power[line] / power[line, 0])
+    np.testing.assert_allclose(amplitude, (ratio / (2.0 - ratio)) ** np.arange(4), rtol=1e-3)
+
+
+def test_a_heavy_impurity_holds_none():
+    mass = ge.make("chain", grains=2, radius=R).geometry.mass[0]
+    chain = ge.make(
+        "chain", grains=101, radius=R, precompression=FORCE, step_size=2e-7,
+        arrangement={"name": "impurity", "index": 50, "mass": 2.0 * mass},
+    )  # fmt: skip
+    top = theory.monatomic_edge(theory.tangent_stiffness(chain.geometry.stiffness[1], FORCE), mass)
+    chain.reset(velocity={50: 1e-4 * top * chain.geometry.rest_overlap[1]})
+    omega, power = spectrum(chain, 1 << 13, 10, np.array([50]))
+    assert power[omega > 1.01 * top].max() < 1e-6 * power.max()
+
+
+@pytest.mark.parametrize("taper", [0.1, 0.05, 0.02, -0.05])
+def test_a_tapered_chain_with_gaps_is_a_row_of_collisions(taper):
+    """V_(i+1)/v_i = 2/(1 + (1-q)^3), exact where grains meet two by two; to the accuracy of the integrator."""
+    chain = ge.make(
+        "chain", grains=12, gap=1e-3, integrator="dop853", step_size=1e-6,
+        arrangement={"name": "tapered", "first_radius": R, "taper": taper},
+    )  # fmt: skip
+    chain.reset(velocity={0: 1.0})
+    history = measurement.observe(chain, duration=2.5e-2, every=5e-5)
+    np.testing.assert_allclose(history.velocity.max(axis=0), theory.tapered_velocities(taper, 12), rtol=1e-8)
+
+
+@pytest.mark.parametrize(("taper", "tolerance"), [(0.02, 1e-3), (0.05, 5e-3)])
+def test_a_touching_tapered_chain_comes_near_to_that(taper, tolerance):
+    """There the pulse is five grains wide, and the law is the limit of small tapers."""
+    chain = ge.make("chain", grains=50, arrangement={"name": "tapered", "first_radius": R, "taper": taper})
+    chain.reset(velocity={0: 1e-2})
+    fastest = np.zeros(50)
+    while fastest[40] == 0.0 or chain.get("velocity")[40] > 0.5 * fastest[40]:
+        chain.step()
+        fastest = np.maximum(fastest, chain.get("velocity"))
+    ratio = (fastest[35] / fastest[20]) ** (1.0 / 15.0)
+    assert ratio == pytest.approx(theory.tapered_ratio(taper), rel=tolerance)
+
+
+def passed_on(ratio: float) -> float:
+    """How much of its force a pulse keeps from contact 60 to 120 of a touching dimer of equal sizes, whose masses differ."""
+    light = ge.Material(**{**STEEL, "density": ratio * STEEL["density"]})
+    arrangement = {"name": "dimer", "material": [ge.Material(**STEEL), light]}
+    chain = ge.make("chain", grains=161, radius=R, arrangement=arrangement)
+    chain.reset(velocity={0: 1.0})
+    force = measurement.observe(chain, duration=1.4e-3, every=1e-6).contact_force.max(axis=0)
+    return float(force[120] / force[60])
+
+
+def test_dimers_pass_a_pulse_on_at_some_mass_ratios_and_scatter_it_at_others():
+    """Solitary waves at the ratios .3428 and .1548 (and 1), strong loss between them, near .59 and .24.
+
+    K. R. Jayaprakash, Y. Starosvetsky, A. F. Vakakis, Phys. Rev. E 83, 036606 (2011); J. Nonlinear Sci. 23, 363 (2013).
+    """
+    for solitary in (0.3428, 0.1548):
+        assert passed_on(solitary) == pytest.approx(1.0, abs=2e-3)
+    for lossy, kept in ((0.59, 0.6), (0.24, 0.95)):
+        assert passed_on(lossy) < kept
+        assert passed_on(0.8 * lossy) > passed_on(lossy) < passed_on(1.25 * lossy)
+
+
+def thrown_off(**parameters: object) -> float:
+    """Part of the striker's energy that the last grain leaves with."""
+    chain = ge.make("chain", **parameters)
+    chain.reset(velocity={0: 1.0})
+    fastest = measurement.observe(chain, duration=1e-3, every=2e-7).velocity[:, -1].max()
+    return float(0.5 * chain.geometry.mass[-1] * fastest**2 / (0.5 * chain.geometry.mass[0]))
+
+
+def test_decoration_and_taper_together_absorb_a_blow():
+    """Doney & Sen (2006): less comes through (.59) than with taper (.74) or decoration (.96) alone."""
+    decorated = {"name": "decorated", "radius": R, "decoration_radius": 1e-3}
+    tapered = {"name": "tapered", "first_radius": R, "taper": 0.05}
+    alone = thrown_off(grains=21, radius=R), thrown_off(grains=41, arrangement=decorated)
+    both = thrown_off(grains=41, arrangement={**decorated, "taper": 0.05})
+    assert both < thrown_off(grains=21, arrangement=tapered) < min(alone)
+
+
+def test_a_decorated_chain_takes_the_peak_off_a_blow():
+    """A small grain between any two large ones spreads the pulse that reaches a wall."""
+
+    def wall_force(**parameters: object) -> float:
+        chain = ge.make("chain", right="rigid_plane", **parameters)
+        chain.reset(velocity={0: 1.0})
+        return float(measurement.observe(chain, duration=1e-3, every=2e-7).contact_force[:, -1].max())
+
+    decorated = {"name": "decorated", "radius": R, "decoration_radius": 1e-3}
+    assert wall_force(grains=41, arrangement=decorated) < 0.6 * wall_force(grains=21, radius=R)

@@ -1,0 +1,43 @@
+"""x^p without pow: right to about an ulp, and the same bits compiled and not."""
+
+from __future__ import annotations
+
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from chain_tools import python
+
+from granular_env.components.powers import power
+
+
+def _exact(x: float, p: float) -> Decimal:
+    with localcontext() as context:
+        context.prec = 50
+        return (Decimal(x).ln() * Decimal(p)).exp()
+
+
+def test_it_is_right_to_about_an_ulp() -> None:
+    random, worst = np.random.default_rng(5), 0.0
+    for _ in range(3000):
+        x, p = 10.0 ** random.uniform(-140.0, 3.0), random.uniform(0.0, 2.0)
+        worst = max(worst, abs(float((Decimal(float(power(x, p))) - _exact(x, p)) / _exact(x, p))))
+    assert 0.0 < worst < 2.5 * 2.0**-53 * 2.0
+
+
+@pytest.mark.parametrize(("x", "p", "result"), [(1.0, 3.7, 1.0), (2.0, 10.0, 1024.0), (4.0, 0.5, 2.0), (0.25, 1.5, 0.125)])
+def test_exact_powers_are_exact(x: float, p: float, result: float) -> None:
+    assert power(x, p) == result
+
+
+def test_below_and_above_the_range_of_a_float() -> None:
+    assert power(1e-200, 2.0) == 0.0
+    assert power(1e200, 2.0) == np.inf
+
+
+def test_the_same_bits_without_the_compiler() -> None:
+    code = (
+        "from granular_env.components.powers import power\n"
+        "print([float(power(x, p)).hex() for x in (1e-9, 3.7e-6, .9, 1.4, 1.5, 7e5) for p in (1.0, 1.3, 2.5, 0.4)])"
+    )
+    assert python(code) == python(code, NUMBA_DISABLE_JIT="1")
