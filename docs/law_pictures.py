@@ -1,8 +1,10 @@
 """Pictures of the contact laws, each from runs of the chain: two grains that meet, a wave, restitution against speed."""
 
+import io
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 import granular_env as ge
 from granular_env import measurement
@@ -10,6 +12,7 @@ from granular_env.components.chain import theory
 from granular_env.viewing import drawing, figures
 
 IMAGES = Path(__file__).parent / "images" / "laws"
+_COLOURS = 64
 VISCOUS = {"name": "viscous", "dissipation": 1.0}
 KUWABARA_KONO = {"name": "kuwabara_kono", "dissipation": 500.0}
 DISSIPATIVE = (
@@ -58,8 +61,9 @@ def loops(axes, cases):
 
 
 def save(figure, name):
-    """A PNG in docs/images/laws."""
-    (IMAGES / f"{name}.png").write_bytes(figures.png(figure, 100))
+    """A PNG in docs/images/laws, small by few colours."""
+    drawn = Image.open(io.BytesIO(figures.png(figure, 100))).convert("RGB")
+    drawn.quantize(_COLOURS).save(IMAGES / f"{name}.png", optimize=True)
 
 
 @drawing.styled
