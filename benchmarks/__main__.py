@@ -7,13 +7,14 @@ import sys
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from . import calls, kernel, lammps_peer, numpy_peer, recording, replay, scipy_peer
+from . import calls, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer
 from .facts import facts
 from .figures import Figure, table
 
 Benchmark = Callable[[], Iterator[Figure]]
 OURS: dict[str, Benchmark] = {
     "kernel": kernel.measure,
+    "laws": laws.measure,
     "numpy": numpy_peer.measure,
     "scipy": scipy_peer.measure,
     "calls": calls.measure,

@@ -17,9 +17,11 @@ STIFFNESS = 5.6e12 * MASS
 TAU = time_scale(MASS, STIFFNESS, SPEED)
 
 
-def pressed(grains: int, left: str = "plane") -> Any:
+def pressed(grains: int, left: str = "plane", **parameters: Any) -> Any:
     """A chain pressed by 100 N whose grains all tremble: every contact is closed and moves."""
-    chain = ge.make("chain", grains=grains, radius=RADIUS, material="steel", precompression=100.0, left=left, right="plane")
+    chain = ge.make(
+        "chain", grains=grains, radius=RADIUS, material="steel", precompression=100.0, left=left, right="plane", **parameters
+    )
     chain.reset(velocity=np.random.default_rng(1).uniform(-0.01, 0.01, grains))
     return chain
 

@@ -6,6 +6,7 @@ import re
 import tempfile
 from pathlib import Path
 
+import law_pictures
 import matplotlib
 import numpy as np
 from PIL import Image
@@ -72,3 +73,4 @@ if __name__ == "__main__":
     piston()
     tutorial()
     stationary_waves()
+    law_pictures.draw()

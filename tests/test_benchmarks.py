@@ -9,12 +9,14 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parent.parent))
 
 from benchmarks import __main__ as program  # noqa: E402
-from benchmarks import calls, chains, facts, kernel, lammps_peer, numpy_peer, recording, replay, roof, scipy_peer  # noqa: E402
+from benchmarks import calls, chains, facts, kernel, lammps_peer, laws, numpy_peer, recording, replay, roof, scipy_peer  # noqa: E402
 from benchmarks.figures import Figure, table  # noqa: E402
 from benchmarks.timing import interleaved, ratio  # noqa: E402
+from granular_env.components.chain.laws import LAWS  # noqa: E402
 
 SMALL = {
     "kernel": (lambda: kernel.measure(sizes=(30,), rounds=2), 2),
+    "laws": (lambda: laws.measure(grains=30, rounds=2), 4),
     "numpy": (lambda: numpy_peer.measure(grains=30, ticks=5, rounds=2), 1),
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),
@@ -54,6 +56,21 @@ def test_the_trembling_chain_keeps_all_contacts_closed():
     chain = chains.pressed(50)
     chain.step(500 * chain.step_size)
     assert chain.get("overlap").min() > 0.0
+
+
+def test_every_law_is_timed_while_all_its_contacts_are_closed():
+    assert {"hertz", *laws.LAWS} == set(LAWS)
+    for parameters in laws.LAWS.values():
+        chain = chains.pressed(50, **parameters)
+        chain.step(500 * chain.step_size)
+        assert chain.get("overlap").min() > 0.0
+
+
+def test_the_general_exponent_is_timed_on_the_motion_of_hertz():
+    hertz, general = (chains.pressed(30, **law) for law in ({"contact_stiffness": chains.STIFFNESS}, laws.GENERAL))
+    for chain in (hertz, general):
+        chain.step(1e-4)
+    np.testing.assert_allclose(general.get("velocity"), hertz.get("velocity"), rtol=0, atol=1e-12)
 
 
 def test_without_lammps_the_message_names_the_target(monkeypatch):

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(
     r"(?:<!-- (run|file: (?P<file>\S+)) -->\n)?^```(?P<language>\w+)[^\n]*\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL
 )
@@ -41,12 +41,17 @@ for kind, where, code, promised in BLOCKS:
 """
 
 
+def name_of(page: Path) -> str:
+    """As the menu calls it: its path in docs/."""
+    return page.relative_to(ROOT / "docs").as_posix() if page.is_relative_to(ROOT / "docs") else page.name
+
+
 def runnable(page: Path) -> list[tuple[str, str, str, list[str]]]:
     """What to do for a page: (python, bash or a file's name; where it stands; content; what it has to print)."""
     text = page.read_text()
     found = []
     for match in BLOCK.finditer(text):
-        where = f"{page.name}:{text.count(chr(10), 0, match.start('code'))}"
+        where = f"{name_of(page)}:{text.count(chr(10), 0, match.start('code'))}"
         code, language = match["code"], match["language"]
         if match["file"]:
             found.append((match["file"], where, code, []))
@@ -55,7 +60,7 @@ def runnable(page: Path) -> list[tuple[str, str, str, list[str]]]:
     return found
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if runnable(page)], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [page for page in PAGES if runnable(page)], ids=name_of)
 def test_the_snippets_of_a_page_run_and_print_what_it_says(page, tmp_path):
     script = tmp_path / "page.py"
     script.write_text(f"BLOCKS = {runnable(page)!r}\n{RUNNER}")
@@ -82,7 +87,7 @@ def test_the_tutorial_shows_every_picture_that_its_lines_draw():
         assert 0 < (ROOT / "docs" / "images" / f"tutorial-{name}").stat().st_size < 80_000
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_links_lead_somewhere(page):
     missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]
     assert not missing
@@ -90,7 +95,7 @@ def test_links_lead_somewhere(page):
 
 def test_every_page_is_in_the_menu():
     menu = (ROOT / "mkdocs.yml").read_text()
-    assert [page.name for page in PAGES[1:] if page.name not in menu] == []
+    assert [name_of(page) for page in PAGES[1:] if f": {name_of(page)}\n" not in menu] == []
 
 
 def test_the_site_fetches_nothing():

@@ -19,7 +19,8 @@ from .energies import (
     potential_energy,
 )
 from .fronts import PressureRatio, arrivals, front_position, front_speed, pressure_ratio
-from .histories import History, history
+from .histories import History
+from .sources import history
 from .watching import Watch, observe
 from .waves import Shift, Wave, energy_of, momentum_of, overlap_of, phase_shifts, waves_at
 

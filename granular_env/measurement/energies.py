@@ -17,7 +17,7 @@ def kinetic_energy(history: History, piston: bool = True) -> FloatArray:
 
 
 def potential_energy(history: History) -> FloatArray:
-    """Of all contacts, shape (T,) [J]; `LogError` where overlaps are not known."""
+    """Of all contacts, without the grains' weight, shape (T,) [J]; `LogError` where frames do not tell it."""
     return history.contact_energy.sum(axis=1)
 
 
@@ -52,7 +52,7 @@ class EnergyRatio:
 def energy_ratio(history: History, begin: float | None = None, end: float | None = None, piston: bool = True) -> EnergyRatio:
     """Kinetic over potential energy of the chain, in a window of time (Nesterenko 1983, section 3.4).
 
-    The virial theorem gives 1.25 for Hertz's law.
+    The virial theorem gives (p + 1)/2 for F = k d^p: 1.25 for Hertz's law.
 
     Args:
         history: of a chain, with overlaps.

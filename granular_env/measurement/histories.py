@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from ..components.contract import Component, FloatArray
+from ..components.chain.laws import AnyLaw, Hertz
+from ..components.contract import FloatArray
 from ..components.errors import LogError, ParameterError, shortened
 from .checks import sign, whole_number
-
-if TYPE_CHECKING:
-    from ..recording import Log
-    from ..recording.index import Segment
+from .contacts import forces_and_energies
 
 Direction = Literal["right", "left"]
-
-# F = k d^1.5 (Nesterenko 1983, (1.1)).
-_HERTZ = 1.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -33,12 +28,15 @@ class History:
         time: shape (T,), increasing [s].
         velocity: shape (T, n), positive to the right [m/s].
         mass: shape (n,) [kg].
-        stiffness: k of F = k overlap^1.5, shape (n + 1,), 0 where there is no contact [N/m^1.5].
+        stiffness: k of F = k overlap^p, shape (n + 1,), 0 where there is no contact [N/m^p]; p = 1.5 for spheres.
         rest_overlap: overlap in the reference configuration, shape (n + 1,), negative for a gap [m].
         position: of the grains in the reference configuration, shape (n,) [m].
         displacement: shape (T, n) [m]; None where it is not known.
         piston: which grains' velocity is prescribed, shape (n,), bool.
         recorded_overlap: shape (T, n + 1) [m], where it is known without the displacement.
+        recorded_force: shape (T, n + 1) [N], where the contact forces themselves are known.
+        law: of the contacts.
+        contact: what the law wants of each contact, such as its dissipation, shape (n + 1,); None for nothing.
     """
 
     time: FloatArray
@@ -50,6 +48,9 @@ class History:
     displacement: FloatArray | None = None
     piston: np.ndarray | None = None
     recorded_overlap: FloatArray | None = None
+    recorded_force: FloatArray | None = None
+    law: AnyLaw = Hertz()
+    contact: FloatArray | None = None
 
     def __post_init__(self) -> None:
         frames, grains = len(np.atleast_1d(self.time)), len(np.atleast_1d(self.mass))
@@ -61,7 +62,7 @@ class History:
         for name, shape in (
             ("time", (frames,)), ("velocity", (frames, grains)), ("mass", (grains,)), ("stiffness", (places,)),
             ("rest_overlap", (places,)), ("position", (grains,)), ("displacement", (frames, grains)), ("piston", (grains,)),
-            ("recorded_overlap", (frames, places)),
+            ("recorded_overlap", (frames, places)), ("recorded_force", (frames, places)), ("contact", (places,)),
         ):  # fmt: skip
             value = getattr(self, name)
             if value is not None and np.shape(value) != shape:
@@ -98,20 +99,56 @@ class History:
 
     @cached_property
     def contact_force(self) -> FloatArray:
-        """Compressive force at each place, never negative, shape (T, n + 1) [N]."""
-        pressed = np.maximum(np.nan_to_num(self.overlap), 0.0)
-        return self.stiffness * pressed**_HERTZ
+        """Compressive force at each place by the chain's law, never negative, shape (T, n + 1) [N]; as recorded, if it was.
+
+        Raises:
+            LogError: overlaps are not known, or the force depends on what contacts have been through and was not recorded.
+        """
+        if self.recorded_force is not None:
+            return np.nan_to_num(self.recorded_force)
+        if self.law.has_history:
+            raise LogError(
+                f"contact_force was not recorded, and with law {self.law.name!r} it depends on what each contact has been "
+                "through, which frames do not tell; record with variables=['velocity', 'displacement', 'contact_force']"
+            )
+        return self._contacts[0]
 
     @cached_property
     def contact_energy(self) -> FloatArray:
-        """Elastic energy stored at each place, shape (T, n + 1) [J]."""
-        pressed = np.maximum(np.nan_to_num(self.overlap), 0.0)
-        return self.stiffness * pressed ** (_HERTZ + 1.0) / (_HERTZ + 1.0)
+        """Elastic energy stored at each place by the chain's law, shape (T, n + 1) [J].
+
+        Raises:
+            LogError: overlaps are not known, or the energy depends on what contacts have been through.
+        """
+        if self.law.has_history:
+            raise LogError(
+                f"with law {self.law.name!r} the energy in a contact depends on what it has been through, which frames do not "
+                "tell; the whole chain's is its output 'potential_energy': record that"
+            )
+        return self._contacts[1]
+
+    @property
+    def rest_force(self) -> FloatArray:
+        """Force at each place in the reference configuration: of precompression and weight, shape (n + 1,) [N]."""
+        return self._rest[0]
+
+    @property
+    def rest_energy(self) -> FloatArray:
+        """Elastic energy stored at each place in the reference configuration, shape (n + 1,) [J]."""
+        return self._rest[1]
 
     @cached_property
-    def rest_force(self) -> FloatArray:
-        """Force at each place in the reference configuration: that of a precompression, shape (n + 1,) [N]."""
-        return self.stiffness * np.maximum(self.rest_overlap, 0.0) ** _HERTZ
+    def _contacts(self) -> tuple[FloatArray, FloatArray]:
+        return self._by_law(self.overlap, self.velocity)
+
+    @cached_property
+    def _rest(self) -> tuple[FloatArray, FloatArray]:
+        force, energy = self._by_law(self.rest_overlap[None], np.zeros((1, self.grains)))
+        return force[0], energy[0]
+
+    def _by_law(self, overlap: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        constants = np.zeros(self.grains + 1) if self.contact is None else self.contact
+        return forces_and_energies(self.law, self.stiffness, constants, overlap, velocity)
 
     def frame(self, time: float) -> int:
         """Number of the frame nearest to a time [s].
@@ -150,84 +187,3 @@ class History:
                 "take one further on"
             )
         return place
-
-
-def of_chain(
-    component: Component,
-    time: FloatArray,
-    velocity: FloatArray,
-    displacement: FloatArray | None = None,
-    overlap: FloatArray | None = None,
-) -> History:
-    """A history of a chain from frames; masses, stiffnesses and positions are the chain's.
-
-    Args:
-        component: the chain.
-        time: shape (T,) [s].
-        velocity: shape (T, n) [m/s].
-        displacement: shape (T, n) [m].
-        overlap: as the chain's variable, of its contacts only, shape (T, contacts) [m].
-    """
-    chain = chain_geometry(component)
-    parameters: Any = component.parameters
-    piston = np.zeros(parameters.grains, dtype=bool)
-    piston[0], piston[-1] = piston[0] or parameters.left == "piston", piston[-1] or parameters.right == "piston"
-    places = None
-    if overlap is not None:
-        places = np.full((len(time), parameters.grains + 1), np.nan)
-        places[:, chain.real] = overlap
-    return History(
-        time, velocity, chain.mass, chain.stiffness, chain.rest_overlap, chain.position, displacement, piston, places
-    )
-
-
-def chain_geometry(component: Component) -> Any:
-    """The `Geometry` of a chain; `ParameterError` for any other component."""
-    if component.name != "chain":
-        raise ParameterError(f"component: got a {component.name!r}, expected a chain; only chains are measured")
-    return component.geometry  # type: ignore[attr-defined]
-
-
-def history(log: Log, segment: int | None = None) -> History:
-    """The history in a log of a chain: its frames, and the geometry that follows from its parameters.
-
-    Args:
-        log: what `ge.open_log` gave.
-        segment: which unbroken run, counted from 0, where the chain was reset or restored while it was recorded.
-
-    Raises:
-        LogError: it is no log of a chain, the velocity was not recorded, or it holds several runs and none was named.
-    """
-    component = log.rebuilt() if log.metadata["component"] == "chain" else None
-    if component is None:
-        raise LogError(
-            f"log {str(log.path)!r} is of a {log.metadata['component']!r}, expected a chain; only chains are measured"
-        )
-    if "velocity" not in log.variables:
-        raise LogError(
-            f"log {str(log.path)!r}: velocity was not recorded, recorded are {', '.join(log.variables) or 'none'}; "
-            "record with variables=['velocity', 'displacement']"
-        )
-    own = _segment(log, segment)
-    time, velocity = log.series("velocity", own)
-    if not len(time):
-        raise LogError(f"log {str(log.path)!r} holds no frame of the velocity; record with every= and step")
-    for name in ("displacement", "overlap"):
-        if name in log.variables:
-            times, values = log.series(name, own)
-            if not np.array_equal(times, time):
-                raise LogError(f"log {str(log.path)!r}: {name} and velocity were recorded at different times")
-            return of_chain(component, time, velocity, **{name: values})
-    return of_chain(component, time, velocity)
-
-
-def _segment(log: Log, number: int | None) -> Segment | None:
-    segments = log.segments
-    if number is not None:
-        return segments[whole_number("segment", number, 0, len(segments) - 1)]
-    if len(segments) > 1:
-        raise LogError(
-            f"log {str(log.path)!r} holds {len(segments)} runs, a reset or restore between them; "
-            f"name one: segment = 0 to {len(segments) - 1}"
-        )
-    return segments[0] if segments else None

@@ -10,7 +10,8 @@ import numpy as np
 from ..components.contract import Component, FloatArray, Held
 from ..components.errors import ParameterError
 from .checks import positive
-from .histories import History, chain_geometry, of_chain
+from .histories import History
+from .sources import chain_geometry, of_chain
 
 
 class Watch:
@@ -36,12 +37,13 @@ class Watch:
         """
         self._every = positive("every", every, "s")
         self._component: Component | None = None
+        self._variables: tuple[str, ...] = ()
         self.next_tick = 0
         self._forget()
 
     def _forget(self) -> None:
         self._ticks: list[int] = []
-        self._frames: list[tuple[FloatArray, FloatArray]] = []
+        self._frames: list[tuple[FloatArray, ...]] = []
 
     @property
     def history(self) -> History:
@@ -49,12 +51,15 @@ class Watch:
         if self._component is None:
             raise ParameterError("watch: it has seen no chain yet; let it look on: chain.observe(watch)")
         time = np.array(self._ticks) * self._component.step_size
-        velocity, displacement = (np.array([frame[i] for frame in self._frames]) for i in range(2))
-        return of_chain(self._component, time, velocity, displacement)
+        frames = {name: np.array([frame[i] for frame in self._frames]) for i, name in enumerate(self._variables)}
+        return of_chain(self._component, time, **frames)
 
     def began(self, component: Component) -> None:
         """A new history starts here."""
         chain_geometry(component)
+        parameters: Any = component.parameters
+        # Where contacts have a history, only the chain knows their forces.
+        self._variables = ("velocity", "displacement", *(["contact_force"] if parameters.law.has_history else []))
         self._interval = component.ticks_in(self._every, "every")
         self._component = component
         self._forget()
@@ -63,7 +68,7 @@ class Watch:
     def look(self, component: Component) -> None:
         """Keep a frame."""
         self._ticks.append(component.tick)
-        self._frames.append((component.get("velocity"), component.get("displacement")))
+        self._frames.append(tuple(component.get(name) for name in self._variables))
         self.next_tick = component.tick + self._interval
 
     def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:

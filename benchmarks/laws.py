@@ -1,0 +1,34 @@
+"""Rate of each contact law's default kernel, against Hertz's in the same process."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from . import chains
+from .figures import Figure
+from .timing import interleaved, ratio, repeats_for
+
+# Hertz's own exponent and stiffness: the motion is the same, and only the power differs.
+GENERAL = {"law": {"name": "power", "exponent": 1.5}, "contact_stiffness": chains.STIFFNESS}
+LAWS: dict[str, dict[str, Any]] = {
+    "viscous": {"law": {"name": "viscous", "dissipation": 1.0}},
+    "kuwabara_kono": {"law": {"name": "kuwabara_kono", "dissipation": 100.0}},
+    "elastic_plastic": {"law": "elastic_plastic"},
+    "power": GENERAL,
+}
+WANTED = {"viscous": 0.5, "kuwabara_kono": 0.5}
+_SAMPLE_SECONDS = 4e-3
+_UNTIL_YIELDED = 2000
+
+
+def measure(grains: int = 1000, rounds: int = 41) -> Iterator[Figure]:
+    """Chains with every contact closed and trembling, stepped by the default integrator; plastic ones have yielded before."""
+    built = {"hertz": chains.pressed(grains)} | {name: chains.pressed(grains, **law) for name, law in LAWS.items()}
+    built["elastic_plastic"]._advance(_UNTIL_YIELDED)
+    ticks = repeats_for(lambda: built["hertz"]._advance(1), _SAMPLE_SECONDS)
+    times = interleaved({name: lambda chain=chain: chain._advance(ticks) for name, chain in built.items()}, rounds)
+    for name in LAWS:
+        rate = ratio(times["hertz"], times[name])
+        note = f"{1.0 / rate:.1f} times the time"
+        yield Figure(f"rate of {name} / hertz, N = {grains}", rate, at_least=WANTED.get(name), note=note)

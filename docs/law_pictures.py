@@ -1,0 +1,165 @@
+"""Pictures of the contact laws, each from runs of the chain: two grains that meet, a wave, restitution against speed."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import granular_env as ge
+from granular_env import measurement
+from granular_env.components.chain import theory
+from granular_env.viewing import drawing, figures
+
+IMAGES = Path(__file__).parent / "images" / "laws"
+_COLOURS = 64
+VISCOUS = {"name": "viscous", "dissipation": 1.0}
+KUWABARA_KONO = {"name": "kuwabara_kono", "dissipation": 500.0}
+DISSIPATIVE = (
+    ("viscous", VISCOUS, theory.viscous_loss_without_tension),
+    ("kuwabara-kono", KUWABARA_KONO, theory.kuwabara_kono_loss),
+)
+
+
+def pair(speed, **parameters):
+    """Two steel grains, the left one on its way to the right one; ten steps where a run would take one."""
+    usual = ge.make("chain", grains=2, velocity_scale=speed, **parameters)
+    chain = ge.make("chain", grains=2, velocity_scale=speed, step_size=0.1 * usual.step_size, **parameters)
+    chain.reset(velocity={0: speed})
+    return chain
+
+
+def collide(speed, **parameters):
+    """Overlaps, forces and times of the contact of such a pair until it opens, and the coefficient of restitution."""
+    chain, seen = pair(speed, **parameters), []
+    while chain.get("overlap")[0] >= 0.0:
+        chain.step(chain.step_size)
+        seen.append((chain.get("overlap")[0], chain.get("contact_force")[0], chain.time))
+    before, after = chain.get("velocity")
+    overlap, force, time = np.array(seen).T
+    return np.maximum(overlap, 0.0), force, time, (after - before) / speed
+
+
+def restitutions(speeds, **parameters):
+    """One for each speed."""
+    return np.array([collide(speed, **parameters)[3] for speed in speeds])
+
+
+def scales(**parameters):
+    """Reduced mass and stiffness of the pair's contact."""
+    chain = ge.make("chain", grains=2, **parameters).geometry
+    return chain.reduced_mass[1], chain.stiffness[1]
+
+
+def loops(axes, cases):
+    """Force against overlap, one curve for each (label, speed, parameters)."""
+    for place, (label, speed, parameters) in enumerate(cases):
+        overlap, force, _, _ = collide(speed, **parameters)
+        axes.plot(overlap * 1e6, force, **drawing.line(place), label=label)
+    axes.set(xlabel="overlap [µm]", ylabel="force [N]", title="One collision")
+    axes.legend()
+
+
+def save(figure, name):
+    """A PNG in docs/images/laws, small by few colours."""
+    drawn = Image.open(io.BytesIO(figures.png(figure, 100))).convert("RGB")
+    drawn.quantize(_COLOURS).save(IMAGES / f"{name}.png", optimize=True)
+
+
+@drawing.styled
+def hertz():
+    """Forces, and how long a collision lasts."""
+    figure = drawing.new_figure(9.0, 3.6)
+    left, right = figure.subplots(1, 2)
+    loops(left, [(name, 1.0, {"material": name}) for name in ("steel", "glass", "aluminium")])
+    speeds = np.geomspace(1e-3, 10.0, 9)
+    mass, stiffness = scales()
+    right.loglog(speeds, 1e6 * theory.collision_duration(mass, stiffness, speeds), **drawing.line(0), label="T1 of the theory")
+    right.loglog(speeds, [1e6 * collide(speed)[2][-1] for speed in speeds], "o", color=drawing.line(1)["color"], label="runs")
+    right.set(xlabel="relative speed [m/s]", ylabel="duration [µs]", title="Two steel grains: as v^(-1/5)")
+    right.legend()
+    save(figure, "hertz")
+
+
+@drawing.styled
+def power():
+    """Forces of several exponents, and the solitary waves that they make."""
+    figure = drawing.new_figure(9.0, 3.6)
+    left, right = figure.subplots(1, 2)
+    exponents = (1.2, 1.5, 2.0, 3.0)
+    mass = ge.make("chain", grains=1).geometry.mass[0]
+    for place, exponent in enumerate(exponents):
+        # So stiff that each gives the same overlap of 10 um at 1 m/s.
+        stiffness = 0.25 * mass * (exponent + 1.0) / 1e-5 ** (exponent + 1.0)
+        law = {"law": {"name": "power", "exponent": exponent}, "contact_stiffness": stiffness}
+        overlap, force, _, _ = collide(1.0, **law)
+        left.plot(overlap * 1e6, force, **drawing.line(place), label=f"p = {exponent:g}")
+        chain = ge.make("chain", grains=81, velocity_scale=1.0, **law)
+        chain.reset(velocity={0: 1.0})
+        motion = measurement.observe(chain, 3000 * chain.step_size, chain.step_size)
+        wave = measurement.waves_at(motion, 60, above=0.1)[0]
+        spacing = np.diff(motion.position)[0]
+        right.plot(
+            (motion.time - wave.time) * wave.speed / spacing, motion.velocity[:, 60] / wave.amplitude, **drawing.line(place)
+        )
+    left.set(xlabel="overlap [µm]", ylabel="force [N]", title="One collision at 1 m/s")
+    left.legend()
+    right.set(
+        xlim=(-6, 6), xlabel="time x speed [diameters]", ylabel="velocity / its largest", title="As the wave passes a grain"
+    )
+    save(figure, "power")
+
+
+@drawing.styled
+def dissipative(name, law, loss):
+    """The loop of force, and what is lost in a collision."""
+    figure = drawing.new_figure(9.0, 3.6)
+    left, right = figure.subplots(1, 2)
+    stronger = {**law, "dissipation": 5.0 * law["dissipation"]}
+    unit = "N s/m" if law["name"] == "viscous" else "N s/m^1.5"
+    loops(left, [("hertz", 1.0, {}), *((f"{one['dissipation']:g} {unit}", 1.0, {"law": one}) for one in (law, stronger))])
+    speeds = np.geomspace(1e-2, 10.0, 13)
+    mass, stiffness = scales()
+    right.loglog(speeds, loss(mass, stiffness, law["dissipation"], speeds), **drawing.line(1), label="theory, small losses")
+    right.loglog(speeds, 1.0 - restitutions(speeds, law=law), "o", color=drawing.line(1)["color"], label="runs")
+    right.set(xlabel="relative speed [m/s]", ylabel="1 - e", title=f"Loss at {law['dissipation']:g} {unit}")
+    right.legend()
+    save(figure, name)
+
+
+def thornton(ratio):
+    """E of two elastic-plastic spheres (Thornton 1997), from the speed at which they begin to yield over their speed."""
+    root = np.sqrt(1.2 - 0.2 * ratio * ratio)
+    return np.sqrt(1.2 * np.sqrt(3.0) * (1.0 - ratio * ratio / 6.0)) * (ratio / (ratio + 2.0 * root)) ** 0.25
+
+
+@drawing.styled
+def elastic_plastic():
+    """Two collisions of the same contact, and restitution against Thornton's formula."""
+    figure = drawing.new_figure(9.0, 3.6)
+    left, right = figure.subplots(1, 2)
+    plastic = {"law": "elastic_plastic"}
+    loops(left, [("hertz, 2 m/s", 2.0, {}), ("2 m/s", 2.0, plastic), ("1 m/s", 1.0, plastic)])
+    mass, stiffness = scales(**plastic)
+    root = ge.make("chain", grains=2, **plastic).geometry.contact[1]
+    yielding = np.sqrt(0.8 * stiffness * root**5 / mass)
+    speeds = np.geomspace(0.02, 10.0, 16)
+    right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **drawing.line(1), label="Thornton")
+    right.loglog(speeds, restitutions(speeds, **plastic), "o", color=drawing.line(1)["color"], label="runs")
+    right.set(xlabel="relative speed [m/s]", ylabel="e", title="Restitution of two steel grains")
+    right.legend()
+    save(figure, "elastic-plastic")
+
+
+def draw():
+    """All of them."""
+    IMAGES.mkdir(parents=True, exist_ok=True)
+    hertz()
+    power()
+    for name, law, loss in DISSIPATIVE:
+        dissipative(name, law, loss)
+    elastic_plastic()
+
+
+if __name__ == "__main__":
+    draw()
