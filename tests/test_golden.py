@@ -21,7 +21,7 @@ FINAL = {
     "dop853": "21d7182844281ee90b90ad7ff7ab82ad",
     "kuwabara-kono": "e4d243353cee1fb5c74be472487af35d",
     "viscous-column": "a9f44998e1efc9baf50c473bbe932a6f",
-    "elastic-plastic": "2565f718d2c4da9224e3f06980b590c8",
+    "elastic-plastic": "33792a8c85ba2af8b295b5d069aab56b",
     "power": "e05ec65993a8af1e17026af1035475eb",
     "oscillator": "96e94df6bb99efd59687d5fbcda22117",
 }

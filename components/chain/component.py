@@ -57,7 +57,8 @@ class Chain(Component):
         self.geometry: Geometry = geometry(p)
         self.step_size = p.step_size if p.step_size is not None else suggested_step_size(p, self.geometry)
         self._scheme = SCHEMES[p.integrator]
-        self._kernel = entry_point(self._scheme.advance, SIGNATURE)
+        damped = isinstance(p.law, Dissipative)
+        self._kernel = entry_point(self._scheme.advance_damped if damped else self._scheme.advance, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
         width = table.row_width(p.grains)
         last = table.FREE_ROW + self._scheme.history_rows
@@ -284,7 +285,7 @@ class Chain(Component):
         carried = self._table[table.V, behind : behind + 5]
         work, lost = self._input_work(), float(self._table[table.LOST].sum() + carried[4])
         impulse = float(tally[table.IMPULSE_LEFT] + tally[table.IMPULSE_RIGHT] + carried[2] + carried[3])
-        impulse += self._weight.sum() * self.time
+        impulse += float(self._weight.sum()) * self.time
         return Ledger(
             kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=lost, fracture_energy=0.0, input_work=work,
             energy_residual=kinetic + potential + lost - float(tally[table.START_ENERGY]) - work,

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..jit import inlined, jit
-from .laws import dispatch, elastic_plastic
+from .laws import dispatch, elastic_plastic, hertz
 from .table import (
     DISSIPATION,
     ELASTIC,
@@ -46,6 +46,7 @@ from .table import (
     SMALLEST_OVERLAP,
     SPEED_LIMIT,
     STEP,
+    STIFFNESS,
     TALLY,
     WORK_LEFT,
     WORK_RIGHT,
@@ -67,10 +68,17 @@ def overlap(a, u, j):
     return a[u, j] - a[u, j + 1] + a[REST, j]
 
 
-@jit
+@inlined
 def contact(a, u, j):
     """Elastic force in contact j."""
-    return dispatch.force(int(a[SCALARS, ELASTIC]), a, j, overlap(a, u, j))
+    elastic = a[SCALARS, ELASTIC]
+    return hertz.force(a[STIFFNESS, j], overlap(a, u, j)) if elastic == HERTZ else _contact_of_law(int(elastic), a, u, j)
+
+
+@jit
+def _contact_of_law(elastic, a, u, j):
+    """`contact` of any law. A function of its own, because short chains feel what lies in their loop."""
+    return dispatch.force(elastic, a, j, overlap(a, u, j))
 
 
 @jit

@@ -18,13 +18,15 @@ class Scheme:
 
     Attributes:
         advance: the kernel.
-        order: of the error while no contact opens or closes.
+        advance_damped: the kernel where contacts dissipate; the same for schemes that do not tell forces apart.
+        order: of the error while no contact opens or closes; 2 at most for damped compositions.
         forces: force evaluations of a step (a trial's, where it is adaptive).
         history_rows: rows of state it needs beyond displacement, velocity and peak.
         scratch_rows: rows of scratch it needs.
     """
 
     advance: Callable[..., Any]
+    advance_damped: Callable[..., Any]
     order: int
     forces: int
     history_rows: int
@@ -36,9 +38,23 @@ class Scheme:
 SIGNATURE = "int64(float64[:, ::1], float64[:, ::1], int64, float64, float64, int64, int64)"
 
 SCHEMES = {
-    "pefrl": Scheme(compositions.advance_pefrl, 4, 4, compositions.HISTORY_ROWS, compositions.SCRATCH_ROWS),
-    "leapfrog": Scheme(compositions.advance_leapfrog, 2, 1, compositions.HISTORY_ROWS, compositions.SCRATCH_ROWS),
-    "rk4": Scheme(runge_kutta.advance_rk4, 4, 4, runge_kutta.HISTORY_ROWS, runge_kutta.SCRATCH_ROWS),
-    "hamming": Scheme(hamming.advance_hamming, 5, 2, hamming.HISTORY_ROWS, hamming.SCRATCH_ROWS),
-    "dop853": Scheme(dop853.advance_dop853, 8, 12, dop853.HISTORY_ROWS, dop853.SCRATCH_ROWS),
+    "pefrl": Scheme(
+        compositions.advance_pefrl,
+        compositions.advance_damped_pefrl,
+        4,
+        4,
+        compositions.HISTORY_ROWS,
+        compositions.SCRATCH_ROWS,
+    ),
+    "leapfrog": Scheme(
+        compositions.advance_leapfrog,
+        compositions.advance_damped_leapfrog,
+        2,
+        1,
+        compositions.HISTORY_ROWS,
+        compositions.SCRATCH_ROWS,
+    ),
+    "rk4": Scheme(runge_kutta.advance_rk4, runge_kutta.advance_rk4, 4, 4, runge_kutta.HISTORY_ROWS, runge_kutta.SCRATCH_ROWS),
+    "hamming": Scheme(hamming.advance_hamming, hamming.advance_hamming, 5, 2, hamming.HISTORY_ROWS, hamming.SCRATCH_ROWS),
+    "dop853": Scheme(dop853.advance_dop853, dop853.advance_dop853, 8, 12, dop853.HISTORY_ROWS, dop853.SCRATCH_ROWS),
 }

@@ -19,7 +19,6 @@ from ...jit import inlined, jit
 from .. import kernels
 from ..laws import dispatch, elastic_plastic
 from ..table import (
-    DISSIPATION,
     ELASTIC,
     FREE,
     FREE_ROW,
@@ -35,7 +34,6 @@ from ..table import (
     LEFT_MASS,
     LEFT_STATIC,
     LIMIT,
-    NONE,
     PEAK,
     PISTON,
     PLASTIC,
@@ -89,7 +87,12 @@ _ONE = np.uint64(1)
 
 
 @inlined
-def _kicked_and_drifted(elastic, watched, a, here, there, kick, drift, f, low, high):
+def _kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, low, high):
+    """Grains low..high-1: v += kick ((f_left - f_right) / m + gravity), u_there = u_here + drift v.
+
+    f enters as the force left of `low`, and leaves as that left of `high`. Where `watched`, once a step, peaks are kept,
+    and whether an overlap is above its limit is returned.
+    """
     fall = kick * a[SCALARS, GRAVITY]
     passed = False
     if elastic == POWER:
@@ -99,7 +102,9 @@ def _kicked_and_drifted(elastic, watched, a, here, there, kick, drift, f, low, h
     for i in range(np.uint64(low), np.uint64(high)):
         d = a[here, i] - a[here, i + _ONE] + a[REST, i]
         g = a[GRIP, i] if elastic == POWER else dispatch.force(elastic, a, i, d)
-        v = (a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)) + fall
+        v = a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)
+        if falling:
+            v += fall
         a[V, i] = v
         a[there, i] = a[here, i] + drift * v
         f = g
@@ -111,20 +116,14 @@ def _kicked_and_drifted(elastic, watched, a, here, there, kick, drift, f, low, h
     return f, passed
 
 
-@inlined
-def _kick_and_drift(elastic, watched, a, here, there, kick, drift, f, low, high):
-    """Grains low..high-1: v += kick ((f_left - f_right) / m + gravity), u_there = u_here + drift v.
-
-    f enters as the force left of `low`, and leaves as that left of `high`. Where `watched`, once a step, peaks are kept,
-    and whether an overlap is above its limit is returned. One branch for each law, so that each has a loop of its own.
-    """
+@jit
+def _stage_of_law(elastic, watched, a, here, there, kick, drift, f, low, high):
+    """`_kick_and_drift` of any law. A function of its own, because short chains feel what lies in their loop."""
     if elastic == HERTZ:
-        if watched:
-            return _kicked_and_drifted(HERTZ, True, a, here, there, kick, drift, f, low, high)
-        return _kicked_and_drifted(HERTZ, False, a, here, there, kick, drift, f, low, high)
+        return _kick_and_drift(HERTZ, True, watched, a, here, there, kick, drift, f, low, high)
     if elastic == POWER:
-        return _kicked_and_drifted(POWER, watched, a, here, there, kick, drift, f, low, high)
-    return _kicked_and_drifted(PLASTIC, watched, a, here, there, kick, drift, f, low, high)
+        return _kick_and_drift(POWER, True, watched, a, here, there, kick, drift, f, low, high)
+    return _kick_and_drift(PLASTIC, True, watched, a, here, there, kick, drift, f, low, high)
 
 
 @jit
@@ -155,6 +154,7 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
     """Advance the grains from left_edge to right_edge - 1 by `ticks`, the range moving left by `shift` grains a stage."""
     n, stages = int(a[SCALARS, GRAINS]), len(kicks)
     h, gravity, elastic = a[SCALARS, STEP], a[SCALARS, GRAVITY], int(a[SCALARS, ELASTIC])
+    plain = elastic == HERTZ and gravity == 0.0
     left_piston, left_free = a[SCALARS, LEFT_KIND] == PISTON, a[SCALARS, LEFT_KIND] == FREE
     right_piston, right_free = a[SCALARS, RIGHT_KIND] == PISTON, a[SCALARS, RIGHT_KIND] == FREE
     here, there = U, _OTHER_U
@@ -214,8 +214,14 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                         f = push
                     impulse_left = kernels.added(impulse_left, kick * f)
                     bad |= s == 0 and _watch(a, here, 0)
-                f, over = _kick_and_drift(elastic, s == 0, a, here, there, kick, drift, f, low, min(high, n))
-                bad |= over
+                if not plain:
+                    f, over = _stage_of_law(elastic, s == 0, a, here, there, kick, drift, f, low, min(high, n))
+                    bad |= over
+                elif s == 0:
+                    f, over = _kick_and_drift(HERTZ, False, True, a, here, there, kick, drift, f, low, min(high, n))
+                    bad |= over
+                else:
+                    f, _ = _kick_and_drift(HERTZ, False, False, a, here, there, kick, drift, f, low, min(high, n))
                 if high == n + 1:
                     g, pull, last = kernels.contact(a, here, n), 0.0, a[V, n]
                     if right_free:
@@ -298,20 +304,28 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, damped, drifts, ki
 @jit
 def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
-    if a[SCALARS, DISSIPATION] != NONE:
-        return _advance(
-            a, drive, left_pieces, left, right, tick, ticks, True,
-            _DAMPED_PEFRL_DRIFTS, _DAMPED_PEFRL_KICKS, _DAMPED_PEFRL_PASSED,
-        )  # fmt: skip
     return _advance(a, drive, left_pieces, left, right, tick, ticks, False, _PEFRL_DRIFTS, _PEFRL_KICKS, _PEFRL_PASSED)
+
+
+@jit
+def advance_damped_pefrl(a, drive, left_pieces, left, right, tick, ticks):
+    """`advance_pefrl` where contacts dissipate. A function of its own: each is compiled when it is wanted."""
+    return _advance(
+        a, drive, left_pieces, left, right, tick, ticks, True,
+        _DAMPED_PEFRL_DRIFTS, _DAMPED_PEFRL_KICKS, _DAMPED_PEFRL_PASSED,
+    )  # fmt: skip
 
 
 @jit
 def advance_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
-    if a[SCALARS, DISSIPATION] != NONE:
-        return _advance(
-            a, drive, left_pieces, left, right, tick, ticks, True,
-            _DAMPED_LEAPFROG_DRIFTS, _DAMPED_LEAPFROG_KICKS, _DAMPED_LEAPFROG_PASSED,
-        )  # fmt: skip
     return _advance(a, drive, left_pieces, left, right, tick, ticks, False, _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED)
+
+
+@jit
+def advance_damped_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
+    """`advance_leapfrog` where contacts dissipate."""
+    return _advance(
+        a, drive, left_pieces, left, right, tick, ticks, True,
+        _DAMPED_LEAPFROG_DRIFTS, _DAMPED_LEAPFROG_KICKS, _DAMPED_LEAPFROG_PASSED,
+    )  # fmt: skip

@@ -21,7 +21,7 @@ from ...errors import ParameterError
 from ...jit import inlined, jit
 from ...roots import two_thirds_power
 from ..fields import Positive, field
-from ..table import CONTACT, DEEPEST, GRAINS, LOST, PLASTIC, RESIDUAL, REST, SCALARS, SMALLEST_OVERLAP, STIFFNESS, UNLOADING
+from ..table import CONTACT, DEEPEST, GRAINS, LOST, PLASTIC, RESIDUAL, REST, SCALARS, STIFFNESS, UNLOADING
 from . import hertz
 from .law import FloatArray, Law
 
@@ -104,21 +104,7 @@ def yielded(a, j, d):
     work = k * root * ((0.75 * (d + before) - 0.5 * root * root) * (d - before))
     loaded = k * root * (1.5 * d - 0.5 * root * root)
     unloading = k * sqrt(k * (d * sqrt(d)) / loaded)
-    elastic = _two_thirds_power(loaded / unloading)
+    # (F / k_u)^(2/3), which k_u = k sqrt(k d^1.5 / F) makes a quotient.
+    elastic = loaded / (k * sqrt(d))
     a[DEEPEST, j], a[UNLOADING, j], a[RESIDUAL, j] = d, unloading, d - elastic
     a[LOST, j] += stored + work - hertz.energy(unloading, elastic)
-
-
-@jit
-def _two_thirds_power(value):
-    """value^(2/3) for value >= 0, by Newton's iteration on y sqrt(y) = value, which comes down on the root from above."""
-    if value < SMALLEST_OVERLAP:
-        return 0.0
-    root = 1.0 + value
-    for _ in range(200):
-        slope = sqrt(root)
-        better = root - (root * slope - value) / (1.5 * slope)
-        if better >= root:
-            break
-        root = better
-    return root
