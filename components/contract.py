@@ -92,7 +92,7 @@ class Ledger:
 
 _LEDGER_VARIABLES = (
     ("kinetic_energy", "J", "kinetic energy"),
-    ("potential_energy", "J", "stored elastic energy"),
+    ("potential_energy", "J", "stored energy: elastic, and of the weight where there is gravity"),
     ("dissipated_energy", "J", "energy lost to dissipation since the reset"),
     ("fracture_energy", "J", "energy spent on fracture since the reset"),
     ("input_work", "J", "work done by inputs and boundaries since the reset"),

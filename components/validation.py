@@ -42,6 +42,11 @@ def _telling(faults: list[Any]) -> list[Any]:
 
 def _sentence(fault: Any, model: type[BaseModel]) -> str:
     place = [str(part) for part in fault["loc"] if not _is_union_tag(part, model)]
+    table = getattr(model, "tables", {}).get(place[0], {}) if place else {}
+    if len(place) > 1 and place[1] in table:
+        # A table that its own `name` chose: people wrote neither that tag nor the fields of the model around it.
+        inner = _sentence({**fault, "loc": tuple(place[2:])}, table[place[1]])
+        return f"{place[0]}: {inner}" if len(place) == 2 else f"{place[0]}.{inner}"
     name = ".".join(place) or "parameters"
     if fault["type"] == "extra_forbidden":
         advice = nearest(str(fault["loc"][-1]), model.model_fields) if len(fault["loc"]) == 1 else "remove it"
@@ -102,7 +107,7 @@ def _index(name: str, key: Any, shape: tuple[int, ...]) -> int:
         raise ParameterError(f"{name}: got {{index: value}} for shape {shape}, expected a number or an array of that shape")
     length = shape[0]
     try:
-        index = int(key)
+        index = int(key if not isinstance(key, bool) else "")
     except (TypeError, ValueError, OverflowError) as error:
         raise ParameterError(f"{name}: got the index {shortened(key)}, expected a whole number") from error
     if not -length <= index < length or (isinstance(key, float) and key != index):

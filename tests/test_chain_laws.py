@@ -240,6 +240,41 @@ def test_a_step_that_dissipation_outruns_is_told() -> None:
     assert figure == pytest.approx(1e3 * 5e-8 / mass) and "dissipation" not in sentence
 
 
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("law", [{"name": "viscous", "dissipation": 3000.0}, {"name": "kuwabara_kono", "dissipation": 1e7}])
+def test_the_suggested_step_resolves_the_dissipation(law: dict, integrator: str) -> None:
+    chain = ge.Chain(grains=12, law=law, integrator=integrator, right="plane", velocity_scale=1.0)
+    chain.reset(velocity={0: 1.0})
+    chain.step(1e-5)
+    ledger = chain.ledger()
+    assert abs(ledger.energy_residual) < 2e-3 * ledger.dissipated_energy
+    assert "dissipation" not in " ".join(chain.cautions())
+
+
+@pytest.mark.parametrize("integrator", ["rk4", "hamming"])
+def test_an_explicit_scheme_refuses_a_dissipation_that_would_blow_it_up(integrator: str) -> None:
+    chain = ge.Chain(
+        grains=12, law={"name": "viscous", "dissipation": 3000.0}, integrator=integrator, step_size=5e-7, right="plane"
+    )
+    chain.reset(velocity={0: 1.0})
+    with pytest.raises(ge.StepError, match="dissipation would stop 3.4 times .* smaller step_size"):
+        chain.step(2e-4)
+    assert chain.time == 0.0
+
+
+def test_reports_are_those_of_the_law() -> None:
+    """Only spheres have a contact pressure, and plastic ones none above that at which they yield."""
+    cone = ge.Chain(grains=12, law={"name": "power", "exponent": 2.5}, contact_stiffness=1e13, right="plane")
+    plastic = ge.Chain(grains=12, law={"name": "elastic_plastic", "yield_pressure": 1e9})
+    for chain in (cone, plastic):
+        chain.reset(velocity={0: 1.0})
+        chain.step(1e-4)
+    assert math.isnan(cone.validity().peak_pressure) and "pressure" not in " ".join(cone.cautions())
+    assert cone.validity().forces_per_contact > 60.0
+    assert plastic.validity().peak_pressure == pytest.approx(1e9)
+    assert plastic.validity().pressure_to_yield > 1.0 and "deform plastically" not in " ".join(plastic.cautions())
+
+
 def test_no_dissipation_is_hertz() -> None:
     plain, damped = (
         ge.Chain(grains=10, law=law, step_size=1e-7) for law in ("hertz", {"name": "kuwabara_kono", "dissipation": 0.0})

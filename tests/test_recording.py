@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
@@ -142,8 +143,25 @@ def test_parts_of_a_long_step_that_were_written_are_a_segment_of_their_own_if_it
     log = open_log(tmp_path / "a.mcap")
     first, second = log.segments
     assert first.start == 0 and first.end > 100 and (second.start, second.end) == (100, 150)
-    assert [event["event"] for event in log.metadata["events"]] == ["failed"]
+    (event,) = log.metadata["events"]
+    # What had been written of the step, and then undone.
+    assert event["event"] == "failed" and event["undone_ticks"] == first.end - 100
     assert verify(log).identical
+
+
+def test_the_film_has_no_pictures_of_a_step_that_was_undone(tmp_path: Path) -> None:
+    component = catalogue.make("chain", **CHAIN)
+    h = component.step_size
+    with record(component, tmp_path / "a.mcap", every=h):
+        component.reset(velocity={0: 1.0})
+        component.step(100 * h)
+        with pytest.raises(StepError):
+            component.step(2000 * h, left_force=Profile.triangle(2e5, 4000 * h, rise=3999 * h))
+        component.step(50 * h, left_force=0.0)
+    with open(tmp_path / "a.mcap", "rb") as file:
+        times = [message.log_time for _, _, message in make_reader(file).iter_messages(topics=["/particles"])]
+    # Thinned, as the step that was undone once made it; in the order of time, and to the end.
+    assert times == sorted(set(times)) and len(times) > 70 and times[-1] == pytest.approx(150 * h * 1e9, abs=2 * h * 1e9)
 
 
 def test_a_long_step_is_written_while_it_lasts(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001

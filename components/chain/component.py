@@ -108,6 +108,12 @@ class Chain(Component):
         adaptive = self.parameters.integrator == "dop853"
         wanted[chain.real] = np.inf if adaptive else seen(_WANTED_FORCES)
         refused[chain.real] = deep if adaptive else np.minimum(deep, seen(_LEAST_FORCES))
+        law = self.parameters.law
+        if isinstance(law, Dissipative) and not adaptive:
+            constants, whole = chain.contact[chain.real], chain.reduced_mass[chain.real] / self.step_size
+            wanted[chain.real] = np.minimum(wanted[chain.real], law.overlap_of(constants, _STOPPED_IN_A_STEP * whole))
+            if self._scheme.advance is self._scheme.advance_damped:  # an explicit scheme would become unstable
+                refused[chain.real] = np.minimum(refused[chain.real], law.overlap_of(constants, whole))
         return wanted, refused
 
     # -- the contract -----------------------------------------------------------------------------------------------
@@ -261,10 +267,15 @@ class Chain(Component):
             radius = float(self.geometry.smaller_radius[self.geometry.real][index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
-                f"that is {value / radius:.2g} radii, Hertz's law is for small overlaps: load less, or raise overlap_limit"
-                if deep
-                else f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
-                f"(now {self.step_size:g} s) or give the velocity_scale of the run"
+                self._dissipation_sentence()
+                if self._stopped_in_a_step() > 1.0
+                else (
+                    f"that is {value / radius:.2g} radii, contact laws are for small overlaps: load less, "
+                    "or raise overlap_limit"
+                    if deep
+                    else f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
+                    f"(now {self.step_size:g} s) or give the velocity_scale of the run"
+                )
             )
         else:
             value, limit = float(self.get(name)[index]), float(self._table[table.SCALARS, table.SPEED_LIMIT])
@@ -325,7 +336,7 @@ class Chain(Component):
         """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
         places = self.geometry.real
         return Validity.of(
-            self.geometry, self._table[table.PEAK][: self.parameters.grains + 1][places],
+            self.geometry, self.parameters.law, self._table[table.PEAK][: self.parameters.grains + 1][places],
             self._scheme.forces / self.step_size,
             wanted_forces=_WANTED_FORCES, adaptive=self.parameters.integrator == "dop853",
         )  # fmt: skip
@@ -339,13 +350,16 @@ class Chain(Component):
 
     def cautions(self) -> list[str]:
         """A sentence for each assumption that the run so far has left behind."""
-        said, stopped = self.validity().cautions(), self._stopped_in_a_step()
-        if stopped > _STOPPED_IN_A_STEP and self.parameters.integrator != "dop853":
-            said.append(
-                f"dissipation would stop {stopped:.2g} times the approach of a contact in a step, less than "
-                f"{_STOPPED_IN_A_STEP:g} is wanted: take a smaller step_size (now {self.step_size:g} s)"
-            )
+        said = self.validity().cautions()
+        if self._stopped_in_a_step() > _STOPPED_IN_A_STEP and self.parameters.integrator != "dop853":
+            said.append(self._dissipation_sentence())
         return said
+
+    def _dissipation_sentence(self) -> str:
+        return (
+            f"dissipation would stop {self._stopped_in_a_step():.2g} times the approach of a contact in a step, less than "
+            f"{_STOPPED_IN_A_STEP:g} is wanted: take a smaller step_size (now {self.step_size:g} s)"
+        )
 
     def _stopped_in_a_step(self) -> float:
         """C h / m* of the contact where it was largest, 0 without dissipation."""
@@ -357,6 +371,8 @@ class Chain(Component):
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
     def _resolution_sentence(self) -> str:
+        if self._stopped_in_a_step() > _STOPPED_IN_A_STEP:
+            return self._dissipation_sentence()
         validity = self.validity()
         return (
             f"contacts get {validity.forces_per_contact:.0f} force evaluations, about {_WANTED_FORCES:.0f} are wanted: "

@@ -14,6 +14,7 @@ from ..powers import power
 from ..roots import fifth_root, round_down_to_125
 from .arrangements.random_radii import drawn
 from .equilibrium import static_forces
+from .laws import Dissipative
 from .parameters import WALLS, ChainParameters, UniformRadii
 
 FloatArray = npt.NDArray[np.float64]
@@ -22,6 +23,8 @@ FloatArray = npt.NDArray[np.float64]
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
 # Largest step x angular frequency under precompression.
 _STEP_TIMES_FREQUENCY = 0.5
+# Largest step x (dissipation / mass): a part of what the chain warns of.
+_STEP_TIMES_DISSIPATION = 0.2
 _STEP_WITHOUT_CONTACTS = 1e-6
 # Masses and stiffnesses outside of this range are slips of units, and their powers would leave the range of a float.
 _SMALLEST, _LARGEST = 1e-60, 1e60
@@ -121,7 +124,19 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry) -> float:
         frequency = math.sqrt(float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass)))
         # Too faint a force to be felt gives no frequency, and no limit.
         step = min(step, _STEP_TIMES_FREQUENCY / frequency) if frequency > 0.0 else step
+    if isinstance(parameters.law, Dissipative):
+        rate = _dissipation_rate(parameters.law, chain, parameters.velocity_scale)
+        step = min(step, _STEP_TIMES_DISSIPATION / rate) if rate > 0.0 else step
     return round_down_to_125(step)
+
+
+def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
+    """C / m* of the contact that dissipates fastest, at the overlap of a collision at that speed [1/s]."""
+    real = chain.real
+    moved = np.isfinite(chain.reduced_mass[real])
+    mass, stiffness = chain.reduced_mass[real][moved], chain.stiffness[real][moved]
+    overlap = np.array([power(ratio, 0.4) for ratio in (1.25 * speed * speed) * mass / stiffness])
+    return float(np.max(law.coefficients(chain.contact[real][moved], overlap) / mass, initial=0.0))
 
 
 def _collision_time(mass_by_stiffness: float, speed: float, growth: float) -> float:

@@ -40,7 +40,7 @@ class ChainParameters(Parameters):
     )
     contact_stiffness: Positive | list[Positive] | None = _field(
         None,
-        "Hertz stiffness k of F = k overlap^1.5 instead of the materials': one for all, or one for each contact",
+        "k of F = k overlap^1.5 instead of the materials' (law power: of k overlap^p): one for all, or one for each contact",
         "N/m^1.5",
     )
     law: AnyLaw = _field(Hertz(), "contact law: its name, or a table of its name and parameters", "1")

@@ -13,7 +13,9 @@ import numpy as np
 
 from .geometry import FloatArray, Geometry
 from .laws.elastic_plastic import YIELD_PRESSURE
+from .laws.law import Law
 from .theory import duration_of_overlap
+from .theory.collisions import duration_times_frequency
 
 # Beyond these a run is told so: a/R at which Hertz's parabola is off by about 1 %, and ten oscillations of a grain.
 _SMALL_CONTACT = 0.1
@@ -26,7 +28,7 @@ class Validity:
 
     Attributes:
         peak_pressure: largest pressure in the middle of a contact, 3F / (2 pi a^2) [Pa].
-        pressure_to_yield: the largest ratio to the pressure at which the softer side yields, NaN where no strength is known.
+        pressure_to_yield: the largest ratio of Hertz's pressure to that of the softer side's yield, NaN where that is unknown.
         contact_radius_ratio: largest a/R, a = sqrt(R* d), R the smaller radius.
         slowness: smallest tau/T, tau the duration of the collision that gives the peak overlap.
         forces_per_contact: force evaluations in the shortest collision.
@@ -39,26 +41,37 @@ class Validity:
     forces_per_contact: float
     wanted_forces: float
     adaptive: bool
+    plastic: bool = False
 
     @staticmethod
-    def of(chain: Geometry, peak: FloatArray, force_rate: float, *, wanted_forces: float, adaptive: bool) -> Validity:
-        """From the largest overlap of each contact, shape (contacts,) [m], and force evaluations per second."""
+    def of(chain: Geometry, law: Law, peak: FloatArray, force_rate: float, *, wanted_forces: float, adaptive: bool) -> Validity:
+        """From the largest overlap of each contact, shape (contacts,) [m], and force evaluations per second.
+
+        Only spheres have a pressure and a contact radius; plastic ones no pressure above that at which they yield.
+        """
         if not np.any(peak > 0.0):
             return Validity(math.nan, math.nan, math.nan, math.nan, math.nan, wanted_forces, adaptive)
         places = np.flatnonzero(peak > 0.0)
         peak, real = peak[places], np.arange(len(chain.stiffness))[chain.real][places]
         stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
+        duration = _duration(chain.reduced_mass[real], stiffness, peak, law.growth)
+        if law.growth != 1.5:
+            slowness, forces = float((duration / _oscillation(chain)[real]).min()), float(duration.min() * force_rate)
+            return Validity(math.nan, math.nan, math.nan, slowness, forces, wanted_forces, adaptive)
         # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
         pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
-        duration = duration_of_overlap(chain.reduced_mass[real], stiffness, peak)
+        limit = _yield_pressure(chain)[real]
+        if law.has_history:
+            limit = 1.5 / math.pi * stiffness * chain.contact[real] / radius
         return Validity(
-            peak_pressure=float(pressure.max()),
-            pressure_to_yield=float((pressure / _yield_pressure(chain)[real]).max()),
+            peak_pressure=float((np.minimum(pressure, limit) if law.has_history else pressure).max()),
+            pressure_to_yield=float((pressure / limit).max()),
             contact_radius_ratio=float((np.sqrt(radius * peak) / chain.smaller_radius[real]).max()),
             slowness=float((duration / _oscillation(chain)[real]).min()),
             forces_per_contact=float(duration.min() * force_rate),
             wanted_forces=wanted_forces,
             adaptive=adaptive,
+            plastic=law.has_history,
         )
 
     def figures(self) -> dict[str, float]:
@@ -74,7 +87,7 @@ class Validity:
     def cautions(self) -> list[str]:
         """A sentence for every assumption that was left."""
         said = []
-        if self.pressure_to_yield > 1.0:
+        if self.pressure_to_yield > 1.0 and not self.plastic:
             said.append(
                 f"the contact pressure reached {self.peak_pressure:.3g} Pa, {self.pressure_to_yield:.2g} times that of first "
                 "yield: real grains would deform plastically"
@@ -100,6 +113,13 @@ class Validity:
 def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """What lies left and right of each contact; a wall counts as the grain it touches."""
     return np.concatenate((values[:1], values)), np.concatenate((values, values[-1:]))
+
+
+def _duration(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, growth: float) -> FloatArray:
+    """Of the collisions that have these largest overlaps, the loss left out, shape (contacts,) [s]."""
+    if growth == 1.5:
+        return np.asarray(duration_of_overlap(reduced_mass, stiffness, overlap))
+    return duration_times_frequency(growth) / np.sqrt(growth * stiffness * overlap ** (growth - 1.0) / reduced_mass)
 
 
 def _yield_pressure(chain: Geometry) -> FloatArray:

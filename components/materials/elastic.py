@@ -20,7 +20,7 @@ class Material(BaseModel):
     yield_strength: float | None = Field(
         default=None,
         gt=0.0,
-        description="yield strength in compression, for a run's validity figures only",
+        description="yield strength in compression, for validity figures and the contact law elastic_plastic",
         json_schema_extra={"unit": "Pa"},
     )
 

@@ -114,8 +114,8 @@ class Recorder:
         self._profiles, self._parameters = Profiles(), parameter_digests(component)
         self._batch = self._inside = Batch(-1, 0, 0)
         self._pool = Pool()
-        # Ticks of the step under way that have been handed over.
-        self._parts = 0
+        # Ticks of the step under way that have been handed over; frames that no failure takes back.
+        self._parts = self._taken_frames = 0
         self._sink = Sink(path, file)
         self._write_header(experiment, parent)
         self._due = perf_counter() + _WAIT_SECONDS
@@ -155,7 +155,8 @@ class Recorder:
         """
         if not self._closed and self._error is None:
             self._look(component, self._inside)
-            if self._inside.size > _WAKE_BYTES or perf_counter() > self._due:
+            # By size alone: what a log holds must not depend on how fast the machine was.
+            if self._inside.size > _WAKE_BYTES:
                 self._take_part(component)
         self._set_next(component.tick)
 
@@ -197,11 +198,14 @@ class Recorder:
         if self._inside:
             batch.take(self._inside)
             self._inside = Batch(batch.segment, 0, 0)
+        self._taken_frames = self._frames
 
     def failed(self, component: Component, error: BaseException) -> None:
         """Forget what was seen inside the step that failed, unless its parts were handed over; keep the reason."""
         with self._lock:
             self._inside = Batch(self._batch.segment, 0, 0)
+            self._frames = self._taken_frames
+            self._track.forget_from(self._frames)
             self._note("interrupted" if isinstance(error, KeyboardInterrupt) else "failed", error)
             if self._parts:
                 self._parts = 0
@@ -262,6 +266,7 @@ class Recorder:
         self._batch.hashes.append((tick, hash_row(component, self._state, self._inputs)))
         if self._schedule.is_frame(tick, self._before):
             self._take_frame(component, self._batch)
+        self._taken_frames = self._frames
         self._set_all_next(tick)
 
     def _look(self, component: Component, into: Batch) -> None:
@@ -313,7 +318,7 @@ class Recorder:
 
     def _note(self, event: str, error: BaseException) -> None:
         tick = self._expected
-        content = {"event": event, "kind": type(error).__name__, "message": str(error)[:4000]}
+        content = {"event": event, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": self._parts}
         self._waiting.append(Record(EVENTS, 0, self._segment, tick, tick, 1, 0, content, {}))
 
     def _hurry(self) -> None:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Tag
 
-from ...errors import nearest
+from ...errors import nearest, shortened
 from .elastic_plastic import ElasticPlastic
 from .hertz import Hertz
 from .kuwabara_kono import KuwabaraKono
@@ -36,6 +36,8 @@ def _by_name(given: Any) -> Any:
         name = given.get("name")
         if not isinstance(name, str) or name not in LAWS:
             raise ValueError(f"name: got {name!r}; {nearest(str(name), LAWS)}")
+    elif not isinstance(given, Law):
+        raise ValueError(f"got {shortened(given)}, expected the name of a law ({', '.join(LAWS)}) or a table with its name")
     return given
 
 

@@ -29,6 +29,12 @@ class KuwabaraKono(Dissipative):
         """Gamma sqrt(d)."""
         return constants * np.sqrt(overlap)
 
+    def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
+        """(coefficient / gamma)^2."""
+        with np.errstate(divide="ignore", over="ignore"):
+            root = coefficients / constants
+            return root * root
+
 
 @inlined
 def coefficient(gamma, d):

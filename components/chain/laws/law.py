@@ -58,3 +58,7 @@ class Dissipative(Law, ABC):
     @abstractmethod
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Force per speed of approach at an overlap, shape (contacts,) [N s/m]."""
+
+    @abstractmethod
+    def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
+        """The overlap beyond which force per speed is above `coefficients`; 0: at once, inf: never; shape (contacts,) [m]."""

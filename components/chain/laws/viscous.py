@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+
 from ...jit import inlined
 from ..fields import NotNegative, field
 from ..table import HERTZ, VISCOUS
@@ -25,6 +27,10 @@ class Viscous(Dissipative):
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """The dissipation itself."""
         return constants
+
+    def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
+        """At once, or never."""
+        return np.where(constants > coefficients, 0.0, np.inf)
 
 
 @inlined
