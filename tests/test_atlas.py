@@ -74,7 +74,9 @@ def test_the_verdict_of_several_values():
     assert combined([near, no]).words == "in part: b: yes to 0.06 %; c: no, 1 off"
     assert combined([no, silent]).words == "not reproduced: 1 off"
     assert combined([drawn, drawn]).words == "as bands: the paper’s draw at percentile 50, 50"
-    assert combined([drawn, no]).kind == "as bands"
+    assert combined([drawn, yes]).kind == "as bands"
+    assert combined([drawn, no]).kind == combined([drawn, yes, no]).kind == "in part"
+    assert combined([drawn, no]).words == "in part: e: at percentile 50; c: no, 1 off"
     assert combined([silent]).kind == "no figure"
 
 
@@ -129,6 +131,7 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
         (["nesterenko-1984"], "did you mean 'nesterenko-1983'?"),
         (["nesterenko-1983", "--set", "B=1"], "constant 'B': nesterenko-1983 has none of that name"),
         (["nesterenko-1983", "--set", "N=3"], "constant 'N': got 3, expected a whole number from 40 to 300"),
+        (["nesterenko-1983", "--set", "N=3"], "from 40 to 300: grains of"),
         (["nesterenko-1983", "--set", "N=50.5"], "expected a whole number"),
         (["nesterenko-1983", "--set", "A=much"], "constant 'A': got 'much', expected a number"),
         (["nesterenko-1983", "--set", "A=nan"], "constant 'A': got nan, expected a number"),
