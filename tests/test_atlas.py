@@ -136,6 +136,7 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
         (["nesterenko-1983", "--set", "A=much"], "constant 'A': got 'much', expected a number"),
         (["nesterenko-1983", "--set", "A=nan"], "constant 'A': got nan, expected a number"),
         (["nesterenko-1983", "--only", "3.4-pistol"], "did you mean '3.4-piston'?"),
+        (["nesterenko-1983", "--only", "3.4-piston", "--only", "3.4-piston"], "entry '3.4-piston': named 2 times"),
         (["nesterenko-1983", "--processes", "0"], "processes: got 0"),
         (["nesterenko-1983", "--out", "/dev/null/atlas", "--only", "2-continuum"], "cannot write the atlas"),
     ],
@@ -143,7 +144,8 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
 def test_wrong_arguments_are_named(arguments, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["atlas", *arguments]) == 2
-    assert words in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert words in said and not said.startswith("\n")
     assert not (tmp_path / "atlas").exists()
 
 

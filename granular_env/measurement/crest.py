@@ -49,7 +49,8 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
             rises any higher; 1 counts every maximum.
 
     Raises:
-        ParameterError: shapes that do not fit, values that are not finite, times that do not increase, a threshold that is not positive, a separation outside of (0, 1].
+        ParameterError: shapes that do not fit, values that are not finite, times that do not increase,
+            a threshold that is not positive, a separation outside of (0, 1].
     """
     times, values = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
     if times.ndim != 1 or times.shape != values.shape or not len(times):
