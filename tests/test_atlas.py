@@ -131,7 +131,7 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
         (["nesterenko-1984"], "did you mean 'nesterenko-1983'?"),
         (["nesterenko-1983", "--set", "B=1"], "constant 'B': nesterenko-1983 has none of that name"),
         (["nesterenko-1983", "--set", "N=3"], "constant 'N': got 3, expected a whole number from 40 to 300"),
-        (["nesterenko-1983", "--set", "N=3"], "from 40 to 300: grains of"),
+        (["nesterenko-1983", "--set", "N=3"], "from 40 to 300: grains in"),
         (["nesterenko-1983", "--set", "N=50.5"], "expected a whole number"),
         (["nesterenko-1983", "--set", "A=much"], "constant 'A': got 'much', expected a number"),
         (["nesterenko-1983", "--set", "A=nan"], "constant 'A': got nan, expected a number"),

@@ -155,6 +155,7 @@ REFUSED = [
     (5, {"arrangement": {"name": "tapered", "first_radius": R}}, "taper: got neither of taper and last_radius"),
     (5, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 0.1, "last_radius": R}}, "taper: got both of"),
     (5, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 1.0}}, "arrangement: taper: got 1.0, expected less"),
+    (5, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 0.999999}}, "arrangement: taper: from number 3 on"),
     (10**8, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 0.1}}, "no grain is larger than 0"),
     (10**8, {"arrangement": {"name": "tapered", "first_radius": R, "taper": -0.1}}, "no grain is of a finite size"),
     (1, {"arrangement": {"name": "tapered", "first_radius": R, "last_radius": 1e-3}}, "last_radius: the chain has one grain"),
