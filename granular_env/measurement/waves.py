@@ -180,7 +180,8 @@ def phase_shifts(
     Raises:
         ParameterError: no wave passes the grain in one of them; or as `waves_at`.
     """
-    given("history", history), given("reference", reference)
+    given("history", history)
+    given("reference", reference)
     seen = [waves_at(run, grain, above, separation, direction) for run in (history, reference)]
     for name, waves in zip(("history", "reference"), seen, strict=True):
         if not waves:
