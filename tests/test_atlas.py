@@ -74,7 +74,9 @@ def test_the_verdict_of_several_values():
     assert combined([near, no]).words == "in part: b: yes to 0.06 %; c: no, 1 off"
     assert combined([no, silent]).words == "not reproduced: 1 off"
     assert combined([drawn, drawn]).words == "as bands: the paper’s draw at percentile 50, 50"
-    assert combined([drawn, no]).kind == "as bands"
+    assert combined([drawn, yes]).kind == "as bands"
+    assert combined([drawn, no]).kind == combined([drawn, yes, no]).kind == "in part"
+    assert combined([drawn, no]).words == "in part: e: at percentile 50; c: no, 1 off"
     assert combined([silent]).kind == "no figure"
 
 
@@ -129,10 +131,12 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
         (["nesterenko-1984"], "did you mean 'nesterenko-1983'?"),
         (["nesterenko-1983", "--set", "B=1"], "constant 'B': nesterenko-1983 has none of that name"),
         (["nesterenko-1983", "--set", "N=3"], "constant 'N': got 3, expected a whole number from 40 to 300"),
+        (["nesterenko-1983", "--set", "N=3"], "from 40 to 300: grains in"),
         (["nesterenko-1983", "--set", "N=50.5"], "expected a whole number"),
         (["nesterenko-1983", "--set", "A=much"], "constant 'A': got 'much', expected a number"),
         (["nesterenko-1983", "--set", "A=nan"], "constant 'A': got nan, expected a number"),
         (["nesterenko-1983", "--only", "3.4-pistol"], "did you mean '3.4-piston'?"),
+        (["nesterenko-1983", "--only", "3.4-piston", "--only", "3.4-piston"], "entry '3.4-piston': named 2 times"),
         (["nesterenko-1983", "--processes", "0"], "processes: got 0"),
         (["nesterenko-1983", "--out", "/dev/null/atlas", "--only", "2-continuum"], "cannot write the atlas"),
     ],
@@ -140,7 +144,8 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
 def test_wrong_arguments_are_named(arguments, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["atlas", *arguments]) == 2
-    assert words in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert words in said and not said.startswith("\n")
     assert not (tmp_path / "atlas").exists()
 
 

@@ -162,6 +162,20 @@ def test_the_shock_solves_its_equation() -> None:
     assert np.abs(second - rest)[10:-10].max() <= 1e-3 * np.abs(second).max()
 
 
+@pytest.mark.parametrize("viscosity", [50.0, 1000.0, 1e6])
+def test_strong_friction_creeps_down_the_hill(viscosity: float) -> None:
+    """Without inertia y' = (y^(3/5) - y - C2 y^(-1/5))/(4/5 mu y^(-2/5)); its own correction is of the order 1/mu^2."""
+    c3 = 0.01
+    wave = theory.shock_wave(c3, viscosity, length=10.0 * viscosity)
+    assert wave.strain_ratio[0] == pytest.approx(theory.shock_ratio(c3), rel=1e-4)
+    assert np.all(np.diff(wave.strain_ratio) <= 1e-8 * theory.shock_ratio(c3))
+    y = wave.y
+    creep = -(y**0.6 - y - 0.8 * c3 * y**-0.2) / (0.8 * viscosity * y**-0.4)
+    rate = CubicSpline(wave.position * math.sqrt(10.0), y)(wave.position * math.sqrt(10.0), 1)
+    behind = wave.position < -0.1 * viscosity
+    assert np.abs(rate - creep)[behind].max() <= (1e-3 + 2.0 / viscosity**2) * np.abs(creep).max()
+
+
 def test_the_paper_s_overshoots() -> None:
     """xi_m/xi_c = (5/4)^2, p_m/p_c = (5/4)^3: the paper's 1.56 and 1.95; a shock into almost no precompression gets there."""
     assert theory.largest_strain(0.3) / theory.shock_strain(0.3) == pytest.approx(theory.STRAIN_OVERSHOOT, rel=1e-12)
@@ -247,6 +261,19 @@ def test_sen_and_manciu_s_shape() -> None:
         (lambda: theory.periodic_wave(0.1, 1.0), "depth: got 1, expected more than 0 and less than 1; at 1 and C3 > 0"),
         (lambda: theory.periodic_wave(0.0, 0.5).strain_ratio, "c3: got 0, where there is no strain xi_0"),
         (lambda: theory.shock_wave(0.1, 0.0), "viscosity: got 0, expected more than 0"),
+        (lambda: theory.shock_wave(5.0 / 27.0 - 1e-12, 0.1), "nearer to 5/27 the shock is so low"),
+        (lambda: theory.periodic_wave(0.185185185185, 1e-6), "depth: got 1e-06 of a well"),
+        (lambda: theory.periodic_wave(0.185185185185, 1.0 - 1e-9), "depth: got 0.999999999 of a well"),
+        (lambda: theory.extremes([0.1, 0.05]), "c3: got an array of shape (2,), expected one number"),
+        (lambda: theory.ratio_of_c3(np.array([0.1])), "c3: got an array of shape (1,)"),
+        (lambda: theory.ratio_of_speed([1.1, 1.2]), "speed: got an array of shape (2,)"),
+        (lambda: theory.shock_ratio([0.1, 0.05]), "c3: got an array of shape (2,)"),
+        (lambda: theory.critical_viscosity([0.1, 0.05]), "c3: got an array of shape (2,)"),
+        (lambda: theory.solitary_wave([0.1, 0.05]), "c3: got an array of shape (2,)"),
+        (lambda: theory.periodic_wave(0.1, [0.1, 0.05]), "depth: got an array of shape (2,)"),
+        (lambda: theory.shock_wave(0.1, [0.1, 0.05]), "viscosity: got an array of shape (2,)"),
+        (lambda: theory.lattice_wave([0.0, 1.0]), "rest_overlap: got an array of shape (2,)"),
+        (lambda: theory.tapered_velocities([0.1, 0.2], 3), "taper: got an array of shape (2,)"),
         (lambda: theory.extremes(-0.01), "c3: got -0.01, expected at least 0"),
         (lambda: theory.extremes(5.0 / 27.0), "beyond 5/27 W has no extremes"),
         (lambda: theory.W(np.array([1.0, -1.0]), 0.1), "y: got -1, expected at least 0"),

@@ -347,3 +347,27 @@ def test_only_chains_are_measured() -> None:
     with pytest.raises(ParameterError, match="got a 'oscillator', expected a chain"):
         measurement.observe(oscillator, 0.1, 0.1)
     oscillator.step(0.01)  # nobody is left looking on
+
+
+def test_what_is_no_history_is_named():
+    chain = ge.make("chain", grains=5)
+    chain.reset(velocity={0: 1.0})
+    seen = measurement.observe(chain, duration=chain.step_size * 10, every=chain.step_size)
+    for call, words in (
+        (lambda: measurement.history(None), "log: got None, expected what granular_env.open_log gives"),
+        (lambda: measurement.history(chain), "watch a chain with measurement.observe"),
+        (lambda: measurement.phase_shifts(seen, None, 2, 0.1), "reference: got None, expected a History"),
+        (lambda: measurement.waves_at(None, 2, 0.1), "history: got None, expected a History"),
+        (lambda: measurement.crests([0.0, 2.0, 1.0], [0.0, 1.0, 0.0], 0.1), "times: they do not increase"),
+        (lambda: measurement.crests([0.0, 1.0, 2.0], [0.0, np.nan, 0.0], 0.1), "values: got nan among them"),
+    ):
+        with pytest.raises(ge.ParameterError, match=words):
+            call()
+
+
+def test_more_frames_than_memory_holds_are_refused_before_a_step():
+    chain = ge.make("chain", grains=1000)
+    chain.reset()
+    with pytest.raises(ge.ParameterError, match=r"1e\+12 frames of 2000 numbers.* GB are available"):
+        measurement.observe(chain, duration=1e12 * chain.step_size, every=chain.step_size)
+    assert chain.time == 0.0

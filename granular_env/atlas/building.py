@@ -103,6 +103,8 @@ def compute(
 def _chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
     known, wanted = {entry.name: entry for entry in paper.entries}, list(only)
     for name in wanted:
+        if wanted.count(name) > 1:
+            raise ParameterError(f"entry {name!r}: named {wanted.count(name)} times; name it once")
         if name not in known:
             raise ParameterError(f"entry {name!r}: {paper.name} has none of that name; {nearest(name, known)}")
     return [entry for entry in paper.entries if not wanted or entry.name in wanted]

@@ -22,7 +22,9 @@ def resolved(paper: Paper, changed: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _checked(name: str, value: Any, constant: Constant) -> float:
-    expected = f"a {'whole ' if constant.whole else ''}number from {constant.low:g} to {constant.high:g} {constant.unit}"
+    expected = (
+        f"a {'whole ' if constant.whole else ''}number from {constant.low:g} to {constant.high:g} {constant.unit}".rstrip()
+    )
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if not number or not math.isfinite(value) or not constant.low <= value <= constant.high:
         raise ParameterError(f"constant {name!r}: got {shortened(value)}, expected {expected}: {constant.description}")

@@ -20,8 +20,12 @@ def telling(paper: Paper, quiet: bool) -> Iterator[Callable[[Entry, float], None
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
+    console = Console(stderr=True)
+    if not console.is_interactive:  # where no bar can be drawn, an empty line would be all that is left of it
+        yield lambda entry, share: None
+        return
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn())
-    with Progress(*columns, TextColumn("{task.fields[last]}"), console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns, TextColumn("{task.fields[last]}"), console=console, transient=True) as bar:
         task = bar.add_task(paper.name, total=1.0, last="")
         yield lambda entry, share: bar.update(task, advance=share, last=f"{entry.section} {entry.title}")
 

@@ -147,7 +147,8 @@ def combined(values: Sequence[Value]) -> Verdict:
     if len(judged) == 1 or kinds == {"in part"}:
         return Verdict("in part", max(judged, key=lambda pair: _relative(pair[0]))[1].words)
     parts = "; ".join(f"{value.label}: {_short(verdict)}" for value, verdict in judged)
-    return Verdict("as bands" if "as bands" in kinds else "in part", f"in part: {parts}")
+    bands = "as bands" in kinds and "not reproduced" not in kinds
+    return Verdict("as bands" if bands else "in part", f"in part: {parts}")
 
 
 def _short(verdict: Verdict) -> str:

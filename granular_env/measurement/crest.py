@@ -49,11 +49,17 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
             rises any higher; 1 counts every maximum.
 
     Raises:
-        ParameterError: shapes that do not fit, a threshold that is not positive, a separation outside of (0, 1].
+        ParameterError: shapes that do not fit, values that are not finite, times that do not increase,
+            a threshold that is not positive, a separation outside of (0, 1].
     """
     times, values = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
     if times.ndim != 1 or times.shape != values.shape or not len(times):
         raise ParameterError(f"crests: got times {times.shape} and values {values.shape}, expected two equal, non-empty (T,)")
+    for name, array in (("times", times), ("values", values)):
+        if not np.isfinite(array).all():
+            raise ParameterError(f"{name}: got {array[~np.isfinite(array)][0]:g} among them, expected finite numbers")
+    if (np.diff(times) <= 0.0).any():
+        raise ParameterError("times: they do not increase; sort them, or give one run without a reset within it")
     return [
         Crest(*top(times, values, peak), float(times[begin]), float(times[end]), _duration(times, values, begin, peak, end))
         for begin, peak, end in ridges(values, above, separation)

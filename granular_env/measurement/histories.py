@@ -187,3 +187,9 @@ class History:
                 "take one further on"
             )
         return place
+
+
+def given(name: str, value: Any) -> None:
+    """`ParameterError` where something else came instead of a history."""
+    if not isinstance(value, History):
+        raise ParameterError(f"{name}: got {shortened(value)}, expected a History; measurement.history or observe makes one")

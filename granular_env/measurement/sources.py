@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..components.contract import Component, FloatArray
-from ..components.errors import LogError, ParameterError
+from ..components.errors import LogError, ParameterError, shortened
 from .checks import whole_number
 from .histories import History
 
@@ -67,8 +67,13 @@ def history(log: Log, segment: int | None = None) -> History:
         segment: which unbroken run, counted from 0, where the chain was reset or restored while it was recorded.
 
     Raises:
+        ParameterError: it is no log at all.
         LogError: it is no log of a chain, the velocity was not recorded, or it holds several runs and none was named.
     """
+    if isinstance(log, Component):
+        raise ParameterError("log: got a running chain, expected a log; watch a chain with measurement.observe")
+    if not hasattr(log, "rebuilt"):
+        raise ParameterError(f"log: got {shortened(log)}, expected what granular_env.open_log gives")
     component = log.rebuilt() if log.metadata["component"] == "chain" else None
     if component is None:
         raise LogError(

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..components.contract import Component, FloatArray, Held
 from ..components.errors import ParameterError
+from ..components.memory import refuse_beyond
 from .checks import positive
 from .histories import History
 from .sources import chain_geometry, of_chain
@@ -57,9 +58,7 @@ class Watch:
     def began(self, component: Component) -> None:
         """A new history starts here."""
         chain_geometry(component)
-        parameters: Any = component.parameters
-        # Where contacts have a history, only the chain knows their forces.
-        self._variables = ("velocity", "displacement", *(["contact_force"] if parameters.law.has_history else []))
+        self._variables = watched(component)
         self._interval = component.ticks_in(self._every, "every")
         self._component = component
         self._forget()
@@ -82,6 +81,13 @@ class Watch:
         self.next_tick = self._ticks[-1] + self._interval
 
 
+def watched(chain: Component) -> tuple[str, ...]:
+    """The variables that a history of this chain needs."""
+    parameters: Any = chain.parameters
+    # Where contacts have a history, only the chain knows their forces.
+    return ("velocity", "displacement", *(["contact_force"] if parameters.law.has_history else []))
+
+
 def observe(chain: Component, duration: float, every: float, **inputs: Any) -> History:
     """Step a chain on from where it stands, and keep its motion.
 
@@ -92,10 +98,14 @@ def observe(chain: Component, duration: float, every: float, **inputs: Any) -> H
         **inputs: of the step: numbers or profiles.
 
     Raises:
-        ParameterError: no chain, a time that is no whole number of steps, an input that is not valid.
+        ParameterError: no chain, a time that is no whole number of steps, an input that is not valid, more frames than fit.
         StepError: the physics would break down; the chain is as it was.
     """
     watch = Watch(every)
+    chain_geometry(chain)
+    numbers = sum(np.size(chain.get(name)) for name in watched(chain))
+    frames = chain.ticks_in(duration, "duration") // chain.ticks_in(every, "every") + 1
+    refuse_beyond(8 * numbers * frames, f"every: {frames:.6g} frames of {numbers} numbers, from duration / every,")
     watch.began(chain)  # refuses before the chain keeps it
     chain.observe(watch)
     try:

@@ -9,7 +9,7 @@ import numpy as np
 from ..components.errors import ParameterError
 from .checks import sign
 from .crest import Crest, crests
-from .histories import Direction, History
+from .histories import Direction, History, given
 
 # A crest at a neighbour is the same wave only if it is at least so high, in the wave's amplitude.
 _SAME_WAVE = 0.5
@@ -59,6 +59,7 @@ def waves_at(history: History, grain: int, above: float, separation: float = 1.0
     Raises:
         ParameterError: a grain that is not there, a threshold that is not positive, another separation or direction.
     """
+    given("history", history)
     grain, towards = history.grain(grain), sign(direction)
     found = crests(history.time, towards * history.velocity[:, grain], above, separation)
     step = int(towards)
@@ -179,6 +180,8 @@ def phase_shifts(
     Raises:
         ParameterError: no wave passes the grain in one of them; or as `waves_at`.
     """
+    given("history", history)
+    given("reference", reference)
     seen = [waves_at(run, grain, above, separation, direction) for run in (history, reference)]
     for name, waves in zip(("history", "reference"), seen, strict=True):
         if not waves:

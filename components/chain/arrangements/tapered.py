@@ -13,8 +13,8 @@ from ...roots import integer_power, nth_root
 from ..fields import Positive, Preset, field
 from .base import Arrangement, FloatArray, alternatives
 
-# Outside of this range a radius has no sound volume.
-_TINY, _HUGE = 1e-100, 1e100
+# Outside of this range a grain has no mass that a chain takes [m].
+_TINY, _HUGE = 1e-20, 1e18
 
 
 class Tapered(Arrangement):
@@ -68,6 +68,8 @@ def geometric(first: float, factor: float, count: int) -> FloatArray:
 def sound_radii(first: float, factor: float, count: int) -> float:
     """The last of these terms, roughly; `ValueError` where they leave the range of a float, or vanish."""
     last = first * integer_power(factor, count - 1)
+    if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
+        return last  # not the taper's fault: the check of the masses tells
     bound = _TINY if factor < 1.0 else _HUGE
     if not _TINY <= last <= _HUGE:
         where = math.ceil(math.log(bound / first) / math.log(factor)) if _TINY <= first <= _HUGE else 0

@@ -1,6 +1,9 @@
 """Closed forms and quadratures for the chain; no step calls them. Numbers in brackets are Nesterenko's (1983) equations.
 
-SI units, or dimensionless where a module says so. Arguments are numbers or arrays; out of range they raise `ParameterError`.
+SI units, or dimensionless where a module says so.
+
+Arguments annotated `Number` are numbers or arrays, those annotated `float` one number each; anything else, and what is out
+of range, raises `ParameterError`.
 """
 
 from __future__ import annotations

@@ -44,6 +44,13 @@ def sequence(name: str, value: Any, least: int) -> FloatArray:
     return np.asarray(array)
 
 
+def number(name: str, value: Any) -> float:
+    """One number, where a formula takes no array."""
+    if np.ndim(value):
+        raise ParameterError(f"{name}: got an array of shape {np.shape(value)}, expected one number; call it for each")
+    return float(finite(name, value))
+
+
 def count(name: str, value: Any, least: int) -> int:
     """A whole number >= `least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:

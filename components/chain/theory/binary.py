@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import FloatArray, Number, above, between, count, finite, sequence
+from .arguments import FloatArray, Number, above, between, count, finite, number, sequence
 
 
 def transmitted_velocity(striker: Number, struck: Number, velocity: Number = 1.0) -> Number:
@@ -31,7 +31,7 @@ def binary_velocities(mass: Any, velocity: float = 1.0) -> FloatArray:
     """
     mass = above("mass", sequence("mass", mass, 1), 0.0, "kg")
     ratios = 2.0 * mass[:-1] / (mass[:-1] + mass[1:])
-    return finite("velocity", velocity) * np.concatenate(([1.0], np.cumprod(ratios)))
+    return number("velocity", velocity) * np.concatenate(([1.0], np.cumprod(ratios)))
 
 
 def tapered_ratio(taper: Number) -> Number:
@@ -41,4 +41,4 @@ def tapered_ratio(taper: Number) -> Number:
 
 def tapered_velocities(taper: float, grains: int) -> FloatArray:
     """Of each grain in units of the first, (2/(1 + (1 - q)^3))^i, shape (grains,)."""
-    return tapered_ratio(taper) ** np.arange(count("grains", grains, 1), dtype=np.float64)
+    return tapered_ratio(number("taper", taper)) ** np.arange(count("grains", grains, 1), dtype=np.float64)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from .arguments import Number, above
+from .arguments import Number, above, number
 
 # T1 (paper: 2.94) in units of (5 m* / 4 k)^(2/5) v^(-1/5): 2 sqrt(pi) Gamma(7/5) / Gamma(9/10).
 COLLISION_COEFFICIENT = 2.943275184324706
@@ -49,7 +49,8 @@ def duration_times_frequency(growth: float) -> float:
     With D the largest overlap, v^2 = 2 k D^(p + 1) / ((p + 1) m*), the duration is (2 D / v) sqrt(pi) Gamma(1 + 1/(p + 1)) /
     Gamma(1/2 + 1/(p + 1)) and the frequency sqrt(p k D^(p - 1) / m*).
     """
-    part = 1.0 / (above("growth", growth, 0.0, "1") + 1.0)
+    growth = number("growth", above("growth", growth, 0.0, "1"))
+    part = 1.0 / (growth + 1.0)
     duration = 2.0 * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
     return duration * math.sqrt(0.5 * growth * (growth + 1.0))
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import GranularError
-from .arguments import FloatArray, above, at_least, finite
+from .arguments import FloatArray, above, at_least, finite, number
 
 # Of the uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
 # Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: .915).
@@ -133,7 +133,8 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
         rest_overlap: d0 >= 0, in diameters, as the height.
         height: > 0; at least .005 d0, below which `korteweg_de_vries_speed_ratio` is good to 1e-6.
     """
-    rest, height = at_least("rest_overlap", rest_overlap, 0.0), above("height", height, 0.0)
+    rest = number("rest_overlap", at_least("rest_overlap", rest_overlap, 0.0))
+    height = number("height", above("height", height, 0.0))
     rise = height / rest if rest else np.inf
     at_least("height: its ratio to rest_overlap", rise if rest else 1.0, _SMALLEST_RISE)
     rate = min(1.0, (0.5 * rise) ** 0.5)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .arguments import Number, above, at_least, between, finite
+from .arguments import Number, above, at_least, between, finite, number
 
 LARGEST_C3 = 5.0 / 27.0
 
@@ -41,7 +41,7 @@ def extremes(c3: float) -> Extremes:
 
 def extreme_roots(c3: float) -> tuple[float, float]:
     """s1 and s2, s = y^(2/5): the two positive roots of s^2 - s^3 = 4 C3/5."""
-    c3 = between("c3", c3, 0.0, LARGEST_C3, closed_below=True, advice="beyond 5/27 W has no extremes")
+    c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3, closed_below=True, advice="beyond 5/27 W has no extremes"))
     # With s = 1/3 + 2/3 cos(angle) the cubic is cos(3 angle) = 1 - 10.8 C3; with sines no digit is lost at C3 -> 0.
     third = 2.0 / 3.0 * float(np.arcsin(min(1.0, (5.4 * c3) ** 0.5)))
     low = 2.0 * np.sin(0.5 * third) ** 2 + 3.0**0.5 * np.sin(third)
@@ -56,7 +56,7 @@ def c3_of_ratio(ratio: Number) -> Number:
 
 def ratio_of_c3(c3: float) -> float:
     """The ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the other way round is `c3_of_ratio`."""
-    c3 = between("c3", c3, 0.0, LARGEST_C3)
+    c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3))
     root = extreme_roots(c3)[0]
     # From W(y_m) = W(y1), sigma = sqrt r = s_m/s1: s1 (2 sigma^3 + 4 sigma^2 + 6 sigma + 3) = 5/2 (sigma + 1)^2.
     found = np.roots([2.0 * root, 4.0 * root - 2.5, 6.0 * root - 5.0, 3.0 * root - 2.5])
@@ -76,7 +76,7 @@ def speed_ratio(ratio: Number) -> Number:
 
 def ratio_of_speed(speed: float) -> float:
     """The ratio r = xi_m/xi_0 of the solitary wave that travels at `speed` V/c0 > 1, the inverse of `speed_ratio`."""
-    square = 3.75 * above("speed", speed, 1.0) ** 2
+    square = 3.75 * number("speed", above("speed", speed, 1.0)) ** 2
     found = np.roots([2.0, 4.0 - square, 6.0 - 2.0 * square, 3.0 - square])
     return float(found.real[np.abs(found.imag) < 1e-9].max()) ** 2
 

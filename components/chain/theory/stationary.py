@@ -14,13 +14,15 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from ...errors import ParameterError
-from .arguments import FloatArray, above, between, count
+from .arguments import FloatArray, above, between, count, number
 from .potential import LARGEST_C3, extreme_roots, ratio_of_c3
 
 # Gauss's points on each piece of a profile; the integrands are smooth, eight leave rounding only.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 # A solitary wave is followed until its strain above xi_0 has fallen by cosh^2 of this: 6e-11 of its height.
 _TAIL = 13.0
+# W's rounding is 1e-17: energies nearer to an extreme of W than this tell nothing of the wave.
+_SMALLEST_ENERGY = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +78,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
         c3: `c3_of_ratio` gives it for a height.
         samples: points of the profile, odd, so that one is the crest.
     """
-    c3, half = between("c3", c3, 0.0, LARGEST_C3), _half(samples)
+    c3, half = number("c3", between("c3", c3, 0.0, LARGEST_C3)), _half(samples)
     low, _ = extreme_roots(c3)
     energy = float(_hill(c3)(low))
     high, rest = _solitary_factors(c3, low)
@@ -105,13 +107,23 @@ def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave
         depth: energy of the particle between the bottom of the well, 0, and its rim W(y1), 1: towards 0 a sine, towards 1
             solitary waves far apart. At C3 = 0 and depth = 1 it is (2.7), cos^4.
         samples: points of the profile, odd, so that one is the crest.
+
+    Raises:
+        ParameterError: out of range; an energy within 1e-14 of the bottom's or the rim's, where rounding hides the wave.
     """
-    c3, half = between("c3", c3, 0.0, LARGEST_C3, closed_below=True), _half(samples)
+    c3, half = number("c3", between("c3", c3, 0.0, LARGEST_C3, closed_below=True)), _half(samples)
     limit = 1.0 if c3 else float(np.nextafter(1.0, 2.0))
     depth = between("depth", depth, 0.0, limit, advice="at 1 and C3 > 0 the period is infinite: take solitary_wave")
+    depth = number("depth", depth)
     rim, bottom = extreme_roots(c3)
     hill = _hill(c3)
-    energy = float(hill(bottom) + depth * (hill(rim) - hill(bottom)))
+    well = float(hill(rim) - hill(bottom))
+    if well * (depth if depth == 1.0 else min(depth, 1.0 - depth)) < _SMALLEST_ENERGY:
+        raise ParameterError(
+            f"depth: got {depth:.12g} of a well that is {well:.3g} deep, expected at least {_SMALLEST_ENERGY:g} of energy "
+            "above its bottom and below its rim, where rounding hides the wave; take another depth, or a smaller C3"
+        )
+    energy = float(hill(bottom)) + depth * well
     low, high, rest = _periodic_factors(c3, energy, rim, bottom, depth)
 
     # s - low = (high - low) cos^2(angle): both turning points become smooth.
@@ -149,13 +161,20 @@ def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int =
 
     Args:
         c3: C3 of W; the strain behind over that in front is `shock_ratio`(C3).
-        viscosity: mu > 0, dimensionless.
-        length: how far behind the front the wave is followed, in a; weak losses need some 3/mu to settle.
+        viscosity: 0 < mu < 1e9, dimensionless.
+        length: how far behind the front the wave is followed, in a; to settle, weak losses need some 3/mu,
+            strong ones some 10 mu.
         samples: points of the profile, equidistant; the front, where the mean strain of both sides is passed, is at x = 0.
+
+    Raises:
+        ParameterError: out of range; C3 within 1e-9 of 5/27.
     """
     from scipy.integrate import solve_ivp
 
-    c3, viscosity = between("c3", c3, 0.0, LARGEST_C3), above("viscosity", viscosity, 0.0)
+    advice = "nearer to 5/27 the shock is so low that it is lost in rounding"
+    c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3 - 1e-9, advice=advice))
+    viscosity = number("viscosity", between("viscosity", viscosity, 0.0, 1e9))
+    length = number("length", above("length", length, 0.0))
     samples = count("samples", samples, 16)
     rim, bottom = extreme_roots(c3)
     start, end = rim**2.5, bottom**2.5
@@ -166,16 +185,23 @@ def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int =
         force = y**0.6 - y - constant * y**-0.2
         return [rate, force - 0.8 * viscosity * y**-0.4 * rate]
 
+    def slopes(_: float, state: FloatArray) -> list[list[float]]:
+        y, rate = max(state[0], start * 0.5), state[1]
+        pull = 0.6 * y**-0.4 - 1.0 + 0.2 * constant * y**-1.2
+        return [[0.0, 1.0], [pull + 0.32 * viscosity * y**-1.4 * rate, -0.8 * viscosity * y**-0.4]]
+
     # Down the unstable direction of the hilltop: rate^2 + 2 p rate - curvature = 0.
     curvature, drag = 0.4 * (2.0 / rim - 3.0), 0.4 * viscosity / rim
     growth = curvature / ((drag**2 + curvature) ** 0.5 + drag)
     push = 1e-7 * start
     climb = (np.log(1e7 * end / start) + 5.0) / growth + 20.0
-    span = climb + above("length", length, 0.0) * 10.0**0.5
+    span = climb + length * 10.0**0.5
     middle = (0.5 * (rim**2 + bottom**2)) ** 1.25
+    # Strong friction is stiff: an explicit method would take a step for each of its many times of decay.
+    method: Any = {"method": "Radau", "jac": slopes} if drag * span > 1e4 else {"method": "DOP853"}
     found: Any = solve_ivp(
-        motion, (0.0, span), [start + push, push * growth],
-        method="DOP853", rtol=1e-10, atol=1e-10 * start, dense_output=True, events=lambda _, state: state[0] - middle,
+        motion, (0.0, span), [start + push, push * growth], **method, rtol=1e-10,
+        atol=1e-10 * start * np.array([1.0, min(1.0, growth)]), dense_output=True, events=lambda _, state: state[0] - middle,
     )  # fmt: skip
     front = found.t_events[0][0]
     times = np.linspace(front + length * 10.0**0.5, 0.0, samples)
