@@ -267,6 +267,19 @@ def test_view_saves_for_rerun(log, capsys):
     assert Path("a.rrd").stat().st_size > 1000
 
 
+def test_view_saves_over_nothing_but_a_rerun_file(log, folder, capsys):
+    before = Path(log).read_bytes()
+    os.link(log, "log.rrd")
+    Path("notes.rrd").write_text("notes")
+    for path, said in ((log, "ends in .rrd"), ("log.rrd", "is no rerun file"), ("notes.rrd", "is no rerun file")):
+        assert main(["view", log, "--save", path]) == 2
+        assert said in capsys.readouterr().err
+    assert Path(log).read_bytes() == before
+    assert Path("notes.rrd").read_text() == "notes"
+    assert main(["view", log, "--save", "a.rrd"]) == 0
+    assert main(["view", log, "--save", "a.rrd"]) == 0
+
+
 # -- faults ---------------------------------------------------------------------------------------------------------
 
 
