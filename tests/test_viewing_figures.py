@@ -173,6 +173,21 @@ def test_report_of_a_component_without_particles(oscillator_log, tmp_path):
         report(oscillator_log, tmp_path, grains=[0])
 
 
+def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_path):
+    chain = make("chain", grains=20, left="piston")
+    with record(chain, tmp_path / "v.mcap", every=1e-6, variables=["velocity"]):
+        chain.step(5e-5, left_velocity=5.0)
+    with open_log(tmp_path / "v.mcap") as log:
+        motion = from_log(log).motion
+        np.testing.assert_array_equal(motion.colour, log.to_numpy("velocity"))
+        # No overlaps are made up from displacements that nobody knows.
+        assert not motion.displacement.any() and motion.contact is None
+        html = report(log, tmp_path).read_text()
+    for heading in ("x-t diagram", "Profiles at chosen times", "Histories of chosen grains"):
+        assert heading in html
+    assert "positions at the start" in html
+
+
 def test_a_folder_that_cannot_be_written_is_named(oscillator_log, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(GranularError, match="file"):

@@ -53,13 +53,14 @@ class Motion:
         ticks: shape (frames,).
         reference: positions at rest of the particles shown, shape (n, 3) [m].
         radius: shape (n,) [m].
-        displacement: shape (frames, n, 3) [m].
+        displacement: shape (frames, n, 3) [m]; zeros where it was not recorded.
         colour: the variable that colours them, shape (frames, n); None where it was not recorded.
         colour_variable: name, unit and meaning of it.
         contact: force or overlap of particles i and i + 1, never negative, shape (frames, n - 1); None where unknown.
         contact_name, contact_unit: which of the two it is.
         every: each `every`-th particle is shown; 1 shows all.
         total: how many particles there are.
+        located: whether the displacements were recorded; otherwise the particles stay at their positions at the start.
     """
 
     times: FloatArray
@@ -74,6 +75,7 @@ class Motion:
     contact_unit: str
     every: int = 1
     total: int = 0
+    located: bool = True
 
 
 @dataclass(frozen=True)
@@ -112,27 +114,38 @@ def title_of(log: Any) -> str:
 
 def _motion(log: Any, frames: int) -> Motion | None:
     particles: Particles | None = log.particles
+    if particles is None:
+        return None
     source = _displacement_source(log, particles)
-    if particles is None or source is None:
+    # Without displacements, what colours the particles still says when and what.
+    clock = source or (particles.colour if _has_frames(log, particles.colour) else None)
+    if clock is None:
         return None
     every = -(-len(particles.radius) // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
     count = len(particles.radius[shown])
-    picked = _picked(len(log.times(source)), max(2, min(frames, MAXIMUM_POINTS // count)))
-    times, moved = sampled(log, source, picked)
-    displacement = _as_vectors(moved)
-    if source != particles.displacement:
-        displacement -= particles.reference if moved.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
-    colour = sampled(log, particles.colour, picked)[1][:, shown] if particles.colour in log.variables else None
+    picked = _picked(len(log.times(clock)), max(2, min(frames, MAXIMUM_POINTS // count)))
+    displacement = _displacement(log, particles, source, picked)
+    colour = sampled(log, particles.colour, picked)[1][:, shown] if _has_frames(log, particles.colour) else None
     force = log.variables.get("contact_force")
     known = force is not None and _fits(force, len(particles.radius))
     return Motion(
-        times, np.asarray(log.ticks(source))[picked],
+        np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
         particles.reference[shown], particles.radius[shown], displacement[:, shown],
         colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
-        *_contacts(particles, displacement, sampled(log, "contact_force", picked)[1] if known else None, every),
-        every, len(particles.radius),
+        *_contacts(particles, displacement if source else None, sampled(log, "contact_force", picked)[1] if known else None, every),
+        every, len(particles.radius), source is not None,
     )  # fmt: skip
+
+
+def _displacement(log: Any, particles: Particles, source: str | None, picked: npt.NDArray[np.int64]) -> FloatArray:
+    if source is None:
+        return np.zeros((len(picked), len(particles.radius), 3))
+    _, moved = sampled(log, source, picked)
+    displacement = _as_vectors(moved)
+    if source != particles.displacement:
+        displacement -= particles.reference if moved.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
+    return displacement
 
 
 def _fits(force: Variable, particles: int) -> bool:
@@ -140,23 +153,27 @@ def _fits(force: Variable, particles: int) -> bool:
 
 
 def _contacts(
-    particles: Particles, displacement: FloatArray, force: FloatArray | None, every: int
+    particles: Particles, displacement: FloatArray | None, force: FloatArray | None, every: int
 ) -> tuple[FloatArray | None, str, str]:
     """Contact forces where they are known, else the overlaps of neighbours, with name and unit."""
     if every > 1 or len(particles.radius) < 2:
         return None, "", ""
     if force is not None:
         return force, "force", "N"
+    if displacement is None:
+        return None, "", ""
     gap = np.diff(particles.reference[:, 0]) - particles.radius[1:] - particles.radius[:-1]
     overlap = -(gap + np.diff(displacement[..., 0], axis=1))
     # What is closer than rounding is a touch.
     return np.where(overlap > 1e-12 * particles.radius.min(), overlap * 1e6, 0.0), "overlap", "\u00b5m"
 
 
-def _displacement_source(log: Any, particles: Particles | None) -> str | None:
-    if particles is None:
-        return None
-    return next((name for name in (particles.displacement, "position") if name in log.variables and len(log.times(name))), None)
+def _displacement_source(log: Any, particles: Particles) -> str | None:
+    return next((name for name in (particles.displacement, "position") if _has_frames(log, name)), None)
+
+
+def _has_frames(log: Any, name: str) -> bool:
+    return name in log.variables and len(log.times(name)) > 0
 
 
 def _as_vectors(moved: FloatArray) -> FloatArray:
@@ -206,6 +223,8 @@ def _notes(log: Any, motion: Motion | None) -> Iterable[str]:
         yield "The log is incomplete: the run was interrupted, what was written until then is shown."
     if log.particles is not None and motion is None:
         yield "The motion of the particles was not recorded; record displacement or position to see them."
+    if motion is not None and not motion.located:
+        yield "Displacements were not recorded: the particles are drawn at their positions at the start."
     if motion is not None and motion.colour is None:
         yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
     if motion is not None and motion.every > 1:
