@@ -129,11 +129,12 @@ def _motion(log: Any, frames: int) -> Motion | None:
     colour = sampled(log, particles.colour, picked)[1][:, shown] if _has_frames(log, particles.colour) else None
     force = log.variables.get("contact_force")
     known = force is not None and _fits(force, len(particles.radius))
+    force_frames = sampled(log, "contact_force", picked)[1] if known else None
     return Motion(
         np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
         particles.reference[shown], particles.radius[shown], displacement[:, shown],
         colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
-        *_contacts(particles, displacement if source else None, sampled(log, "contact_force", picked)[1] if known else None, every),
+        *_contacts(particles, displacement if source else None, force_frames, every),
         every, len(particles.radius), source is not None,
     )  # fmt: skip
 
