@@ -119,6 +119,7 @@ def replay_log(args: argparse.Namespace) -> int:
 
 def branch_off(args: argparse.Namespace) -> int:
     """Go on from an instant of a log."""
+    from granular_env.branching import run_branch
     from granular_env.experiments.prepare import inputs_from
     from granular_env.recording import open_log
 
@@ -127,9 +128,12 @@ def branch_off(args: argparse.Namespace) -> int:
         begun = log.branch(args.at)
         left_at = _instant(args.at, begun.component.time, log.step_size)
         inputs = inputs_from(args.overrides, begun.component)
-        with begun.run(out, inputs, args.until, overwrite=args.overwrite) as child:
-            _print_log(args.quiet, child.path, f"branched at {left_at}, {child.duration:.9g} s long")
-    return 0
+        with _told_by_us():
+            result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=args.overwrite)
+    if not args.quiet:
+        print(f"branched at {left_at}, {result.steps * log.step_size:.9g} s long")
+    _print_result(result, args.quiet)
+    return _INTERRUPTED if result.interrupted else 0
 
 
 def recover_log(args: argparse.Namespace) -> int:
@@ -244,12 +248,12 @@ def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
         _print_log(False, result.log)
 
 
-def _print_log(quiet: bool, path: Path, text: str = "") -> None:
+def _print_log(quiet: bool, path: Path) -> None:
     log = shlex.quote(str(path))
     if quiet:
         print(log)
         return
-    print(f"log: {log}{', ' + text if text else ''}")
+    print(f"log: {log}")
     print(f"  granular-env view {log}              (or --web, or --screenshot FILE.png)")
     print(f"  granular-env replay {log} --verify")
 
