@@ -66,3 +66,9 @@ def refused_unless_file(path: str | os.PathLike[str]) -> Path:
         what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"
         raise ParameterError(f"{os.fspath(path)!r} is {what}; give the path of a file to write")
     return target
+
+
+def with_article(name: object) -> str:
+    """A noun with "a" or "an" before it."""
+    text = str(name)
+    return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"

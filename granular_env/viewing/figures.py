@@ -19,6 +19,7 @@ from granular_env.components.errors import ParameterError
 from .colours import DIVERGING, PALETTE
 from .drawing import (
     DARK,
+    broken,
     canvas,
     coloured,
     draw_curves,
@@ -119,7 +120,8 @@ def histories(motion: Motion, grains: Sequence[int] | None = None) -> Figure:
     figure = new_figure(8.0, 4.2)
     axes = figure.subplots()
     for place, column in enumerate(columns):
-        axes.plot(motion.times * scale, coloured(motion)[:, column], label=f"grain {column * motion.every}", **line(place))
+        times, values = broken(motion.times * scale, coloured(motion)[:, column], motion.cuts)
+        axes.plot(times, values, label=f"grain {column * motion.every}", **line(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=quantity(motion))
     axes.margins(x=0.0)
     legend(axes)

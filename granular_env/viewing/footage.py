@@ -34,6 +34,7 @@ class Curve:
         times: shape (samples,) [s].
         ticks: shape (samples,).
         values: shape (samples,), in `unit`.
+        cuts: indices of the first samples of later segments: no line leads there from the sample before.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Curve:
     times: FloatArray
     ticks: npt.NDArray[np.int64]
     values: FloatArray
+    cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,7 @@ class Motion:
         every: each `every`-th particle is shown; 1 shows all.
         total: how many particles there are.
         located: whether the displacements were recorded; otherwise the particles stay at their positions at the start.
+        cuts: indices of the first frames of later segments.
     """
 
     times: FloatArray
@@ -76,6 +79,7 @@ class Motion:
     every: int = 1
     total: int = 0
     located: bool = True
+    cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 @dataclass(frozen=True)
@@ -135,7 +139,7 @@ def _motion(log: Any, frames: int) -> Motion | None:
         particles.reference[shown], particles.radius[shown], displacement[:, shown],
         colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
         *_contacts(particles, displacement if source else None, force_frames, every),
-        every, len(particles.radius), source is not None,
+        every, len(particles.radius), source is not None, _cuts(log, clock, picked),
     )  # fmt: skip
 
 
@@ -193,6 +197,17 @@ def _picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
     return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
 
 
+def _cuts(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Which of the frames picked are the first of a later segment."""
+    ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
+    bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
+    # Where two segments meet, a frame of each may lie on the same tick; the later one begins the segment.
+    after = np.searchsorted(ticks, bounds, side="right")
+    firsts = np.where(np.isin(bounds, ticks), after - 1, after)
+    cuts = np.unique(np.searchsorted(picked, firsts))
+    return cuts[(cuts > 0) & (cuts < len(picked))]
+
+
 def sampled(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Times (frames,) [s] and values (frames, *shape) of some frames of a recorded variable."""
     times = np.asarray(log.times(name), dtype=np.float64)
@@ -205,7 +220,9 @@ def _curve(log: Any, name: str) -> Curve:
     variable = log.variables[name]
     picked = _picked(len(log.times(name)), MAXIMUM_CURVE_POINTS)
     times, values = sampled(log, name, picked)
-    return Curve(name, variable.unit, variable.description, times, np.asarray(log.ticks(name))[picked], values)
+    return Curve(
+        name, variable.unit, variable.description, times, np.asarray(log.ticks(name))[picked], values, _cuts(log, name, picked)
+    )
 
 
 def _input_curve(log: Any, name: str) -> Curve:

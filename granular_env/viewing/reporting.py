@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.writing import write_files
+from granular_env.writing import with_article, write_files
 
 from . import figures, page
+from .events import told_events
 from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage, from_log
 from .plots import plots
 
@@ -123,9 +124,10 @@ def _lead(log: Any, footage: Footage) -> str:
     scale, unit = figures.time_unit(log.duration)
     metadata = log.metadata
     calls = "1 call" if log.steps == 1 else f"{log.steps} calls"
-    what = f"{log.duration * scale:.6g} {unit} of a {metadata.get('component')}, in {calls} of step()"
+    what = f"{log.duration * scale:.6g} {unit} of {with_article(metadata.get('component'))}, in {calls} of step()"
+    notes = [*told_events(log), *footage.notes]
     return page.paragraph(f"{what}; recorded {metadata.get('created')}.", "dim") + (
-        page.bullets(footage.notes, "cautions") if footage.notes else ""
+        page.bullets(notes, "cautions") if notes else ""
     )
 
 
