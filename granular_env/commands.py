@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import re
 import shlex
 import warnings
@@ -168,7 +169,7 @@ def report_log(args: argparse.Namespace) -> int:
     from granular_env.recording import open_log
 
     with open_log(args.log, allow_large=args.allow_large) as log:
-        folder = Path(args.out) if args.out else Path(args.log).with_suffix("")
+        folder = Path(args.out) if args.out else _report_folder(Path(args.log))
         print(f"written: {viewing.report(log, folder)}")
     return 0
 
@@ -201,6 +202,11 @@ def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
     while (path := folder / f"{stem}-{number}.mcap").exists():
         number += 1
     return path
+
+
+def _report_folder(log: Path) -> Path:
+    """Beside the log, by its name; never the log itself, whose name may have no suffix."""
+    return log.with_suffix("") if log.suffix else log.with_name(f"{log.name}-report")
 
 
 def _instant(asked: float, found: float, step_size: float) -> str:
@@ -243,7 +249,9 @@ def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
     for text in (*result.warnings, *result.cautions):
         print(f"note: {text}")
     for name, value in result.report.items():
-        print(f"  {name}: {value:.4g}")
+        # What nothing in the run gave rise to, such as the pressure where no grains touched, has no figure.
+        if not math.isnan(value):
+            print(f"  {name}: {value:.4g}")
     if result.log is not None:
         _print_log(False, result.log)
 

@@ -225,6 +225,28 @@ def test_recover_check_and_report(log, folder, capsys):
     assert [*Path("page").glob("*.html")]
 
 
+def test_a_report_is_written_to_a_folder_only(log, capsys):
+    before = Path(log).read_bytes()
+    assert main(["report", log, "-o", log]) == 2
+    assert "'a.mcap' is a file, expected a folder" in capsys.readouterr().err
+    assert Path(log).read_bytes() == before
+    Path("bare").write_bytes(before)
+    assert main(["report", "bare"]) == 0
+    assert capsys.readouterr().out == "written: bare-report/report.html\n"
+
+
+def test_recovering_a_complete_log_says_so(log, capsys):
+    assert main(["recover", log, "-o", "same.mcap"]) == 0
+    assert "lost: nothing, the log was complete (0 bytes)" in capsys.readouterr().out
+
+
+def test_figures_that_a_run_gave_no_rise_to_are_left_out(folder, capsys):
+    arguments = ["run", "nesterenko-1983/3.4-piston-20", "--set", "input.left_velocity=0", "--log", "still.mcap"]
+    assert main(arguments) == 0
+    assert main(["replay", "still.mcap"]) == 0
+    assert re.search(r"\bnan\b", capsys.readouterr().out) is None
+
+
 OPENING = [
     ["check", "a.mcap"],
     ["replay", "a.mcap"],

@@ -23,7 +23,7 @@ def told_events(log: Any) -> list[str]:
 def _told(event: Mapping[str, Any]) -> str | None:
     kind = event.get("event")
     if kind == "recovered":
-        return f"Recovered from a broken log; lost: {_cut(event.get('lost'))}."
+        return f"Recovered from another log; lost: {_cut(event.get('lost'))}."
     if kind not in ("failed", "interrupted"):
         return None
     told = ": ".join(_cut(event[key]) for key in ("kind", "message") if event.get(key))

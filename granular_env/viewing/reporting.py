@@ -47,9 +47,11 @@ def report(
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ParameterError: an instant or a grain that the log does not have; nothing is written.
+        ParameterError: an instant or a grain that the log does not have, or `folder` is a file; nothing is written.
         GranularError: the files cannot be written; then none of them is.
     """
+    if os.path.lexists(folder) and not os.path.isdir(folder):
+        raise ParameterError(f"{os.fspath(folder)!r} is a file, expected a folder; the report's pages and pictures go into it")
     footage = from_log(log, _FRAMES)
     drawn = _drawn(footage, times, grains)
     pictures = {name: figures.png(figure) for name, (figure, _) in drawn.items()}
