@@ -12,6 +12,7 @@ from pathlib import Path
 
 from granular_env.components.errors import GranularWarning
 from granular_env.experiments.load import load_experiment, parse_override
+from granular_env.writing import counted, with_article
 
 _INTERRUPTED = 130
 
@@ -90,7 +91,8 @@ def check_file(args: argparse.Namespace) -> int:
         print(f"note: {warning.message}")
     step = ready.component.step_size
     print(
-        f"valid: {experiment.name}, a {ready.component.name} for {experiment.duration:g} s in {ready.ticks} steps of {step:g} s"
+        f"valid: {experiment.name}, {with_article(ready.component.name)} for {experiment.duration:g} s "
+        f"in {ready.ticks} steps of {step:g} s"
     )
     return 0
 
@@ -110,9 +112,12 @@ def replay_log(args: argparse.Namespace) -> int:
     from granular_env.recording import verify
 
     found = verify(args.log, allow_large=args.allow_large)
-    kinds = f"{found.frames} frames, {found.hashes} hashes, {found.snapshots} snapshots"
+    kinds = (
+        f"{counted(found.frames, 'frame')}, {counted(found.hashes, 'hash', 'hashes')}, {counted(found.snapshots, 'snapshot')}"
+    )
     outcome = "identical" if found.identical else "different"
-    print(f"{found.steps} calls of step, {found.ticks} steps compared ({kinds}): {outcome}")
+    calls = counted(found.steps, "call")
+    print(f"{calls} of step, {counted(found.ticks, 'step')} compared ({kinds}): {outcome}")
     for text in (*([found.message] if found.message and not found.identical else []), *found.notes):
         print(text)
     return 0 if found.identical else 1
@@ -227,7 +232,7 @@ def _check_log(path: str, allow_large: bool) -> int:
     facts = log.metadata
     state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
     size = f"{log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables"
-    print(f"{path}: a {facts['component']}, {size}; {state}")
+    print(f"{path}: {with_article(facts['component'])}, {size}; {state}")
     for name in log.variables:
         log.series(name)
     return 0 if log.complete else 1

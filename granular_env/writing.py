@@ -72,3 +72,8 @@ def with_article(name: object) -> str:
     """A noun with "a" or "an" before it."""
     text = str(name)
     return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"
+
+
+def counted(number: int, noun: str, plural: str = "") -> str:
+    """A number and its noun: "1 frame", "2 frames"; `plural` where that is not the noun with an s."""
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"

@@ -247,6 +247,28 @@ def test_figures_that_a_run_gave_no_rise_to_are_left_out(folder, capsys):
     assert re.search(r"\bnan\b", capsys.readouterr().out) is None
 
 
+def test_a_name_that_is_nothing_is_answered_with_the_nearest_and_the_list(capsys):
+    for command in ("run", "describe"):
+        assert main([command, "nope"]) == 2
+        told = capsys.readouterr().err
+        assert "`granular-env list`" in told and len(told) < 300
+
+
+def test_a_log_is_told_apart_from_an_experiment(log, capsys):
+    for command in ("describe", "run"):
+        assert main([command, log]) == 2
+        told = f"granular-env {command}: a.mcap: this is a log, try `granular-env check` or `granular-env report`\n"
+        assert capsys.readouterr().err == told
+
+
+def test_words_agree_with_their_numbers(log, capsys):
+    assert main(["check", log]) == 0
+    assert main(["check", "oscillator/pushed"]) == 0
+    assert capsys.readouterr().out.count("an oscillator") == 2
+    assert main(["replay", log, "--verify"]) == 0
+    assert re.search(r"\b1 \w+(s|es)\b", capsys.readouterr().out) is None
+
+
 OPENING = [
     ["check", "a.mcap"],
     ["replay", "a.mcap"],

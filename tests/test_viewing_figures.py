@@ -223,6 +223,17 @@ def test_steps_that_were_written_and_undone_are_told():
     assert told(event="something") == []
 
 
+def test_histories_are_of_grains_that_the_wave_reached(tmp_path):
+    chain = make("chain", grains=200, left="piston")
+    with record(chain, tmp_path / "a.mcap", every=1e-6):
+        chain.step(1e-4, left_velocity=5.0)
+    with open_log(tmp_path / "a.mcap") as log:
+        motion = from_log(log).motion
+    chosen = figures.default_grains(motion)
+    assert len(chosen) == 5 and chosen[0] == 0 and chosen[-1] < 100
+    assert np.abs(motion.colour[:, chosen]).max(axis=0).min() > 0.1
+
+
 def test_a_folder_that_cannot_be_written_is_named(oscillator_log, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(GranularError, match="file"):

@@ -59,6 +59,9 @@ __all__ = [
 
 FloatArray = npt.NDArray[np.float64]
 
+# The wave has reached a particle that changed by this part of the largest change.
+_REACHED = 0.05
+
 
 @styled
 def space_time(motion: Motion, title: str = "", limit: float | None = None) -> Figure:
@@ -109,7 +112,7 @@ def profiles(motion: Motion, times: Sequence[float] | None = None) -> Figure:
 
 @styled
 def histories(motion: Motion, grains: Sequence[int] | None = None) -> Figure:
-    """The quantity of some particles in time (default: up to five, evenly spaced).
+    """The quantity of some particles in time (default: up to five that the wave reached).
 
     Raises:
         ParameterError: no such particle.
@@ -208,8 +211,13 @@ def default_times(motion: Motion) -> list[float]:
 
 
 def default_grains(motion: Motion) -> list[int]:
-    """Up to five particles, evenly spaced, the ends among them."""
-    columns = np.unique(np.rint(np.linspace(0, len(motion.radius) - 1, 5)).astype(int))
+    """Up to five particles, evenly spaced among those that the wave reached (all of them, where none moved)."""
+    reached = np.arange(len(motion.radius))
+    if motion.colour is not None:
+        change = np.abs(motion.colour - motion.colour[0]).max(axis=0)
+        if change.max() > 0.0:
+            reached = np.flatnonzero(change > _REACHED * change.max())
+    columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
     return (columns * motion.every).tolist()
 
 

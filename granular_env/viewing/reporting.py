@@ -40,7 +40,7 @@ def report(
         log: an open log, of any component.
         folder: where to; made if it is not there.
         times: instants of the profiles [s]; default: four, evenly spaced.
-        grains: whose histories to draw; default: five, evenly spaced.
+        grains: whose histories to draw; default: up to five that the wave reached.
 
     Returns:
         The path of the page.
