@@ -23,12 +23,13 @@ def rerun_target(path: str | os.PathLike[str]) -> Path:
     there = refused_unless_file(path)
     if Path(name).suffix.lower() != ".rrd":
         raise ParameterError(f"{name!r}: a rerun file is written; give a name that ends in .rrd")
+    # A name that no file can have is told by the writing itself.
+    if not os.path.exists(there):
+        return Path(path)
     try:
         # An empty file holds nothing to lose.
         with there.open("rb") as file:
             first = file.read(len(_MAGIC))
-    except (FileNotFoundError, NotADirectoryError):
-        return Path(path)
     except OSError as error:
         raise GranularError(f"{name!r} cannot be read: {error.strerror or error}; choose another name") from error
     if first not in (b"", _MAGIC):
