@@ -35,7 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except GranularError as error:
-        print(f"granular-env {parsed.command}: {_spoken(str(error))}", file=sys.stderr)
+        told = "\n".join([_spoken(str(error)), *getattr(error, "__notes__", ())])
+        print(f"granular-env {parsed.command}: {told}", file=sys.stderr)
         return 2
     except MemoryError:
         print(f"granular-env {parsed.command}: it asks for more memory than there is; ask for less", file=sys.stderr)

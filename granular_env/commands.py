@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import re
 import shlex
 import warnings
@@ -11,6 +12,7 @@ from pathlib import Path
 
 from granular_env.components.errors import GranularWarning
 from granular_env.experiments.load import load_experiment, parse_override
+from granular_env.writing import counted, with_article
 
 _INTERRUPTED = 130
 
@@ -89,7 +91,8 @@ def check_file(args: argparse.Namespace) -> int:
         print(f"note: {warning.message}")
     step = ready.component.step_size
     print(
-        f"valid: {experiment.name}, a {ready.component.name} for {experiment.duration:g} s in {ready.ticks} steps of {step:g} s"
+        f"valid: {experiment.name}, {with_article(ready.component.name)} for {experiment.duration:g} s "
+        f"in {ready.ticks} steps of {step:g} s"
     )
     return 0
 
@@ -109,9 +112,12 @@ def replay_log(args: argparse.Namespace) -> int:
     from granular_env.recording import verify
 
     found = verify(args.log, allow_large=args.allow_large)
-    kinds = f"{found.frames} frames, {found.hashes} hashes, {found.snapshots} snapshots"
+    kinds = (
+        f"{counted(found.frames, 'frame')}, {counted(found.hashes, 'hash', 'hashes')}, {counted(found.snapshots, 'snapshot')}"
+    )
     outcome = "identical" if found.identical else "different"
-    print(f"{found.steps} calls of step, {found.ticks} steps compared ({kinds}): {outcome}")
+    calls = counted(found.steps, "call")
+    print(f"{calls} of step, {counted(found.ticks, 'step')} compared ({kinds}): {outcome}")
     for text in (*([found.message] if found.message and not found.identical else []), *found.notes):
         print(text)
     return 0 if found.identical else 1
@@ -119,6 +125,7 @@ def replay_log(args: argparse.Namespace) -> int:
 
 def branch_off(args: argparse.Namespace) -> int:
     """Go on from an instant of a log."""
+    from granular_env.branching import run_branch
     from granular_env.experiments.prepare import inputs_from
     from granular_env.recording import open_log
 
@@ -127,9 +134,12 @@ def branch_off(args: argparse.Namespace) -> int:
         begun = log.branch(args.at)
         left_at = _instant(args.at, begun.component.time, log.step_size)
         inputs = inputs_from(args.overrides, begun.component)
-        with begun.run(out, inputs, args.until, overwrite=args.overwrite) as child:
-            _print_log(args.quiet, child.path, f"branched at {left_at}, {child.duration:.9g} s long")
-    return 0
+        with _told_by_us():
+            result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=args.overwrite)
+    if not args.quiet:
+        print(f"branched at {left_at}, {result.steps * log.step_size:.9g} s long")
+    _print_result(result, args.quiet)
+    return _INTERRUPTED if result.interrupted else 0
 
 
 def recover_log(args: argparse.Namespace) -> int:
@@ -164,7 +174,7 @@ def report_log(args: argparse.Namespace) -> int:
     from granular_env.recording import open_log
 
     with open_log(args.log, allow_large=args.allow_large) as log:
-        folder = Path(args.out) if args.out else Path(args.log).with_suffix("")
+        folder = Path(args.out) if args.out else _report_folder(Path(args.log))
         print(f"written: {viewing.report(log, folder)}")
     return 0
 
@@ -199,6 +209,11 @@ def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
     return path
 
 
+def _report_folder(log: Path) -> Path:
+    """Beside the log, by its name; never the log itself, whose name may have no suffix."""
+    return log.with_suffix("") if log.suffix else log.with_name(f"{log.name}-report")
+
+
 def _instant(asked: float, found: float, step_size: float) -> str:
     """When a log was left, in words; an instant between two steps was moved to the nearest, which is said."""
     between = abs(asked / step_size - round(asked / step_size)) > 1e-6
@@ -217,7 +232,7 @@ def _check_log(path: str, allow_large: bool) -> int:
     facts = log.metadata
     state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
     size = f"{log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables"
-    print(f"{path}: a {facts['component']}, {size}; {state}")
+    print(f"{path}: {with_article(facts['component'])}, {size}; {state}")
     for name in log.variables:
         log.series(name)
     return 0 if log.complete else 1
@@ -239,17 +254,19 @@ def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
     for text in (*result.warnings, *result.cautions):
         print(f"note: {text}")
     for name, value in result.report.items():
-        print(f"  {name}: {value:.4g}")
+        # What nothing in the run gave rise to, such as the pressure where no grains touched, has no figure.
+        if not math.isnan(value):
+            print(f"  {name}: {value:.4g}")
     if result.log is not None:
         _print_log(False, result.log)
 
 
-def _print_log(quiet: bool, path: Path, text: str = "") -> None:
+def _print_log(quiet: bool, path: Path) -> None:
     log = shlex.quote(str(path))
     if quiet:
         print(log)
         return
-    print(f"log: {log}{', ' + text if text else ''}")
+    print(f"log: {log}")
     print(f"  granular-env view {log}              (or --web, or --screenshot FILE.png)")
     print(f"  granular-env replay {log} --verify")
 

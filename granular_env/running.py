@@ -85,11 +85,11 @@ def run(
     Raises:
         ExperimentError: the experiment is not valid, or asks for more memory than there is; nothing has been written. Or
             memory ran out on the way.
-        StepError: the physics would break down; the log is complete up to the last good state.
+        StepError: the physics would break down; the log is complete up to the last good state, a note of the error names it.
         LogError: the log cannot be written.
     """
     loaded = load_experiment(experiment, overrides)
-    with _memory_told(loaded.origin, ExperimentError), _collected() as told, ExitStack() as stack:
+    with memory_told(loaded.origin, ExperimentError), collected() as told, ExitStack() as stack:
         ready = prepare(loaded)
         if log is not None:
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
@@ -118,7 +118,7 @@ def replay(log: str | os.PathLike[str], *, progress: bool = False, allow_large: 
     from granular_env.recording import open_log
 
     where = f"log {str(log)!r}"
-    with _memory_told(where, LogError), _collected() as told, open_log(log, allow_large=allow_large) as opened:
+    with memory_told(where, LogError), collected() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
@@ -249,7 +249,7 @@ class _Interrupt:
 
 
 @contextmanager
-def _memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
+def memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
     """Memory that runs out in the middle, as an error of the family."""
     try:
         yield
@@ -258,7 +258,7 @@ def _memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
 
 
 @contextmanager
-def _collected() -> Iterator[list[str]]:
+def collected() -> Iterator[list[str]]:
     """The warnings of this package, gathered as sentences, and warned of as usual when it is over."""
     told: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
@@ -275,9 +275,12 @@ def _record(
     stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
 ) -> None:
     from granular_env.recording import record
+    from granular_env.recording.left import left_log_told
 
     refuse_beyond(_COPIES_RECORDED * component._block.memory.nbytes, f"recording this {component.name}", ExperimentError)
-    stack.enter_context(record(component, path, overwrite=overwrite, experiment=experiment, **options))
+    recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+    stack.enter_context(left_log_told(path))
+    stack.enter_context(recorder)
 
 
 def _show_live(stack: ExitStack, component: Component, title: str) -> None:

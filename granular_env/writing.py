@@ -66,3 +66,14 @@ def refused_unless_file(path: str | os.PathLike[str]) -> Path:
         what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"
         raise ParameterError(f"{os.fspath(path)!r} is {what}; give the path of a file to write")
     return target
+
+
+def with_article(name: object) -> str:
+    """A noun with "a" or "an" before it."""
+    text = str(name)
+    return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"
+
+
+def counted(number: int, noun: str, plural: str = "") -> str:
+    """A number and its noun: "1 frame", "2 frames"; `plural` where that is not the noun with an s."""
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"

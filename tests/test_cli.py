@@ -225,6 +225,50 @@ def test_recover_check_and_report(log, folder, capsys):
     assert [*Path("page").glob("*.html")]
 
 
+def test_a_report_is_written_to_a_folder_only(log, capsys):
+    before = Path(log).read_bytes()
+    assert main(["report", log, "-o", log]) == 2
+    assert "'a.mcap' is a file, expected a folder" in capsys.readouterr().err
+    assert Path(log).read_bytes() == before
+    Path("bare").write_bytes(before)
+    assert main(["report", "bare"]) == 0
+    assert capsys.readouterr().out == "written: bare-report/report.html\n"
+
+
+def test_recovering_a_complete_log_says_so(log, capsys):
+    assert main(["recover", log, "-o", "same.mcap"]) == 0
+    assert "lost: nothing, the log was complete (0 bytes)" in capsys.readouterr().out
+
+
+def test_figures_that_a_run_gave_no_rise_to_are_left_out(folder, capsys):
+    arguments = ["run", "nesterenko-1983/3.4-piston-20", "--set", "input.left_velocity=0", "--log", "still.mcap"]
+    assert main(arguments) == 0
+    assert main(["replay", "still.mcap"]) == 0
+    assert re.search(r"\bnan\b", capsys.readouterr().out) is None
+
+
+def test_a_name_that_is_nothing_is_answered_with_the_nearest_and_the_list(capsys):
+    for command in ("run", "describe"):
+        assert main([command, "nope"]) == 2
+        told = capsys.readouterr().err
+        assert "`granular-env list`" in told and len(told) < 300
+
+
+def test_a_log_is_told_apart_from_an_experiment(log, capsys):
+    for command in ("describe", "run"):
+        assert main([command, log]) == 2
+        told = f"granular-env {command}: a.mcap: this is a log, try `granular-env check` or `granular-env report`\n"
+        assert capsys.readouterr().err == told
+
+
+def test_words_agree_with_their_numbers(log, capsys):
+    assert main(["check", log]) == 0
+    assert main(["check", "oscillator/pushed"]) == 0
+    assert capsys.readouterr().out.count("an oscillator") == 2
+    assert main(["replay", log, "--verify"]) == 0
+    assert re.search(r"\b1 \w+(s|es)\b", capsys.readouterr().out) is None
+
+
 OPENING = [
     ["check", "a.mcap"],
     ["replay", "a.mcap"],
@@ -265,6 +309,19 @@ def test_without_a_screen_the_options_are_named(log, capsys, monkeypatch):
 def test_view_saves_for_rerun(log, capsys):
     assert main(["view", log, "--save", "a.rrd"]) == 0
     assert Path("a.rrd").stat().st_size > 1000
+
+
+def test_view_saves_over_nothing_but_a_rerun_file(log, folder, capsys):
+    before = Path(log).read_bytes()
+    os.link(log, "log.rrd")
+    Path("notes.rrd").write_text("notes")
+    for path, said in ((log, "ends in .rrd"), ("log.rrd", "is no rerun file"), ("notes.rrd", "is no rerun file")):
+        assert main(["view", log, "--save", path]) == 2
+        assert said in capsys.readouterr().err
+    assert Path(log).read_bytes() == before
+    assert Path("notes.rrd").read_text() == "notes"
+    assert main(["view", log, "--save", "a.rrd"]) == 0
+    assert main(["view", log, "--save", "a.rrd"]) == 0
 
 
 # -- faults ---------------------------------------------------------------------------------------------------------

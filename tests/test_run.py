@@ -189,6 +189,23 @@ def test_observers_look_on_and_are_let_go():
     assert state(run(OSCILLATOR).component) != state(result.component)
 
 
+def test_an_error_in_the_middle_tells_of_the_log_that_is_left(tmp_path, capsys):
+    from granular_env.cli import main
+
+    path, child = tmp_path / "broken.mcap", tmp_path / "child.mcap"
+    fatal = 'input.force={ profile = "constant", value = 1e308 }'
+    assert main(["run", "oscillator/pushed", "--set", fatal, "--log", str(path)]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    with open_log(path) as log:
+        assert lines[-1] == f"log: {str(path)!r} is complete until {log.end_tick * log.step_size:.9g} s"
+    run(OSCILLATOR, log=tmp_path / "whole.mcap")
+    assert main(["branch", str(tmp_path / "whole.mcap"), "--at", "0.5", "--set", fatal, "--log", str(child)]) == 2
+    assert capsys.readouterr().err.splitlines()[-1].startswith(f"log: {str(child)!r} is complete until ")
+    # What stood there before is not taken for the run's own.
+    assert main(["run", "oscillator/pushed", "--log", str(path)]) == 2
+    assert "complete until" not in capsys.readouterr().err
+
+
 # -- Ctrl-C ---------------------------------------------------------------------------------------------------------
 
 
@@ -217,9 +234,14 @@ def test_an_interrupt_inside_the_loop_gives_a_result(tmp_path):
     assert verify(tmp_path / "x.mcap").identical
 
 
-def test_ctrl_c_on_the_command_line_leaves_a_complete_log(tmp_path):
-    log = tmp_path / "long.mcap"
-    command = [sys.executable, "-m", "granular_env", "run", "oscillator/pushed", "--set", "duration=1e9", "--log", str(log)]
+@pytest.mark.parametrize("command", ["run", "branch"])
+def test_ctrl_c_on_the_command_line_leaves_a_complete_log(command, tmp_path):
+    log, parent = tmp_path / "long.mcap", tmp_path / "parent.mcap"
+    arguments = ["oscillator/pushed", "--set", "duration=1e9"]
+    if command == "branch":
+        run(OSCILLATOR, log=parent)
+        arguments = [str(parent), "--at", "0.5", "--until", "1e9"]
+    command = [sys.executable, "-m", "granular_env", command, *arguments, "--log", str(log)]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         # The log has grown beyond its header: the loop is running.

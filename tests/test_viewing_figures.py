@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from granular_env.components.catalogue import make
-from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
+from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.recording import open_log, record
 from granular_env.viewing import colours, figures, report
+from granular_env.viewing.events import told_events
 from granular_env.viewing.exaggeration import chosen_exaggeration
 from granular_env.viewing.footage import from_component, from_log
 
@@ -171,6 +172,66 @@ def test_report_of_a_component_without_particles(oscillator_log, tmp_path):
     assert headings == ["Outputs", "Inputs", "Ledger", "Validity", "Parameters", "Environment", "Replay it"]
     with pytest.raises(ParameterError, match="no motion"):
         report(oscillator_log, tmp_path, grains=[0])
+
+
+def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_path):
+    chain = make("chain", grains=20, left="piston")
+    with record(chain, tmp_path / "v.mcap", every=1e-6, variables=["velocity"]):
+        chain.step(5e-5, left_velocity=5.0)
+    with open_log(tmp_path / "v.mcap") as log:
+        motion = from_log(log).motion
+        np.testing.assert_array_equal(motion.colour, log.to_numpy("velocity"))
+        # No overlaps are made up from displacements that nobody knows.
+        assert not motion.displacement.any() and motion.contact is None
+        html = report(log, tmp_path).read_text()
+    for heading in ("x-t diagram", "Profiles at chosen times", "Histories of chosen grains"):
+        assert heading in html
+    assert "positions at the start" in html
+
+
+def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
+    chain = make("chain", grains=20, left="piston")
+    with record(chain, tmp_path / "cut.mcap", every=1e-6):
+        chain.step(2e-5, left_velocity=5.0)
+        chain.reset()
+        chain.step(1e-5, left_velocity=2.0)
+        with pytest.raises(StepError):
+            chain.step(1e-3, left_velocity=1e6)
+    with open_log(tmp_path / "cut.mcap") as log:
+        footage = from_log(log)
+        for drawn in (footage.motion, footage.curves["kinetic_energy"]):
+            assert [drawn.ticks[cut] for cut in drawn.cuts] == [log.segments[0].end]
+        html = report(log, tmp_path).read_text()
+    line = figures.histories(footage.motion, grains=[0]).axes[0].lines[0]
+    assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == footage.motion.cuts.tolist()
+    energies = figures.ledger(footage).axes[0].lines[0]
+    assert np.isnan(energies.get_ydata()).sum() == 1
+    top = html.partition("<nav>")[0]
+    assert "A step failed: StepError: " in top and "The log has 2 segments" in top
+
+
+def test_steps_that_were_written_and_undone_are_told():
+    from types import SimpleNamespace
+
+    def told(**event):
+        return told_events(SimpleNamespace(metadata={"events": [event]}, segments=[1]))
+
+    assert told(event="failed", kind="StepError", message="too fast", undone_ticks=12) == [
+        "A step failed: StepError: too fast; 12 internal steps of it, which had been written already, were undone"
+    ]
+    assert told(event="interrupted", kind="KeyboardInterrupt", message="") == ["A step was interrupted (KeyboardInterrupt)"]
+    assert told(event="something") == []
+
+
+def test_histories_are_of_grains_that_the_wave_reached(tmp_path):
+    chain = make("chain", grains=200, left="piston")
+    with record(chain, tmp_path / "a.mcap", every=1e-6):
+        chain.step(1e-4, left_velocity=5.0)
+    with open_log(tmp_path / "a.mcap") as log:
+        motion = from_log(log).motion
+    chosen = figures.default_grains(motion)
+    assert len(chosen) == 5 and chosen[0] == 0 and chosen[-1] < 100
+    assert np.abs(motion.colour[:, chosen]).max(axis=0).min() > 0.1
 
 
 def test_a_folder_that_cannot_be_written_is_named(oscillator_log, tmp_path):

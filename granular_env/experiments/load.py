@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import copy
+import difflib
 import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import ExperimentError, nearest
+from granular_env.components.errors import ExperimentError
 
 from .faults import overridden, shortened
 from .files import read_bounded, refuse_long_keys
@@ -19,6 +21,8 @@ from .schema import Experiment, known_keys, parse, refuse_unknown
 Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
 
 _SHIPPED = Path(__file__).parent
+# The first bytes of every MCAP file.
+_LOG_MAGIC = b"\x89MCAP"
 _LARGEST_FILE = 16 * 2**20
 # Keys of experiments: a sum of sums goes deepest, the name of an input is longest.
 _MOST_PARTS, _LONGEST_PART = 32, 200
@@ -64,10 +68,12 @@ def experiment_path(source: str | os.PathLike[str]) -> Path:
     """The file behind a shipped name or a path; `ExperimentError` where there is none."""
     try:
         path = Path(source)
-        if path.is_file():
-            return path
+        is_file = path.is_file()
     except (TypeError, ValueError, OSError) as error:
         raise ExperimentError(f"experiment {shortened(source)}: no name and no path: {error}") from None
+    if is_file:
+        _refuse_log(path)
+        return path
     names = shipped_experiments()
     if str(source) in names:
         return _SHIPPED / f"{source}.toml"
@@ -76,9 +82,27 @@ def experiment_path(source: str | os.PathLike[str]) -> Path:
         raise ExperimentError(f"{path}: it is {what}, expected a TOML file or a name of `granular-env list`")
     if path.suffix == ".toml":
         raise ExperimentError(f"{path}: there is no such file")
+    raise ExperimentError(
+        f"experiment {shortened(str(source))}: no shipped experiment and no file; {nearest_names(str(source), names)}"
+    )
+
+
+def _refuse_log(path: Path) -> None:
+    """`ExperimentError` where a file is a log and no experiment; one that cannot be read is told of when it is."""
+    with suppress(OSError), path.open("rb") as file:
+        if file.read(len(_LOG_MAGIC)) == _LOG_MAGIC:
+            raise ExperimentError(f"{path}: this is a log, try `granular-env check` or `granular-env report`")
+
+
+def nearest_names(name: str, known: Iterable[str]) -> str:
+    """Advice for a name that is not in the list: the right one if it is plain, else the nearest and where the list is."""
+    names = sorted(known)
     short = {name.rpartition("/")[2]: name for name in names}
-    advice = f"did you mean {short[str(source)]!r}?" if str(source) in short else nearest(str(source), names)
-    raise ExperimentError(f"experiment {shortened(str(source))}: no shipped experiment and no file; {advice}")
+    close = [short[name]] if name in short else difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    if close:
+        return f"did you mean {close[0]!r}?"
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.0)
+    return f"the nearest: {', '.join(near)}; `granular-env list` names all"
 
 
 def read_document(path: Path) -> dict[str, Any]:

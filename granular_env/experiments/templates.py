@@ -14,13 +14,13 @@ from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Component
-from granular_env.components.errors import ExperimentError, nearest
+from granular_env.components.errors import ExperimentError
 from granular_env.writing import write_files
 
 from .csv_input import LARGEST_FILE
 from .files import read_bounded
 from .inputs import CsvTable, ProfileTable, SumTable
-from .load import experiment_path, load_experiment, shipped_experiments
+from .load import experiment_path, load_experiment, nearest_names, shipped_experiments
 
 _KEY_WIDTH = 40
 
@@ -40,10 +40,11 @@ def template(name: str, new_name: str | None = None) -> str:
     try:
         text = experiment_path(name).read_text(encoding="utf-8")
     except ExperimentError as error:
-        if Path(name).suffix == ".toml":
+        if Path(name).suffix == ".toml" or os.path.exists(name):
             raise
         known = [*catalogue.names(), *shipped_experiments()]
-        raise ExperimentError(f"{name!r} is no component, no shipped experiment and no file; {nearest(name, known)}") from error
+        advice = nearest_names(name, known)
+        raise ExperimentError(f"{name!r} is no component, no shipped experiment and no file; {advice}") from error
     except (OSError, UnicodeDecodeError) as error:
         raise ExperimentError(f"{name}: cannot be read as text: {error}") from error
     if new_name is None:

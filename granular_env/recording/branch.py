@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from ..components.contract import Component, Held
 from ..components.errors import LogError, ParameterError, nearest
 from ..components.profiles import Profile
 from .index import Segment
+from .left import left_log_told
 from .options import checked_names, checked_schedule
 from .reader import Log, open_log, restore
 from .replay import advance
@@ -74,17 +76,45 @@ class Branch:
             ParameterError: an argument is not valid; nothing has been written.
             StepError: the physics would break down with these inputs; the log until then is complete.
         """
-        component, given = self.component, dict(inputs or {})
-        self._check(given)
-        end = self.segment.end if until is None else component.ticks_in(until, "until")
-        if end < component.tick:
-            raise ParameterError(f"until: got {until:g} s, the branch begins at {component.time:g} s")
-        target = as_path(log)
-        if os.path.exists(target) and os.path.samefile(target, self.parent.path):
-            raise ParameterError(f"log: {str(target)!r} is the parent itself; choose another name")
-        with self._recorder(target, every, variables, overwrite):
+        given, target = dict(inputs or {}), as_path(log)
+        end = self.end(until)
+        with self.recording(target, given, every=every, variables=variables, overwrite=overwrite):
             self._go_on(given, end)
         return open_log(target, allow_large=self.parent._caps.lifted)
+
+    def end(self, until: float | None = None) -> int:
+        """The tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
+        end = self.segment.end if until is None else self.component.ticks_in(until, "until")
+        if end < self.component.tick:
+            raise ParameterError(f"until: got {until:g} s, the branch begins at {self.component.time:g} s")
+        return end
+
+    def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
+        """The inputs to set at each tick from here on: those given, and of the log's the others."""
+        found, tick = {self.tick: dict(inputs)}, self.tick
+        for ticks, sets in self.remaining:
+            found.setdefault(tick, {}).update({name: value for name, value in sets.items() if name not in inputs})
+            tick += ticks
+        return found
+
+    @contextmanager
+    def recording(
+        self,
+        log: str | os.PathLike[str],
+        inputs: Mapping[str, Any],
+        *,
+        every: float | None = None,
+        variables: list[str] | None = None,
+        overwrite: bool = False,
+    ) -> Iterator[None]:
+        """Records the component while the block lasts; arguments and errors are those of `run`."""
+        target = as_path(log)
+        self._check(dict(inputs))
+        if os.path.exists(target) and os.path.samefile(target, self.parent.path):
+            raise ParameterError(f"log: {str(target)!r} is the parent itself; choose another name")
+        recorder = self._recorder(target, every, variables, overwrite)
+        with left_log_told(target), recorder:
+            yield
 
     def _check(self, given: dict[str, Any]) -> None:
         known = self.parent.input_variables

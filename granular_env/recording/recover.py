@@ -43,11 +43,19 @@ def recover(
         raise ParameterError(f"out: {str(target)!r} is the damaged log itself; choose another name")
     with Log(source, allow_large, scan=True) as log, replacing(target, LogError) as part:
         unharmed = f"{str(source)!r} is as it was; nothing was left behind"
-        _copy(log, Sink(target, create(part, overwrite=True), unharmed))
+        _copy(log, Sink(target, create(part, overwrite=True), unharmed), _has_summary(source, allow_large))
     return open_log(target, allow_large=allow_large)
 
 
-def _copy(log: Log, sink: Sink) -> None:
+def _has_summary(source: Path, allow_large: bool) -> bool:
+    try:
+        with Log(source, allow_large) as log:
+            return log.complete
+    except GranularError:
+        return False
+
+
+def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
     """Every record as it is, then the film for stock viewers, then what was lost."""
     closing: Record | None = None
     for chunk in range(log._container.chunk_count):
@@ -60,16 +68,15 @@ def _copy(log: Log, sink: Sink) -> None:
                 else:
                     sink.add(record, message.nanoseconds)
     _film(log, sink)
-    _finish(log, sink, closing)
+    _finish(log, sink, closing, had_summary)
 
 
-def _finish(log: Log, sink: Sink, closing: Record | None) -> None:
+def _finish(log: Log, sink: Sink, closing: Record | None, had_summary: bool) -> None:
     segment = log._index.all_segments[-1] if log._index.all_segments else None
     number, tick = (segment.number, segment.end) if segment else (0, 0)
     nanoseconds = round((log.end_tick - log.start_tick) * log.step_size * 1e9)
-    lost = log._container.damage or (
-        "nothing but the summary" if closing else "what had not been written when the process ended"
-    )
+    nothing = "nothing, the log was complete" if had_summary else "nothing but the summary"
+    lost = log._container.damage or (nothing if closing else "what had not been written when the process ended")
     bytes_lost = log._container.bytes_lost
     told = {"event": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": bytes_lost}
     sink.add(Record(EVENTS, 0, number, tick, tick, 1, sink.number(EVENTS), told, {}), nanoseconds)

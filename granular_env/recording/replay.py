@@ -13,6 +13,7 @@ import numpy as np
 
 from ..components.contract import Component, Held, Snapshot, StepError
 from ..components.errors import GranularError, LogError
+from ..writing import counted
 from .accounts import changed_input, changed_parameters
 from .batch import hash_row, held_word
 from .facts import machine, versions
@@ -322,8 +323,9 @@ class _Replay:
         if not result.identical:
             result.notes += _foreign_facts(self.log._header)
         compared = (
-            f"{result.steps} steps compared ({result.ticks} internal steps, {result.frames} frames, "
-            f"{result.hashes} hashes, {result.snapshots} snapshots)"
+            f"{counted(result.steps, 'step')} compared ({counted(result.ticks, 'internal step')}, "
+            f"{counted(result.frames, 'frame')}, {counted(result.hashes, 'hash', 'hashes')}, "
+            f"{counted(result.snapshots, 'snapshot')})"
         )
         ending = "" if result.complete else " The log was not closed; what it holds was compared."
         result.message = (

@@ -37,7 +37,7 @@ def blueprint(footage: Footage, scales: Scales | None, duration: float | None) -
     if motion is not None and scales is not None:
         if has_closeup(motion):
             rows, shares = [_closeup(motion, scales), *rows], [1.2, *shares]
-        rows, shares = [_whole(rrb, scales), *rows], [3.6, *shares]
+        rows, shares = [_whole(rrb, motion, scales), *rows], [3.6, *shares]
     return rrb.Blueprint(
         rrb.Vertical(*rows, row_shares=shares),
         _time_panel(rrb, duration),
@@ -63,12 +63,14 @@ def _plot(rrb: Any, plot: Plot) -> Any:
 
 def _closeup(motion: Motion, scales: Scales) -> Any:
     name = f"Close-up: the {WINDOW} grains around the one of largest {motion.colour_variable.name}"
-    return closeup_eye(motion).view(f"{name}; overlaps drawn {scales.stretch}", ["closeup/**"])
+    drawn = f"overlaps drawn {scales.stretch}" if motion.located else "positions at the start"
+    return closeup_eye(motion).view(f"{name}; {drawn}", ["closeup/**"])
 
 
-def _whole(rrb: Any, scales: Scales) -> Any:
+def _whole(rrb: Any, motion: Motion, scales: Scales) -> Any:
     """From the side, and in a second tab as a space to turn around in."""
-    name = f"The chain from the side; displacements drawn {scales.stretch}, grains to scale"
+    drawn = f"displacements drawn {scales.stretch}" if motion.located else "positions at the start"
+    name = f"The chain from the side; {drawn}, grains to scale"
     return rrb.Tabs(
         whole_eye(scales).view(name, ["scene/**"]),
         rrb.Spatial3DView(origin="scene", name="The same in 3D", line_grid=False, eye_controls=_oblique(rrb, scales)),

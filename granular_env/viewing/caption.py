@@ -41,13 +41,13 @@ def _motion_lines(motion: Motion, scales: Scales) -> list[str]:
     radii = f"{motion.radius.min() * 1e3:.4g}"
     if motion.radius.max() > motion.radius.min():
         radii += f" to {motion.radius.max() * 1e3:.4g}"
-    lines = [
-        f"**{motion.total} grains**, radius {radii} mm (true to scale), seen from the side.",
-        "",
-        f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.** The overlaps you see are stretched by "
-        "the same factor." + ("" if scales.settled else " Factor and limits are adjusted while the run goes on."),
-        "",
-    ]
+    lines = [f"**{motion.total} grains**, radius {radii} mm (true to scale), seen from the side.", ""]
+    if motion.located:
+        lines += [
+            f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.** The overlaps you see are stretched "
+            "by the same factor." + ("" if scales.settled else " Factor and limits are adjusted while the run goes on."),
+            "",
+        ]
     if motion.colour is not None:
         lines += [
             f"**Colour: {name}**, from -{scales.colour_limit:g} {unit} (blue) through 0 (white) "

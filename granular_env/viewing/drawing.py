@@ -101,11 +101,16 @@ def draw_curves(axes: Axes, curves: Sequence[Curve], label: str) -> None:
     """Scalars in time, with a legend."""
     scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
     for place, curve in enumerate(curves):
-        axes.plot(curve.times * scale, curve.values, label=curve.name.replace("_", " "), **line(place))
+        axes.plot(*broken(curve.times * scale, curve.values, curve.cuts), label=curve.name.replace("_", " "), **line(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
     if len(curves) > 1:
         legend(axes)
+
+
+def broken(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    """Times and values with NaN before each cut, so that no line is drawn across it."""
+    return np.insert(times, cuts, times[cuts]), np.insert(values, cuts, np.nan)
 
 
 def line(place: int) -> dict[str, Any]:

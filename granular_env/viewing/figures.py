@@ -19,6 +19,7 @@ from granular_env.components.errors import ParameterError
 from .colours import DIVERGING, PALETTE
 from .drawing import (
     DARK,
+    broken,
     canvas,
     coloured,
     draw_curves,
@@ -57,6 +58,9 @@ __all__ = [
 ]
 
 FloatArray = npt.NDArray[np.float64]
+
+# The wave has reached a particle that changed by this part of the largest change.
+_REACHED = 0.05
 
 
 @styled
@@ -108,7 +112,7 @@ def profiles(motion: Motion, times: Sequence[float] | None = None) -> Figure:
 
 @styled
 def histories(motion: Motion, grains: Sequence[int] | None = None) -> Figure:
-    """The quantity of some particles in time (default: up to five, evenly spaced).
+    """The quantity of some particles in time (default: up to five that the wave reached).
 
     Raises:
         ParameterError: no such particle.
@@ -119,7 +123,8 @@ def histories(motion: Motion, grains: Sequence[int] | None = None) -> Figure:
     figure = new_figure(8.0, 4.2)
     axes = figure.subplots()
     for place, column in enumerate(columns):
-        axes.plot(motion.times * scale, coloured(motion)[:, column], label=f"grain {column * motion.every}", **line(place))
+        times, values = broken(motion.times * scale, coloured(motion)[:, column], motion.cuts)
+        axes.plot(times, values, label=f"grain {column * motion.every}", **line(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=quantity(motion))
     axes.margins(x=0.0)
     legend(axes)
@@ -206,8 +211,13 @@ def default_times(motion: Motion) -> list[float]:
 
 
 def default_grains(motion: Motion) -> list[int]:
-    """Up to five particles, evenly spaced, the ends among them."""
-    columns = np.unique(np.rint(np.linspace(0, len(motion.radius) - 1, 5)).astype(int))
+    """Up to five particles, evenly spaced among those that the wave reached (all of them, where none moved)."""
+    reached = np.arange(len(motion.radius))
+    if motion.colour is not None:
+        change = np.abs(motion.colour - motion.colour[0]).max(axis=0)
+        if change.max() > 0.0:
+            reached = np.flatnonzero(change > _REACHED * change.max())
+    columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
     return (columns * motion.every).tolist()
 
 

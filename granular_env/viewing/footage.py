@@ -34,6 +34,7 @@ class Curve:
         times: shape (samples,) [s].
         ticks: shape (samples,).
         values: shape (samples,), in `unit`.
+        cuts: indices of the first samples of later segments: no line leads there from the sample before.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Curve:
     times: FloatArray
     ticks: npt.NDArray[np.int64]
     values: FloatArray
+    cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 @dataclass(frozen=True)
@@ -53,13 +55,15 @@ class Motion:
         ticks: shape (frames,).
         reference: positions at rest of the particles shown, shape (n, 3) [m].
         radius: shape (n,) [m].
-        displacement: shape (frames, n, 3) [m].
+        displacement: shape (frames, n, 3) [m]; zeros where it was not recorded.
         colour: the variable that colours them, shape (frames, n); None where it was not recorded.
         colour_variable: name, unit and meaning of it.
         contact: force or overlap of particles i and i + 1, never negative, shape (frames, n - 1); None where unknown.
         contact_name, contact_unit: which of the two it is.
         every: each `every`-th particle is shown; 1 shows all.
         total: how many particles there are.
+        located: whether the displacements were recorded; otherwise the particles stay at their positions at the start.
+        cuts: indices of the first frames of later segments.
     """
 
     times: FloatArray
@@ -74,6 +78,8 @@ class Motion:
     contact_unit: str
     every: int = 1
     total: int = 0
+    located: bool = True
+    cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 @dataclass(frozen=True)
@@ -112,27 +118,39 @@ def title_of(log: Any) -> str:
 
 def _motion(log: Any, frames: int) -> Motion | None:
     particles: Particles | None = log.particles
+    if particles is None:
+        return None
     source = _displacement_source(log, particles)
-    if particles is None or source is None:
+    # Without displacements, what colours the particles still says when and what.
+    clock = source or (particles.colour if _has_frames(log, particles.colour) else None)
+    if clock is None:
         return None
     every = -(-len(particles.radius) // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
     count = len(particles.radius[shown])
-    picked = _picked(len(log.times(source)), max(2, min(frames, MAXIMUM_POINTS // count)))
-    times, moved = sampled(log, source, picked)
+    picked = _picked(len(log.times(clock)), max(2, min(frames, MAXIMUM_POINTS // count)))
+    displacement = _displacement(log, particles, source, picked)
+    colour = sampled(log, particles.colour, picked)[1][:, shown] if _has_frames(log, particles.colour) else None
+    force = log.variables.get("contact_force")
+    known = force is not None and _fits(force, len(particles.radius))
+    force_frames = sampled(log, "contact_force", picked)[1] if known else None
+    return Motion(
+        np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
+        particles.reference[shown], particles.radius[shown], displacement[:, shown],
+        colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
+        *_contacts(particles, displacement if source else None, force_frames, every),
+        every, len(particles.radius), source is not None, _cuts(log, clock, picked),
+    )  # fmt: skip
+
+
+def _displacement(log: Any, particles: Particles, source: str | None, picked: npt.NDArray[np.int64]) -> FloatArray:
+    if source is None:
+        return np.zeros((len(picked), len(particles.radius), 3))
+    _, moved = sampled(log, source, picked)
     displacement = _as_vectors(moved)
     if source != particles.displacement:
         displacement -= particles.reference if moved.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
-    colour = sampled(log, particles.colour, picked)[1][:, shown] if particles.colour in log.variables else None
-    force = log.variables.get("contact_force")
-    known = force is not None and _fits(force, len(particles.radius))
-    return Motion(
-        times, np.asarray(log.ticks(source))[picked],
-        particles.reference[shown], particles.radius[shown], displacement[:, shown],
-        colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
-        *_contacts(particles, displacement, sampled(log, "contact_force", picked)[1] if known else None, every),
-        every, len(particles.radius),
-    )  # fmt: skip
+    return displacement
 
 
 def _fits(force: Variable, particles: int) -> bool:
@@ -140,23 +158,27 @@ def _fits(force: Variable, particles: int) -> bool:
 
 
 def _contacts(
-    particles: Particles, displacement: FloatArray, force: FloatArray | None, every: int
+    particles: Particles, displacement: FloatArray | None, force: FloatArray | None, every: int
 ) -> tuple[FloatArray | None, str, str]:
     """Contact forces where they are known, else the overlaps of neighbours, with name and unit."""
     if every > 1 or len(particles.radius) < 2:
         return None, "", ""
     if force is not None:
         return force, "force", "N"
+    if displacement is None:
+        return None, "", ""
     gap = np.diff(particles.reference[:, 0]) - particles.radius[1:] - particles.radius[:-1]
     overlap = -(gap + np.diff(displacement[..., 0], axis=1))
     # What is closer than rounding is a touch.
     return np.where(overlap > 1e-12 * particles.radius.min(), overlap * 1e6, 0.0), "overlap", "\u00b5m"
 
 
-def _displacement_source(log: Any, particles: Particles | None) -> str | None:
-    if particles is None:
-        return None
-    return next((name for name in (particles.displacement, "position") if name in log.variables and len(log.times(name))), None)
+def _displacement_source(log: Any, particles: Particles) -> str | None:
+    return next((name for name in (particles.displacement, "position") if _has_frames(log, name)), None)
+
+
+def _has_frames(log: Any, name: str) -> bool:
+    return name in log.variables and len(log.times(name)) > 0
 
 
 def _as_vectors(moved: FloatArray) -> FloatArray:
@@ -175,6 +197,17 @@ def _picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
     return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
 
 
+def _cuts(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Which of the frames picked are the first of a later segment."""
+    ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
+    bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
+    # Where two segments meet, a frame of each may lie on the same tick; the later one begins the segment.
+    after = np.searchsorted(ticks, bounds, side="right")
+    firsts = np.where(np.isin(bounds, ticks), after - 1, after)
+    cuts = np.unique(np.searchsorted(picked, firsts))
+    return cuts[(cuts > 0) & (cuts < len(picked))]
+
+
 def sampled(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Times (frames,) [s] and values (frames, *shape) of some frames of a recorded variable."""
     times = np.asarray(log.times(name), dtype=np.float64)
@@ -187,7 +220,9 @@ def _curve(log: Any, name: str) -> Curve:
     variable = log.variables[name]
     picked = _picked(len(log.times(name)), MAXIMUM_CURVE_POINTS)
     times, values = sampled(log, name, picked)
-    return Curve(name, variable.unit, variable.description, times, np.asarray(log.ticks(name))[picked], values)
+    return Curve(
+        name, variable.unit, variable.description, times, np.asarray(log.ticks(name))[picked], values, _cuts(log, name, picked)
+    )
 
 
 def _input_curve(log: Any, name: str) -> Curve:
@@ -206,6 +241,8 @@ def _notes(log: Any, motion: Motion | None) -> Iterable[str]:
         yield "The log is incomplete: the run was interrupted, what was written until then is shown."
     if log.particles is not None and motion is None:
         yield "The motion of the particles was not recorded; record displacement or position to see them."
+    if motion is not None and not motion.located:
+        yield "Displacements were not recorded: the particles are drawn at their positions at the start."
     if motion is not None and motion.colour is None:
         yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
     if motion is not None and motion.every > 1:

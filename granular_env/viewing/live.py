@@ -15,11 +15,11 @@ import numpy as np
 
 from granular_env.components.contract import Component, Held
 from granular_env.components.errors import GranularError, GranularWarning
-from granular_env.writing import refused_unless_file
 
 from .blueprint import blueprint
 from .extras import needed
 from .footage import Footage, Motion, from_component
+from .rerun_file import rerun_target
 from .scene import APPLICATION, Scales, scales_of, send_curves, send_motion, send_space_time_picture, send_static
 from .viewer import LOCALHOST, free_port, started, stopped, wait_for_port, web_address
 
@@ -70,7 +70,7 @@ class LiveViewer:
 
         Raises:
             MissingExtraError: rerun is not installed.
-            ParameterError: `save` is a folder or a device.
+            ParameterError: `save` does not end in .rrd, or something other than a rerun file stands there.
             GranularError: the viewer cannot be started.
         """
         self.next_tick, self.frames = 0, 0
@@ -91,9 +91,8 @@ class LiveViewer:
 
     def _connect(self, layout: Any, web: bool, save: str | os.PathLike[str] | None) -> None:
         if save is not None:
-            refused_unless_file(save)
             try:
-                self._recording.save(save, default_blueprint=layout)
+                self._recording.save(rerun_target(save), default_blueprint=layout)
             except (OSError, RuntimeError) as error:
                 raise GranularError(f"cannot write the rerun file {str(save)!r}: {error}") from error
             return

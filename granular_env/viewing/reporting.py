@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.writing import write_files
+from granular_env.writing import with_article, write_files
 
 from . import figures, page
+from .events import told_events
 from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage, from_log
 from .plots import plots
 
@@ -39,16 +40,18 @@ def report(
         log: an open log, of any component.
         folder: where to; made if it is not there.
         times: instants of the profiles [s]; default: four, evenly spaced.
-        grains: whose histories to draw; default: five, evenly spaced.
+        grains: whose histories to draw; default: up to five that the wave reached.
 
     Returns:
         The path of the page.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ParameterError: an instant or a grain that the log does not have; nothing is written.
+        ParameterError: an instant or a grain that the log does not have, or `folder` is a file; nothing is written.
         GranularError: the files cannot be written; then none of them is.
     """
+    if os.path.lexists(folder) and not os.path.isdir(folder):
+        raise ParameterError(f"{os.fspath(folder)!r} is a file, expected a folder; the report's pages and pictures go into it")
     footage = from_log(log, _FRAMES)
     drawn = _drawn(footage, times, grains)
     pictures = {name: figures.png(figure) for name, (figure, _) in drawn.items()}
@@ -123,9 +126,10 @@ def _lead(log: Any, footage: Footage) -> str:
     scale, unit = figures.time_unit(log.duration)
     metadata = log.metadata
     calls = "1 call" if log.steps == 1 else f"{log.steps} calls"
-    what = f"{log.duration * scale:.6g} {unit} of a {metadata.get('component')}, in {calls} of step()"
+    what = f"{log.duration * scale:.6g} {unit} of {with_article(metadata.get('component'))}, in {calls} of step()"
+    notes = [*told_events(log), *footage.notes]
     return page.paragraph(f"{what}; recorded {metadata.get('created')}.", "dim") + (
-        page.bullets(footage.notes, "cautions") if footage.notes else ""
+        page.bullets(notes, "cautions") if notes else ""
     )
 
 

@@ -26,6 +26,7 @@ from granular_env.writing import refused_unless_file, write_files
 from .blueprint import blueprint
 from .extras import needed
 from .footage import Footage, from_log
+from .rerun_file import rerun_target
 from .scene import APPLICATION, TIMELINE, Scales, scales_of, send
 
 # What headless rerun needs of a Debian system, beyond Python packages.
@@ -49,7 +50,7 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
 
     Args:
         log: an open log.
-        path: of the .rrd file.
+        path: of the .rrd file; a rerun file that stands there is replaced, any other file is not.
         exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no grains
             pass one another. The factor is stated in the scene.
 
@@ -58,12 +59,11 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
 
     Raises:
         MissingExtraError: rerun or matplotlib is not installed.
-        ParameterError: the factor is not a positive number.
+        ParameterError: the factor is not a positive number, or the path does not end in .rrd or is that of another file.
         GranularError: the file cannot be written.
     """
     rr = needed("rerun", "saving a rerun file")
-    target = Path(path)
-    refused_unless_file(target)
+    target = rerun_target(path)
     footage = from_log(log)
     scales = _scales(footage, exaggerate)
     # A file's name may hold bytes that are no text; rerun takes text only.

@@ -1,0 +1,47 @@
+"""What happened to a run besides its steps, in sentences: failures, interruptions, a recovery."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+_MOST = 20
+_LONGEST = 1000
+
+
+def told_events(log: Any) -> list[str]:
+    """A sentence for each event of a log that its reader should know of, and one for its segments if they are several."""
+    sentences = [text for event in log.metadata["events"] if (text := _told(event))]
+    if len(sentences) > _MOST:
+        sentences = [*sentences[:_MOST], f"{len(sentences) - _MOST} more events are in the log"]
+    if (count := len(log.segments)) > 1:
+        why = "the component was reset, restored or put back in between"
+        sentences.append(f"The log has {count} segments, laid end to end in time: {why}.")
+    return sentences
+
+
+def _told(event: Mapping[str, Any]) -> str | None:
+    kind = event.get("event")
+    if kind == "recovered":
+        return f"Recovered from another log; lost: {_cut(event.get('lost'))}."
+    if kind not in ("failed", "interrupted"):
+        return None
+    told = ": ".join(_cut(event[key]) for key in ("kind", "message") if event.get(key))
+    if kind == "failed":
+        return f"A step failed: {told}" + _undone(event)
+    return "A step was interrupted" + (f" ({told})" if told else "") + _undone(event)
+
+
+def _undone(event: Mapping[str, Any]) -> str:
+    ticks = event.get("undone_ticks")
+    if not isinstance(ticks, int) or ticks <= 0:
+        return ""
+    written = "1 internal step of it, which had been written already, was" if ticks == 1 else (
+        f"{ticks} internal steps of it, which had been written already, were"
+    )  # fmt: skip
+    return f"; {written} undone"
+
+
+def _cut(value: object) -> str:
+    text = str(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."

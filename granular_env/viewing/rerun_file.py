@@ -1,0 +1,37 @@
+"""The path of a rerun file to write: nothing but a rerun file is ever replaced by one."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from granular_env.components.errors import GranularError, ParameterError
+from granular_env.writing import refused_unless_file
+
+# The first bytes of every rerun file; the version that follows them differs.
+_MAGIC = b"RRF"
+
+
+def rerun_target(path: str | os.PathLike[str]) -> Path:
+    """A path as one to write a rerun file to.
+
+    Raises:
+        ParameterError: its name does not end in .rrd, or what stands there (a log, say) is no rerun file.
+        GranularError: what stands there cannot be read.
+    """
+    name = os.fspath(path)
+    there = refused_unless_file(path)
+    if Path(name).suffix.lower() != ".rrd":
+        raise ParameterError(f"{name!r}: a rerun file is written; give a name that ends in .rrd")
+    # A name that no file can have is told by the writing itself.
+    if not os.path.exists(there):
+        return Path(path)
+    try:
+        # An empty file holds nothing to lose.
+        with there.open("rb") as file:
+            first = file.read(len(_MAGIC))
+    except OSError as error:
+        raise GranularError(f"{name!r} cannot be read: {error.strerror or error}; choose another name") from error
+    if first not in (b"", _MAGIC):
+        raise ParameterError(f"{name!r} exists and is no rerun file, so it is not replaced; choose another name")
+    return Path(path)
