@@ -294,6 +294,10 @@ def test_dark_is_dark_and_everything_can_be_read(whole, chromium, dark):
     }
     for name, places in styles.items():
         for place in places:
+            # Which verdicts there are hangs on the numbers; every paper has good ones and others.
+            if place.startswith("td.verdict.") and not chromium.evaluate(f"!!document.querySelector('{place}')"):
+                assert place != "td.verdict.good"
+                continue
             colour = chromium.evaluate(f"getComputedStyle(document.querySelector('{place}')).{name}")
             light, dim = sorted((luminance(back), luminance(colour)), reverse=True)
             # WCAG: 4.5 for text, 3 for graphics.
