@@ -337,6 +337,24 @@ def test_tiles_leave_no_trace_in_a_general_exponent(monkeypatch) -> None:  # noq
     assert moved(17_000).tobytes() == moved(3000).tobytes()
 
 
+# -- what tells one law from another ------------------------------------------------------------------------------------
+
+
+def test_laws_of_like_parameters_are_not_confused() -> None:
+    """A snapshot of one law must not go on in another."""
+    viscous, kuwabara_kono = (
+        ge.Chain(grains=4, law={"name": name, "dissipation": 5.0}, step_size=1e-7) for name in ("viscous", "kuwabara_kono")
+    )
+    assert viscous.identity != kuwabara_kono.identity
+    with pytest.raises(ParameterError, match="identity"):
+        kuwabara_kono.restore(viscous.save())
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_a_law_keeps_its_name_where_defaults_are_left_out(law: dict) -> None:
+    assert ge.Chain(grains=4, law=law).parameters.model_dump(mode="json", exclude_defaults=True)["law"] == law
+
+
 # -- what is refused ----------------------------------------------------------------------------------------------------
 
 

@@ -251,6 +251,29 @@ def test_a_changed_parameter_is_caught(tmp_path: Path, honest_identity: bool) ->
 
 
 @pytest.mark.parametrize("honest_identity", [True, False])
+def test_a_changed_name_of_a_law_is_caught(tmp_path: Path, honest_identity: bool) -> None:
+    """Where all else that the law says stays."""
+    mine, other = (
+        catalogue.make("chain", **{**CHAIN, "law": {"name": name, "dissipation": 0.0}, "step_size": 1e-7})
+        for name in ("viscous", "kuwabara_kono")
+    )
+    with record(mine, tmp_path / "a.mcap"):
+        mine.reset()
+        mine.step(20 * mine.step_size)
+
+    def change(old: Record) -> Record:
+        if old.kind != HEADER:
+            return old
+        law = {**old.header["parameters"]["law"], "name": "kuwabara_kono"}
+        header = {**old.header, "parameters": {**old.header["parameters"], "law": law}}
+        return dataclasses.replace(old, header={**header, "identity": other.identity} if honest_identity else header)
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable == "law"
+
+
+@pytest.mark.parametrize("honest_identity", [True, False])
 def test_a_changed_parameter_that_changes_the_step_size_is_named(tmp_path: Path, honest_identity: bool) -> None:
     chain_log(tmp_path / "a.mcap")
     identity = catalogue.make("chain", **{**CHAIN, "radius": 9e-3}).identity
