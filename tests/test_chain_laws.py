@@ -337,6 +337,23 @@ def test_tiles_leave_no_trace_in_a_general_exponent(monkeypatch) -> None:  # noq
     assert moved(17_000).tobytes() == moved(3000).tobytes()
 
 
+POWER = {"name": "power", "exponent": 1.7}
+
+
+@pytest.mark.parametrize("law", ["hertz", POWER, *LAWS.values()], ids=str)
+def test_walls_feel_the_force_of_their_contacts(law: object) -> None:
+    """To the bit, moving grains and dissipation included; nothing where there is no wall."""
+    walls = {"left": "plane", "right": "fixed_grain", "precompression": 50.0, "step_size": 1e-8}
+    chain = ge.Chain(grains=5, law=law, contact_stiffness=4.9e9, **walls)
+    chain.reset(velocity=[0.1, -0.2, 0.0, 0.3, 0.2])
+    chain.step(1e-6)
+    forces = chain.get("contact_force")
+    assert forces[0] > 0.0 and chain.get("left_wall_force") == forces[0]
+    assert forces[-1] > 0.0 and chain.get("right_wall_force") == -forces[-1]
+    free = ge.Chain(grains=5, law=law, contact_stiffness=4.9e9, precompression=50.0, step_size=1e-8)
+    assert free.get("left_wall_force") == free.get("right_wall_force") == 0.0
+
+
 # -- what tells one law from another ------------------------------------------------------------------------------------
 
 
