@@ -293,8 +293,8 @@ class Chain(Component):
         """Energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()
         tally = self._table[table.TALLY]
-        behind = self.parameters.grains + 2
-        carried = self._table[table.V, behind : behind + 5]
+        n = self.parameters.grains
+        carried = self._table[table.V, n + 2 : n + table.BESIDE_GRAINS]
         # Where nothing turns into heat, that row is scratch of 0s.
         heat = 0.0 if self.parameters.law.conservative else self._table[table.LOST].sum()
         work, lost = self._input_work(), float(heat + carried[4])
