@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 from recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
-from granular_env.components.contract import Snapshot
+from granular_env.components.contract import Component, Snapshot
 from granular_env.components.errors import LogError, ParameterError, StepError
 from granular_env.components.profiles import Profile
 from granular_env.recording import open_log, record, recover, verify
@@ -113,15 +113,19 @@ def test_a_log_verifies(make_log, tmp_path: Path) -> None:  # noqa: ANN001
     assert "identical" in result.message and seen and 0.0 < max(seen) <= 1.0
 
 
-def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
-    component = catalogue.make("chain", **CHAIN)
+def record_a_failure(component: Component, path: Path, left_force: float | Profile) -> None:
+    """100 internal steps, a step that the force makes fail, and 50 more."""
     h = component.step_size
-    with record(component, tmp_path / "a.mcap", every=h):
+    with record(component, path, every=h):
         component.reset(velocity={0: 1.0})
         component.step(100 * h)
         with pytest.raises(StepError):
-            component.step(5000 * h, left_force=1e9)
+            component.step(5000 * h, left_force=left_force)
         component.step(50 * h)
+
+
+def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
+    record_a_failure(catalogue.make("chain", **CHAIN), tmp_path / "a.mcap", 1e9)
     log = open_log(tmp_path / "a.mcap")
     assert log.ticks("velocity").tolist() == list(range(151))
     assert [event["event"] for event in log.metadata["events"]] == ["failed"]
@@ -152,12 +156,7 @@ def test_parts_of_a_long_step_that_were_written_are_a_segment_of_their_own_if_it
 def test_the_film_has_no_pictures_of_a_step_that_was_undone(tmp_path: Path) -> None:
     component = catalogue.make("chain", **CHAIN)
     h = component.step_size
-    with record(component, tmp_path / "a.mcap", every=h):
-        component.reset(velocity={0: 1.0})
-        component.step(100 * h)
-        with pytest.raises(StepError):
-            component.step(2000 * h, left_force=Profile.triangle(2e5, 4000 * h, rise=3999 * h))
-        component.step(50 * h, left_force=0.0)
+    record_a_failure(component, tmp_path / "a.mcap", Profile.triangle(2e5, 4000 * h, rise=3999 * h))
     with open(tmp_path / "a.mcap", "rb") as file:
         times = [message.log_time for _, _, message in make_reader(file).iter_messages(topics=["/particles"])]
     # Thinned, as the step that was undone once made it; in the order of time, and to the end.
