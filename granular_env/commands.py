@@ -9,8 +9,9 @@ import re
 import shlex
 import warnings
 from pathlib import Path
+from typing import Any
 
-from granular_env.components.errors import GranularWarning
+from granular_env.components.errors import GranularWarning, ParameterError, shortened
 from granular_env.experiments.load import load_experiment, parse_override
 from granular_env.writing import counted, with_article
 
@@ -188,7 +189,7 @@ def write_atlas(args: argparse.Namespace) -> int:
     from granular_env.atlas.telling import closing, telling
 
     paper = atlas.paper(args.paper)
-    constants = {".".join(parts): value for parts, value in map(parse_override, args.overrides)}
+    constants = _constants(args.overrides)
     folder = Path(args.out) if args.out else Path("atlas") / paper.name
     with telling(paper, args.quiet) as told:
         done = atlas.compute(paper, folder, constants, only=args.only, processes=args.processes, told=told)
@@ -207,6 +208,20 @@ def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
     while (path := folder / f"{stem}-{number}.mcap").exists():
         number += 1
     return path
+
+
+def _constants(overrides: list[str]) -> dict[str, Any]:
+    """A paper's constants that --set gives, name -> value, each once."""
+    constants: dict[str, Any] = {}
+    for override in overrides:
+        parts, value = parse_override(override)
+        name = ".".join(parts)
+        if name in constants:
+            raise ParameterError(
+                f"constant {name!r}: given twice, as {shortened(constants[name])} and {shortened(value)}; give it once"
+            )
+        constants[name] = value
+    return constants
 
 
 def _report_folder(log: Path) -> Path:
