@@ -288,6 +288,11 @@ class Chain(Component):
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
+    @property
+    def table(self) -> FloatArray:
+        """The chain's own table of numbers, for jitted code (`chain.table`): its memory, not a copy; to be read only."""
+        return self._table
+
     def ledger(self) -> Ledger:
         """Energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()
