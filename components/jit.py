@@ -20,9 +20,6 @@ import numba
 import numpy as np
 from numba.core import config as numba_config
 from numba.core import sigutils
-from numba.core.errors import NumbaError
-
-from .errors import ParameterError, shortened
 
 _KEPT_FOLDERS = 8
 F = TypeVar("F", bound=Callable[..., Any])
@@ -58,26 +55,6 @@ def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., A
     compiled: Any = function
     compiled.compile(signature)
     return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point
-
-
-def callable_value(function: Callable[..., Any], signature: str, name: str = "function") -> Callable[..., Any]:
-    """A function as a value that compiled code can call, so that the code it is given to needs no compilation for it.
-
-    Whoever takes it declares the argument as ``FunctionType(signature)`` and is reached by `entry_point`. A call costs some 10 ns
-    more than that of a function known when compiling. A function that is not jitted yet is jitted.
-
-    Raises:
-        ParameterError: it does not compile for this signature.
-    """
-    if numba_config.DISABLE_JIT:
-        return function
-    compiled: Any = function if hasattr(function, "compile") else numba.njit(nogil=True, error_model="numpy")(function)
-    try:
-        compiled.compile(signature)
-    except NumbaError as error:
-        reason = " ".join(str(error).split())
-        raise ParameterError(f"{name}: it does not compile as {signature}: {shortened(reason, 400)}") from None
-    return compiled
 
 
 @contextmanager
