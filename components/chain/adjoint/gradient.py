@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,13 +18,16 @@ from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
 from ..laws import Dissipative
 from ..objective import Objective
-from ..table import FREE, FREE_ROW, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
+from ..table import FREE, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
 from . import loops
 from .tape import rows_per_tick
 
 FloatArray = npt.NDArray[np.float64]
 _NO_PIECES = np.zeros((0, 2))
 _NO_STATES = np.zeros((0, 2, 0))
+
+# Looking an address up takes longer than many a run.
+_address = lru_cache(maxsize=64)(address)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +106,7 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
     value, slopes = _valued(objective, sums)
     bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
     loops.backward(
-        a, bar, address(objective.pull, loops.PULL), inputs, ticks, objective.constants, slopes, saved, interval, damped,
+        a, bar, _address(objective.pull, loops.PULL), inputs, ticks, objective.constants, slopes, saved, interval, damped,
         composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
     )  # fmt: skip
     _keep_to_inputs(chain, input_bars)
@@ -109,7 +115,7 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
 
 
 def checkpoint_interval(steps: int, step_rows: int) -> int:
-    """Control steps from checkpoint to checkpoint for the least memory: steps/interval states of two rows, one interval's tape."""
+    """Control steps from checkpoint to checkpoint for the least memory: that of the states, two rows each, and of one tape."""
     return max(1, min(steps, round(math.sqrt(2.0 * steps / step_rows))))
 
 
@@ -121,7 +127,7 @@ def _run(
     saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
     sums = np.zeros(objective.count)
     step, ended = loops.forward(
-        a, address(_kernel(chain), SIGNATURE), address(objective.note, loops.NOTE), drive, _NO_PIECES, ticks,
+        a, _address(_kernel(chain), SIGNATURE), _address(objective.note, loops.NOTE), drive, _NO_PIECES, ticks,
         objective.constants, sums, saved, max(interval, 1),
     )  # fmt: skip
     if ended == loops.STEP_FAILED:
@@ -146,7 +152,7 @@ def _valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
     return value, slopes
 
 
-def _kernel(chain: Chain):  # noqa: ANN202
+def _kernel(chain: Chain) -> Callable[..., Any]:
     scheme = SCHEMES[chain.parameters.integrator]
     return scheme.advance_damped if isinstance(chain.parameters.law, Dissipative) else scheme.advance
 
