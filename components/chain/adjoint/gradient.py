@@ -66,16 +66,16 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
         ParameterError: a drive that does not fit, or an objective that is not a number.
         StepError: the physics breaks down; it names the control step.
     """
-    given = np.asarray(drives, dtype=np.float64)
+    given = _numbers("drives", drives)
     if given.ndim != 3:
         raise ParameterError(f"drives: got the shape {given.shape}, expected (members, control steps, 2)")
-    ticks = _checked_ticks(ticks)
+    ticks = checked_ticks(ticks)
     a = chain.detached_table()
     start = a[U:].copy(), a[:U].copy()
     values = np.empty(len(given))
     for member, drive in enumerate(given):
         a[U:], a[:U] = start
-        sums, _ = _run(chain, a, _checked_drive(chain, drive), ticks, objective, 0)
+        sums, _ = _run(chain, a, checked_drive(chain, drive), ticks, objective, 0)
         values[member], _ = _valued(objective, sums)
     return values
 
@@ -96,8 +96,8 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
         ParameterError: there is no adjoint of this chain, the drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
-    composition, damped = _composition(chain)
-    ticks, inputs = _checked_ticks(ticks), _checked_drive(chain, np.asarray(drive, dtype=np.float64))
+    composition, damped = composition_of(chain)
+    ticks, inputs = checked_ticks(ticks), checked_drive(chain, drive)
     steps = len(inputs)
     step_rows = ticks * rows_per_tick(len(composition.kicks), damped) + 2
     interval = checkpoint_interval(steps, step_rows)
@@ -157,7 +157,7 @@ def _kernel(chain: Chain) -> Callable[..., Any]:
     return scheme.advance_damped if isinstance(chain.parameters.law, Dissipative) else scheme.advance
 
 
-def _composition(chain: Chain) -> tuple[Composition, bool]:
+def composition_of(chain: Chain) -> tuple[Composition, bool]:
     """The drifts and kicks of a chain that has an adjoint, and whether it is damped."""
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if law.has_history:
@@ -172,14 +172,23 @@ def _composition(chain: Chain) -> tuple[Composition, bool]:
     return composition, damped
 
 
-def _checked_ticks(ticks: int) -> int:
+def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
+    try:
+        return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name}: got {shortened(given)}, expected an array of numbers") from None
+
+
+def checked_ticks(ticks: int) -> int:
+    """Internal steps of a control step."""
     if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
         raise ParameterError(f"ticks: got {shortened(ticks)}, expected the internal steps of a control step, at least 1")
     return int(ticks)
 
 
-def _checked_drive(chain: Chain, drive: FloatArray) -> FloatArray:
-    """A copy, contiguous and finite, with zeros where an end takes no input."""
+def checked_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
+    """A copy, contiguous and finite, with zeros where an end takes no input, shape (steps, 2)."""
+    drive = _numbers("drive", given)
     if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):
         raise ParameterError(f"drive: got the shape {drive.shape}, expected (control steps, 2): left and right input")
     wrong = ~np.isfinite(drive)
