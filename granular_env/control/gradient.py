@@ -46,8 +46,8 @@ def value_and_grad(
             "velocity" and "displacement" (at the start), one or more of them.
 
     Returns:
-        The value; and the derivatives by name, each in the shape of what it is by: (steps, 2) for the drive, one number, of shape
-        (), for a parameter that was given as one number for all, else one number each.
+        The value; and the derivatives by name, each in the shape of what it is by: (steps, 2) for the drive, one number, shape
+        (), where a parameter was given as one number for all, else one number each.
 
     Raises:
         ParameterError: there is no such gradient, the drive does not fit, or the objective is not a number; says where.

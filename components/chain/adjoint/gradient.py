@@ -105,10 +105,12 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
     sums, saved = _run(chain, a, inputs, ticks, objective, interval)
     value, slopes = _valued(objective, sums)
     bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
-    loops.backward(
+    step, ended = loops.backward(
         a, bar, _address(objective.pull, loops.PULL), inputs, ticks, objective.constants, slopes, saved, interval, damped,
         composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
     )  # fmt: skip
+    if ended != loops.DONE:
+        _explain_derivative(bar, step, steps, ended)
     _keep_to_inputs(chain, input_bars)
     grains = slice(1, chain.parameters.grains + 1)
     return Bars(value, input_bars, bar, bar[U, grains].copy(), bar[V, grains].copy())
@@ -205,6 +207,20 @@ def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
     for side, kind in enumerate((LEFT_KIND, RIGHT_KIND)):
         if chain.table[SCALARS, kind] not in (FREE, PISTON):
             columns[:, side] = 0.0
+
+
+def _explain_derivative(bar: FloatArray, step: int, steps: int, ended: int) -> None:
+    name, row = ("U", U) if not np.isfinite(bar[U]).all() else ("V", V)
+    column = int(np.argmin(np.isfinite(bar[row])))
+    if ended == loops.PULL_FAILED:
+        raise ParameterError(
+            f"objective.pull: bar[{name}, {column}] became {bar[row, column]} at control step {step} of {steps}; mend the "
+            "derivative, or check its constants"
+        )
+    raise ParameterError(
+        f"objective: its derivative by {name}[{column}] became {bar[row, column]} in control step {step} of {steps}, on the way "
+        "back; the run is too long or too chaotic for a gradient, so shorten it"
+    )
 
 
 def _explain_failure(chain: Chain, drive: FloatArray, ticks: int, failed: int) -> None:
