@@ -88,13 +88,11 @@ def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> fl
     scales = np.where(sums == 0.0, 1.0, np.abs(sums))
     quotients = np.array([float(_quotient(value, trial, (k,), _STEP * scales[k])) for k in range(objective.count)])
     errors = np.abs(slopes - quotients) * scales
-    size = float(np.max(np.maximum(np.abs(slopes), np.abs(quotients)) * scales))
+    sizes = np.maximum(np.abs(slopes), np.abs(quotients)) * scales
     return _judged(
-        errors,
-        size,
-        tolerance,
-        lambda k: f"objective.value: slopes[{k}] is {slopes[k]:.9g}, differences give {quotients[k]:.9g}",
-    )
+        errors, sizes, abs(float(value())), tolerance,
+        lambda k: f"objective.value: slopes[{k}] is {slopes[k]:.9g}, differences of it give {quotients[k]:.9g}",
+    )  # fmt: skip
 
 
 def _check_pull(

@@ -218,8 +218,8 @@ def _explain_derivative(bar: FloatArray, step: int, steps: int, ended: int) -> N
             "derivative, or check its constants"
         )
     raise ParameterError(
-        f"objective: its derivative by {name}[{column}] became {bar[row, column]} in control step {step} of {steps}, on the way "
-        "back; the run is too long or too chaotic for a gradient, so shorten it"
+        f"objective: its derivative by {name}[{column}] became {bar[row, column]} in control step {step} of {steps}, on the "
+        "way back; the run is too long or too chaotic for a gradient, so shorten it"
     )
 
 
