@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba.core import config
+from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
-from ...jit import address
+from ...jit import address, jit
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
@@ -26,8 +28,16 @@ FloatArray = npt.NDArray[np.float64]
 _NO_PIECES = np.zeros((0, 2))
 _NO_STATES = np.zeros((0, 2, 0))
 
-# Looking an address up takes longer than many a run.
-_address = lru_cache(maxsize=64)(address)
+
+@lru_cache(maxsize=64)
+def _called(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
+    """Where compiled code finds a function, and what has to live meanwhile. Looking it up takes longer than many a run."""
+    compiled = function if hasattr(function, "compile") or config.DISABLE_JIT else jit(function)
+    try:
+        return address(compiled, signature), compiled
+    except (NumbaError, TypeError) as error:
+        reason = " ".join(str(error).split())
+        raise ParameterError(f"{name}: it does not compile as {signature}: {shortened(reason, 400)}") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +115,12 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
     sums, saved = _run(chain, a, inputs, ticks, objective, interval)
     value, slopes = _valued(objective, sums)
     bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
+    pull, kept = _called(objective.pull, loops.PULL, "objective.pull")
     step, ended = loops.backward(
-        a, bar, _address(objective.pull, loops.PULL), inputs, ticks, objective.constants, slopes, saved, interval, damped,
+        a, bar, pull, inputs, ticks, objective.constants, slopes, saved, interval, damped,
         composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
     )  # fmt: skip
+    del kept  # only now may its machine code go
     if ended != loops.DONE:
         _explain_derivative(bar, step, steps, ended)
     _keep_to_inputs(chain, input_bars)
@@ -128,10 +140,13 @@ def _run(
     count = -(-len(drive) // interval) if interval else 0
     saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
     sums = np.zeros(objective.count)
+    advance, _ = _called(_kernel(chain), SIGNATURE, "integrator")
+    note, kept = _called(objective.note, loops.NOTE, "objective.note")
     step, ended = loops.forward(
-        a, _address(_kernel(chain), SIGNATURE), _address(objective.note, loops.NOTE), drive, _NO_PIECES, ticks,
+        a, advance, note, drive, _NO_PIECES, ticks,
         objective.constants, sums, saved, max(interval, 1),
     )  # fmt: skip
+    del kept  # only now may its machine code go
     if ended == loops.STEP_FAILED:
         _explain_failure(chain, drive, ticks, step)
     if ended == loops.NOTE_FAILED:
