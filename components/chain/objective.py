@@ -1,0 +1,70 @@
+"""What a chain is judged by: a number that can be differentiated, because it says how it depends on each state.
+
+J = value(sums), sums_k = the sum over control steps of feature_k(state after that step). Peaks, time averages and terminal
+costs all have this form, and the slopes of all features are known before the backward sweep begins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError, shortened
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def _nothing() -> FloatArray:
+    return np.zeros(1)
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """A number J of a driven chain, which is to become small: three jitted functions and what they need.
+
+    `a` is the chain's table (`table.py`): rows by name, grain i (from 0) in column i + 1, contact j between columns j and
+    j + 1. `bar` has the very same rows and columns: entry by entry the derivative of J, so that a feature of the velocity
+    of column 5 adds to `bar[V, 5]`, and one that weighs it with the mass adds to `bar[MASS, 5]` too.
+
+    Attributes:
+        note: note(a, step, steps, inputs, constants, sums): after control step `step` (0 to steps - 1) add the features to
+            sums, shape (count,). `inputs`, shape (2,), are what was held in that step left and right, 0 where an end has none.
+        value: value(sums, constants, slopes) -> J, and dJ/dsums into slopes, shape (count,).
+        pull: pull(a, bar, step, steps, inputs, input_bar, constants, slopes): bar += sum_k slopes_k dfeature_k/da, and
+            input_bar, shape (2,), += the same for the inputs.
+        constants: numbers for all three, shape (any,).
+        count: how many features there are.
+        smooth: whether the features have derivatives everywhere the state goes.
+        description: one line for people.
+    """
+
+    note: Callable[..., Any]
+    value: Callable[..., Any]
+    pull: Callable[..., Any]
+    constants: FloatArray = field(default_factory=_nothing)
+    count: int = 1
+    smooth: bool = True
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        """Bring the constants into the one form that compiled code takes.
+
+        Raises:
+            ParameterError: the constants are no numbers, a function is none, or there is no feature.
+        """
+        try:
+            constants = np.ascontiguousarray(self.constants, dtype=np.float64).reshape(-1)
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f"objective.constants: got {shortened(self.constants)}, expected an array of numbers"
+            ) from None
+        object.__setattr__(self, "constants", constants)
+        for name in ("note", "value", "pull"):
+            if not callable(getattr(self, name)):
+                raise ParameterError(f"objective.{name}: got {shortened(getattr(self, name))}, expected a jitted function")
+        if isinstance(self.count, bool) or not isinstance(self.count, (int, np.integer)) or self.count < 1:
+            raise ParameterError(f"objective.count: got {shortened(self.count)}, expected the number of features, at least 1")
