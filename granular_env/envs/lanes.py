@@ -51,7 +51,7 @@ class Lanes:
             lane = made[k % len(made)].lane(self.tables[k], self.memories[k])
             lane.index = k
             self.single.append(lane)
-        self.size = first.observing.size
+        self.size = first.observation_size
         self._lent: set[int] = set()
         self._stack(first)
 
@@ -77,7 +77,7 @@ class Lanes:
         )  # fmt: skip
         self._seeing = (
             plan.blocks, stacked(lane.observing.factors for lane in lanes), stacked(lane.observing.limit for lane in lanes),
-            stacked(lane.observing.noise for lane in lanes),
+            stacked(lane.observing.noise for lane in lanes), stacked(lane._goal_scales for lane in lanes),
         )  # fmt: skip
         kept = np.zeros((last_row - first_row, self.tables.shape[2]))
         self._room = (_NO_DRIVE, kept, np.zeros(self.memories.shape[1]), first_row)
