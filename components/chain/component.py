@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -58,22 +58,47 @@ class Chain(Component):
         self.step_size = p.step_size if p.step_size is not None else suggested_step_size(p, self.geometry)
         self._scheme = SCHEMES[p.integrator]
         damped = isinstance(p.law, Dissipative)
-        self._kernel = entry_point(self._scheme.advance_damped if damped else self._scheme.advance, SIGNATURE)
+        self.scheme_kernel = self._scheme.advance_damped if damped else self._scheme.advance
+        self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
         width = table.row_width(p.grains)
         last = table.FREE_ROW + self._scheme.history_rows
-        self._table = np.zeros((last + self._scheme.scratch_rows, width))
-        state = self._table[_first_state_row(p.law) : last]
-        self._block = Block(state.reshape(-1), rows=("f8", state.shape))
+        self.state_rows = slice(_first_state_row(p.law), last)
+        self._live_in(np.zeros((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # Pistons carry their own grains.
         self._weight = p.gravity * self._table[table.MASS, self._grains]
         self._whole_weight = float(self._weight.sum())
         self._wanted_overlap, self._refused_overlap = self._overlap_limits()
         self._table[table.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
-        self._left_input = "left_velocity" if p.left == "piston" else "left_force"
-        self._right_input = "right_velocity" if p.right == "piston" else "right_force"
+        self.left_input = "left_velocity" if p.left == "piston" else "left_force"
+        self.right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
+
+    def _live_in(self, memory: FloatArray) -> None:
+        self._table = memory
+        state = memory[self.state_rows]
+        self._block = Block(state.reshape(-1), rows=("f8", state.shape))
+
+    def twin(self, memory: FloatArray) -> Self:
+        """A chain of the same parameters, at its start, whose table is the memory given; much cheaper than making one anew.
+
+        Args:
+            memory: C-ordered, of the shape of `table`.
+        """
+        if memory.shape != self._table.shape or memory.dtype != np.float64 or not memory.flags.c_contiguous:
+            raise ParameterError(
+                f"memory: got {memory.dtype} of shape {memory.shape}, expected C-ordered float64 of shape {self._table.shape}"
+            )
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        memory[:] = self._table
+        # Warnings that this chain gave already move its limits.
+        memory[table.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        other._live_in(memory)
+        other._settle()
+        other.reset()
+        return other
 
     def _fill_constants(self) -> None:
         p, chain, rows = self.parameters, self.geometry, self._table
@@ -184,7 +209,7 @@ class Chain(Component):
             "left_velocity": float(self._table[table.V, 1]),
             "right_velocity": float(self._table[table.V, self.parameters.grains]),
         }
-        return {name: speed for name, speed in ends.items() if name in (self._left_input, self._right_input)}
+        return {name: speed for name, speed in ends.items() if name in (self.left_input, self.right_input)}
 
     def _refuse_start(self) -> None:
         """A start that the first step would refuse is refused at once."""
@@ -196,7 +221,7 @@ class Chain(Component):
 
     def _apply(self, held: Mapping[str, Held]) -> None:
         """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""
-        left, right = held.get(self._left_input, 0.0), held.get(self._right_input, 0.0)
+        left, right = held.get(self.left_input, 0.0), held.get(self.right_input, 0.0)
         pieces = [_pieces(left), _pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
         self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
@@ -208,7 +233,7 @@ class Chain(Component):
         if self._profiled:
             done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         else:
-            left, right = self._held.get(self._left_input, 0.0), self._held.get(self._right_input, 0.0)
+            left, right = self._held.get(self.left_input, 0.0), self._held.get(self.right_input, 0.0)
             done = self._kernel(self._table, _NO_PIECES, 0, left, right, self._tick, ticks)
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 
