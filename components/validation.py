@@ -49,7 +49,8 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
         return f"{place[0]}: {inner}" if len(place) == 2 else f"{place[0]}.{inner}"
     name = ".".join(place) or "parameters"
     if fault["type"] == "extra_forbidden":
-        advice = nearest(str(fault["loc"][-1]), model.model_fields) if len(fault["loc"]) == 1 else "remove it"
+        known = (field.alias or key for key, field in model.model_fields.items())
+        advice = nearest(str(fault["loc"][-1]), known) if len(fault["loc"]) == 1 else "remove it"
         return f"{name}: unknown; {advice}"
     if fault["type"] == "missing":
         return f"{name}: missing; {_meaning(model, place)}"
