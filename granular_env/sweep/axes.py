@@ -97,7 +97,7 @@ class Distribution(Table):
 
 
 def between_by_ratio(begin: float, end: float, part: float) -> float:
-    """begin (end/begin)^part, correctly rounded but for halves at the 40th digit."""
+    """Begin (end/begin)^part, correctly rounded but for halves at the 40th digit."""
     first = Decimal(begin)
     logarithm = _DECIMAL.ln(_DECIMAL.divide(Decimal(end), first))
     return float(_DECIMAL.multiply(first, _DECIMAL.exp(_DECIMAL.multiply(logarithm, Decimal(part)))))

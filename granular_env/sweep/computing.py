@@ -136,7 +136,9 @@ class Computer:
             told = f"{type(error).__name__}: {error}"
         if order.log == "failed":
             self._log_again(order)
-        return Result(order.hash, "failed", (float("nan"),) * len(self._job.measures), told.replace(f"{self._inputs}{os.sep}", ""))
+        return Result(
+            order.hash, "failed", (float("nan"),) * len(self._job.measures), told.replace(f"{self._inputs}{os.sep}", "")
+        )
 
     def log_path(self, order: Order) -> Path:
         """Where a task's log is."""
@@ -189,7 +191,12 @@ def program() -> str:
     root = Path(__file__).resolve().parent
     own = [root / name for name in ("computing.py", "looks.py", "measures.py")]
     package = root.parent
-    for path in (*own, package / "running.py", *sorted((package / "experiments").glob("*.py")), *sorted((package / "measurement").glob("*.py"))):
+    for path in (
+        *own,
+        package / "running.py",
+        *sorted((package / "experiments").glob("*.py")),
+        *sorted((package / "measurement").glob("*.py")),
+    ):
         state.update(path.read_bytes())
     for name in ("scipy", "pydantic"):
         try:

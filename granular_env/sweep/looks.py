@@ -36,12 +36,7 @@ class Looks:
 
     def began(self, component: Component) -> None:
         """Check the measures against the component, and look at its start."""
-        for name, measure in self._measures.items():
-            if isinstance(measure, Reading):
-                try:
-                    measure.check(component)
-                except ParameterError as error:
-                    raise ParameterError(f"measure.{name}: {error}") from None
+        self._check(component)
         self._interval = 1 if self._every is None else component.ticks_in(self._every, "every")
         readings = {name: measure for name, measure in self._measures.items() if isinstance(measure, Reading)}
         self._starts = {name: one.of(component) for name, one in readings.items() if one.kind == "start"}
@@ -49,6 +44,16 @@ class Looks:
         if self._wants_history:
             self._begin_history(component)
         self.look(component)
+
+    def _check(self, component: Component) -> None:
+        for name, measure in self._measures.items():
+            try:
+                if isinstance(measure, Reading):
+                    measure.check(component)
+                elif isinstance(measure, Figure):
+                    measure.of(component.report())
+            except ParameterError as error:
+                raise ParameterError(f"measure.{name}: {error}") from None
 
     def _begin_history(self, component: Component) -> None:
         every = self._interval * component.step_size
@@ -88,9 +93,7 @@ class Looks:
                 notes.append(f"{name}: {error}")
         return values, notes
 
-    def _value(
-        self, name: str, measure: Measure, component: Component, report: Mapping[str, float], history: Any
-    ) -> float:
+    def _value(self, name: str, measure: Measure, component: Component, report: Mapping[str, float], history: Any) -> float:
         if isinstance(measure, Measurement):
             return measure.of(history)
         if isinstance(measure, Figure):

@@ -1,12 +1,12 @@
 """What a plan measures of each run: words for the component's own variables, tables for `granular_env.measurement`.
 
-    [measure]
-    peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min
-    largest = "max |velocity|"            # an array without an index: over all its elements
-    energy = "final kinetic_energy"       # whatever `granular-env describe` names as an output
-    overlap = "report overlap/radius"     # the figures that a run ends with; the beginning of the name is enough
-    speed = { measurement = "front_speed", above = 0.1, first = 20, last = 60 }
-    pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, above = 0.1 }
+[measure]
+peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min
+largest = "max |velocity|"            # an array without an index: over all its elements
+energy = "final kinetic_energy"       # whatever `granular-env describe` names as an output
+pressure = "report peak contact pressure"   # a figure that a run ends with; the beginning of its name is enough
+speed = { measurement = "front_speed", above = 0.1, first = 20, last = 60 }
+pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, above = 0.1 }
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from granular_env.experiments.faults import Faults, shortened
 EXTREMES = ("max", "min", "mean", "time of max", "time of min")
 _KINDS = (*EXTREMES, "final", "start")
 _WORDS = re.compile(
-    rf"(?P<kind>{'|'.join(sorted(_KINDS, key=len, reverse=True))})\s+(?P<bar>\|?)(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>-?\d{{1,9}})\])?(?P=bar)"
+    rf"(?P<kind>{'|'.join(_KINDS)})\s+(?P<bar>\|?)(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>-?\d{{1,9}})\])?(?P=bar)"
 )
 _REPORT = re.compile(r"report\s+(?P<name>\S.*)")
 
@@ -134,7 +134,7 @@ def _parsed(value: Any, place: str, faults: Faults) -> Measure | None:
         return Figure(match["name"])
     faults.add(
         place,
-        f"got {shortened(value)}, expected such as 'max velocity[40]' ({', '.join(_KINDS)}), 'report overlap/radius', "
+        f"got {shortened(value)}, expected such as 'max velocity[40]' ({', '.join(_KINDS)}), 'report peak contact pressure', "
         f'or a table {{ measurement = "waves_at", ... }} ({", ".join(_MEASUREMENTS)})',
     )
     return None

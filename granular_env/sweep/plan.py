@@ -76,8 +76,8 @@ class Settings(Table):
     description: str = Field("", description="what it shows, for people")
     experiment: str = Field(min_length=1, description="a shipped experiment's name, or a TOML file beside the plan")
     every: float | None = Field(None, gt=0.0, description="time between two looks for extremes and histories [s]")
-    seeds: Seeds | None = None
-    logs: Logs = Logs()
+    seeds: Seeds | None = Field(None, description="repetitions of every point")
+    logs: Logs = Field(default_factory=lambda: Logs.model_validate({}), description="which tasks leave a log")
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,9 @@ def _samples(content: Any, faults: Faults) -> tuple[SamplesSettings | None, dict
     rest = {key: value for key, value in content.items() if key not in ("count", "seed")}
     found = parse_distributions(rest, faults)
     if not rest:
-        faults.add("samples", 'no key is drawn; add such as "component.radius" = { distribution = "uniform", from = ..., to = ... }')
+        faults.add(
+            "samples", 'no key is drawn; add such as "component.radius" = { distribution = "uniform", from = ..., to = ... }'
+        )
     return settings, found
 
 

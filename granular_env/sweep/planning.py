@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import ExperimentError
@@ -34,17 +33,18 @@ def planned(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
         basis = basis_of(document, plan, program())
         tasks = make_tasks(plan, basis, names)
     except (ValueError, TypeError) as error:
-        raise ExperimentError(f"{plan.origin}: a value cannot be written as JSON: {error}; take numbers, texts, lists") from None
+        raise ExperimentError(
+            f"{plan.origin}: a value cannot be written as JSON: {error}; take numbers, texts, lists"
+        ) from None
     job = Job(document, contents, plan.measures, plan.settings.every, program())
     return job, tasks, _described(plan, experiment, grid, tasks)
 
 
 def _experiment(plan: Plan) -> Experiment:
     """Shipped ones by name, others by their path from the plan's folder."""
-    named = plan.settings.experiment
-    source = named if named in shipped_experiments() or Path(named).is_absolute() else plan.folder / named
-    if source != named and not source.exists() and source.suffix != ".toml":
-        source = named  # so that the nearest shipped name is told
+    named, beside = plan.settings.experiment, plan.folder / plan.settings.experiment
+    # What is neither is told of with the nearest shipped name.
+    source = beside if named not in shipped_experiments() and (beside.exists() or beside.suffix == ".toml") else named
     try:
         return load_experiment(source, plan.fixed)
     except ExperimentError as error:
@@ -66,6 +66,8 @@ def _described(plan: Plan, experiment: Experiment, grid: dict[str, list[Any]], t
         "samples": list(plan.distributions),
         "sample_count": plan.samples.count if plan.samples else 0,
         "repetitions": seeds.count if seeds else 0,
-        "measures": {name: words if isinstance(words, str) else json.dumps(words) for name, words in plan.text["measure"].items()},
+        "measures": {
+            name: words if isinstance(words, str) else json.dumps(words) for name, words in plan.text["measure"].items()
+        },
         "tasks": [[list(task.values), task.sample, task.repetition, task.seed, task.hash] for task in tasks],
     }

@@ -14,7 +14,7 @@ from granular_env.viewing.extras import needed
 
 from . import engines
 from .checking import checked, warmed
-from .computing import Job, Order, Result
+from .computing import Order, Result
 from .plan import Plan, load_plan
 from .planning import planned
 from .store import Store

@@ -99,10 +99,8 @@ class Sweep:
         """The table as a `pyarrow.Table`: what the Parquet file holds."""
         pyarrow = needed("pyarrow", "the table of a sweep")
         floats, texts = set(self.description["measures"]), {"outcome", "error", "notes", "hash", "log"}
-        columns = {
-            name: pyarrow.array(_alike(values), pyarrow.float64() if name in floats else pyarrow.string() if name in texts else None)
-            for name, values in self.columns().items()
-        }
+        kinds = dict.fromkeys(floats, pyarrow.float64()) | dict.fromkeys(texts, pyarrow.string())
+        columns = {name: pyarrow.array(_alike(values), kinds.get(name)) for name, values in self.columns().items()}
         facts = {key: self.description[key] for key in ("name", "plan", "program", "experiment")}
         return pyarrow.table(columns).replace_schema_metadata({"granular-env": json.dumps(facts)})
 

@@ -56,7 +56,8 @@ def _failures(results: Sequence[Result]) -> int:
 def closing(sweep: Sweep) -> str:
     """How it went, where the table is, and the lines that open it."""
     pending = sweep.size - sweep.done - sweep.failed
-    lines = [f"{counted(sweep.size, 'task')}: {sweep.done} done, {sweep.failed} failed" + (f", {pending} pending" if pending else "")]
+    waiting = f", {pending} pending" if pending else ""
+    lines = [f"{counted(sweep.size, 'task')}: {sweep.done} done, {sweep.failed} failed{waiting}"]
     errors = list(sweep.errors.items())
     lines += [f"failed: task {number}: {error}" for number, error in errors[:_MOST_ERRORS]]
     if len(errors) > _MOST_ERRORS:

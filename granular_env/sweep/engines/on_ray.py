@@ -107,7 +107,9 @@ def _join(ray: Any, workers: int | None, address: str | None) -> None:
     try:
         ray.init(**options)
     except Exception as error:  # Ray raises many kinds
-        raise SweepError(f"Ray does not start, or the cluster takes no program from this machine: {_last_line(str(error))}") from error
+        raise SweepError(
+            f"Ray does not start, or the cluster takes no program from this machine: {_last_line(str(error))}"
+        ) from error
 
 
 def _watched(
