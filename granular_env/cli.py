@@ -160,9 +160,7 @@ def _atlas_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]
 def _sweep_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     sweep = commands.add_parser("sweep", help="run an experiment at many values of its keys, into one table")
     sweep.add_argument("plan", metavar="PLAN", help="a plan of `granular-env list`, or a TOML file")
-    sweep.add_argument(
-        "-o", "--out", metavar="FOLDER", help="where the results are kept (default: sweeps/ and the plan's name)"
-    )
+    sweep.add_argument("-o", "--out", metavar="FOLDER", help="where results are kept (default: sweeps/ and the plan's name)")
     sweep.add_argument(
         "--engine", choices=("processes", "serial", "ray"), default="processes", help="where tasks run (default: processes)"
     )

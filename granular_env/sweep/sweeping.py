@@ -94,8 +94,8 @@ def _gathered(stream: Any, store: Store, known: dict[str, Result], size: int, ti
     try:
         with bar(title, size, list(known.values())) as told, closing(stream):
             for results in stream:
-                store.add(results)
                 known.update((result.hash, result) for result in results)
+                store.add(results)
                 told(results)
     except KeyboardInterrupt:
         return True
