@@ -47,6 +47,10 @@ class Bundles:
         each = max(seconds / max(tasks, 1), 1e-6)
         self._each = each if self._each is None else 0.5 * (self._each + each)
 
+    def back(self, orders: Sequence[Order]) -> None:
+        """Tasks that nobody has begun wait again."""
+        self._waiting.extendleft(reversed(orders))
+
     def lost(self, orders: Sequence[Order], reason: str) -> list[Result]:
         """Tasks whose worker ended before it told of them wait again, alone; the results of those that are given up."""
         again = [dataclasses.replace(order, attempts=order.attempts + 1) for order in orders]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import tempfile
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,6 +14,7 @@ from granular_env.experiments.prepare import Prepared
 
 from .computing import Computer, Job, Order
 from .plan import Plan
+from .planning import as_in_plan
 
 # A value that does not fit is the fault of its task; what so many tasks from all over the plan cannot do is the plan's.
 _MOST_TRIED = 8
@@ -39,12 +39,7 @@ def checked(plan: Plan, job: Job, orders: Mapping[str, Order]) -> None:
                 continue
             _refuse_idle_seeds(plan, computer, order, ready)
             return
-        raise ExperimentError("\n".join(f"{plan.origin}: {_as_in_plan(line)}" for line in str(faults[0]).splitlines()))
-
-
-def _as_in_plan(line: str) -> str:
-    """What a task sets stands in the plan as a key."""
-    return re.sub(r"override (['\"])(.*?)\1", r"\2", line)
+        raise as_in_plan(plan, faults[0])
 
 
 def _refuse_idle_seeds(plan: Plan, computer: Computer, order: Order, ready: Prepared) -> None:

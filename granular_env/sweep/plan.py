@@ -6,7 +6,7 @@ experiment = "chains/tapered"          # a shipped name, or a TOML file beside t
 every = 1e-6                           # s between two looks for extremes and histories; default: the experiment's record.every
 seeds = 3                              # repetitions, or { count = 3, seed = 0, keys = ["component.arrangement.seed"] }
 
-[set]                                  # keys of the experiment that are the same in every task
+[set]                                  # keys of the experiment that are the same in every task, but for those below
 [grid]                                 # keys, each with its values (axes.py)
 [samples]                              # count, seed, and keys, each with its distribution
 [measure]                              # the table's columns (measures.py)
@@ -177,8 +177,9 @@ def _parsed(document: Mapping[str, Any], origin: str, folder: Path, name: str, o
     grid = parse_grid(document.get("grid", {}), faults)
     samples, distributions = _samples(document.get("samples"), faults)
     measures = parse_measures(document.get("measure"), faults)
+    overrides = tuple(overrides)
     fixed = (*_fixed(document.get("set", {}), faults), *overrides)
-    _refuse_clashes(grid, distributions, fixed, settings, faults)
+    _refuse_clashes(grid, distributions, overrides, settings, faults)
     faults.raise_any()
     assert settings is not None
     settings = settings.model_copy(update={"name": settings.name or name})
@@ -218,20 +219,20 @@ def _samples(content: Any, faults: Faults) -> tuple[SamplesSettings | None, dict
     return settings, found
 
 
-def _fixed(content: Any, faults: Faults, above: str = "") -> list[str]:
-    """The [set] table as overrides; a table within it is one of keys."""
+def _fixed(content: Any, faults: Faults) -> list[str]:
+    """The [set] table as overrides: dotted keys, or the experiment's own tables with the keys to set in them."""
     if not isinstance(content, Mapping):
         faults.add("set", f"got {shortened(content)}, expected a table of keys and values")
         return []
     found = []
     for key, value in content.items():
-        whole = f"{above}{key}"
-        found += _fixed(value, faults, f"{whole}.") if isinstance(value, Mapping) and value else [assignment(whole, value)]
+        inner = value if "." not in key and isinstance(value, Mapping) else None
+        found += [assignment(key, value)] if inner is None else [assignment(f"{key}.{part}", it) for part, it in inner.items()]
     return found
 
 
 def _refuse_clashes(
-    grid: Mapping[str, Any], drawn: Mapping[str, Any], fixed: Iterable[str], settings: Settings | None, faults: Faults
+    grid: Mapping[str, Any], drawn: Mapping[str, Any], overrides: Iterable[str], settings: Settings | None, faults: Faults
 ) -> None:
     """A key that is given in two places: only one of them could hold."""
     seeds = settings.seeds.keys if settings is not None and settings.seeds is not None else []
@@ -242,14 +243,16 @@ def _refuse_clashes(
             if normal in seen:
                 faults.add(f"{place}.{key}", f"this key is in {seen[normal]} too; give it once")
             seen[normal] = place
-    for override in fixed:
+    for override in overrides:
         try:
             parts, _ = parse_override(override)
         except ExperimentError as error:
             faults.lines += str(error).splitlines()
             continue
-        if ".".join(parts) in seen:
-            faults.add(f"set.{'.'.join(parts)}", f"this key is in {seen['.'.join(parts)]} too; give it once")
+        if (place := seen.get(".".join(parts))) is not None:
+            faults.lines.append(
+                f"override {shortened(override)}: {faults.origin} gives this key its values in {place}; edit it there"
+            )
 
 
 def assignment(key: str, value: Any) -> str:

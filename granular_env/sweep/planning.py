@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from typing import Any
 
-from granular_env.components.errors import ExperimentError
+from granular_env.components.errors import ExperimentError, GranularError
 from granular_env.components.packing import canonical_json
 from granular_env.experiments.load import load_experiment, shipped_experiments
 from granular_env.experiments.schema import Experiment
@@ -48,7 +49,13 @@ def _experiment(plan: Plan) -> Experiment:
     try:
         return load_experiment(source, plan.fixed)
     except ExperimentError as error:
-        raise ExperimentError("\n".join(f"{plan.origin}: {line}" for line in str(error).splitlines())) from error
+        raise as_in_plan(plan, error) from error
+
+
+def as_in_plan(plan: Plan, error: GranularError) -> ExperimentError:
+    """A fault of an experiment as one of the plan: what a task sets stands there as a key."""
+    told = re.sub(r"override (['\"])(.*?)\1", r"\2", str(error))
+    return ExperimentError("\n".join(f"{plan.origin}: {line}" for line in told.splitlines()))
 
 
 def _choices(distribution: Distribution) -> list[Any]:

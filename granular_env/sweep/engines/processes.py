@@ -45,14 +45,17 @@ def in_processes(job: Job, orders: Sequence[Order], folder: Path, workers: int |
                 try:
                     found, seconds = worker.told()
                 except (EOFError, OSError):
-                    reason = worker.ended()
-                    stillborn += 0 if worker.begun else 1
+                    reason, left = worker.ended(), list(worker.given.values())
+                    crew[place] = _Worker(job, folder)
+                    if worker.begun:
+                        yield bundles.lost(left, reason)
+                        continue
+                    bundles.back(left)
+                    stillborn += 1
                     if stillborn >= _MOST_STILLBORN:
                         raise SweepError(f"the processes end before they begin ({reason}); try engine 'serial'") from None
-                    crew[place] = _Worker(job, folder)
-                    if lost := bundles.lost(list(worker.given.values()), reason):
-                        yield lost
                     continue
+                stillborn = 0
                 if found:
                     bundles.timed(len(found), seconds)
                     yield found
