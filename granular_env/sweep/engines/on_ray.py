@@ -7,6 +7,7 @@ Nodes that join in mid-sweep are used. A node needs this package, of the very ve
 from __future__ import annotations
 
 import os
+import secrets
 import socket
 import subprocess
 import sys
@@ -22,6 +23,7 @@ from granular_env.viewing.extras import needed
 
 from ..bundles import Bundles
 from ..computing import Computer, Job, Order, Result, program
+from .processes import available_cores
 
 _BUNDLE_SECONDS = 0.5
 _CONNECT_SECONDS, _ANSWER_SECONDS = 5.0, 20.0
@@ -101,7 +103,11 @@ def _join(ray: Any, workers: int | None, address: str | None) -> None:
     # Ray itself gives a worker one thread for each of its cores.
     options: dict[str, Any] = {"log_to_driver": False, "logging_level": "ERROR"}
     if place is None:
-        options |= {"address": "local", "num_cpus": workers, "include_dashboard": False}
+        options |= {"address": "local", "num_cpus": workers or available_cores(), "include_dashboard": False}
+        if (
+            "RAY_AUTH_MODE" not in os.environ
+        ):  # nobody else on this machine shall use it; Ray itself would leave a token at home
+            os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
     else:
         options["address"] = f"{place[0]}:{place[1]}"
     try:
