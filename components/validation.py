@@ -44,7 +44,8 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
     place = [str(part) for part in fault["loc"] if not _is_union_tag(part, model)]
     name = ".".join(place) or "parameters"
     if fault["type"] == "extra_forbidden":
-        advice = nearest(str(fault["loc"][-1]), model.model_fields) if len(fault["loc"]) == 1 else "remove it"
+        known = (field.alias or key for key, field in model.model_fields.items())
+        advice = nearest(str(fault["loc"][-1]), known) if len(fault["loc"]) == 1 else "remove it"
         return f"{name}: unknown; {advice}"
     if fault["type"] == "missing":
         return f"{name}: missing; {_meaning(model, place)}"

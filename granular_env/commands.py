@@ -22,16 +22,18 @@ _INTERRUPTED = 130
 
 
 def show_list(args: argparse.Namespace) -> int:
-    """Components and shipped experiments, one line each."""
+    """Components, shipped experiments and plans of sweeps, one line each."""
     from granular_env import describe
+    from granular_env.sweep.plan import shipped_plans
 
     known = describe.overview()
+    known["plans of sweeps"] = {name: describe.title(path) for name, path in shipped_plans().items()}
     if args.json:
         print(json.dumps(known, indent=2))
         return 0
     for kind, entries in known.items():
         print(f"{kind}\n{describe.columns(entries.items())}\n")
-    print("granular-env describe NAME tells more; granular-env run EXPERIMENT runs one.")
+    print("granular-env describe NAME tells more; granular-env run EXPERIMENT runs one, granular-env sweep PLAN many.")
     return 0
 
 
@@ -40,8 +42,11 @@ def show_description(args: argparse.Namespace) -> int:
     from granular_env import describe
     from granular_env.components import catalogue
     from granular_env.experiments.templates import template
+    from granular_env.sweep.plan import shipped_plans
 
-    if args.name in catalogue.names():
+    if args.name in (plans := shipped_plans()):
+        print(plans[args.name].read_text(encoding="utf-8"), end="")
+    elif args.name in catalogue.names():
         parameters = {}
         for override in args.overrides:
             parts, value = parse_override(override)
@@ -198,6 +203,26 @@ def write_atlas(args: argparse.Namespace) -> int:
     return 1 if done.failed else 0
 
 
+def compute_sweep(args: argparse.Namespace) -> int:
+    """A plan's tasks, computed as far as they are not known; 1 where a task failed."""
+    from granular_env.sweep import run_sweep
+    from granular_env.sweep.store import TABLE
+    from granular_env.sweep.telling import closing
+
+    sweep = run_sweep(
+        args.plan,
+        args.out,
+        engine=args.engine,
+        workers=args.workers,
+        address=args.address,
+        overrides=args.overrides,
+        progress=not args.quiet,
+        allow_large=args.allow_large,
+    )
+    print(shlex.quote(str(sweep.folder / TABLE)) if args.quiet else closing(sweep))
+    return _INTERRUPTED if sweep.interrupted else 1 if sweep.failed else 0
+
+
 # -- details --------------------------------------------------------------------------------------------------------
 
 
@@ -298,4 +323,5 @@ COMMANDS = {
     "view": view_log,
     "report": report_log,
     "atlas": write_atlas,
+    "sweep": compute_sweep,
 }
