@@ -16,7 +16,7 @@ SYSTEM_PACKAGES := mesa-vulkan-drivers libvulkan1 libegl1 libgl1-mesa-dri libxkb
 	libxi6 libxrandr2 libx11-xcb1 libgtk-3-0 chromium
 
 .NOTPARALLEL:
-.PHONY: help demo test test-slow check format bench bench-peers docs clean system-packages install-hooks
+.PHONY: help demo test test-extras test-slow check format bench bench-peers docs clean system-packages install-hooks
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 18
@@ -33,9 +33,12 @@ demo: .venv/.view ## run Nesterenko's piston, prove its log identical, write its
 	@echo "Next          edit one line of a copy: $(BIN)/granular-env new nesterenko-1983/3.4-piston -o my-pulse.toml"
 
 test: .venv/.test ## every test but the slow ones
-	$(BIN)/pytest -n $(WORKERS) -m "not slow"
+	$(BIN)/pytest -n $(WORKERS) -m "not slow and not extra"
 
-test-slow: .venv/.test ## the slow tests: a thousand kills, twenty thousand mutations
+test-extras: .venv/.extras ## what needs the large optional packages: reinforcement learning, Ray
+	$(BIN)/pytest -n $(WORKERS) -m "extra and not slow"
+
+test-slow: .venv/.test .venv/.extras ## the slow tests: a thousand kills, twenty thousand mutations, a Ray cluster
 	$(BIN)/pytest -n $(WORKERS) -m slow
 
 check: .venv/.dev ## lint, format, types, import direction
@@ -79,6 +82,6 @@ system-packages: ## what headless screenshots and the browser test need (Debian,
 	"$(PYTHON)" -m venv .venv || { rm -rf .venv; echo "Python's venv module is missing; on Debian: apt-get install python3-venv" >&2; exit 1; }
 	touch $@
 
-.venv/.view .venv/.test .venv/.dev .venv/.docs: .venv/.%: .venv/.made pyproject.toml constraints.txt
+.venv/.view .venv/.test .venv/.extras .venv/.dev .venv/.docs: .venv/.%: .venv/.made pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$*]'
 	touch $@
