@@ -157,10 +157,11 @@ def default_of(field: FieldInfo) -> str:
     """A parameter's default as TOML writes it."""
     if field.is_required():
         return "required"
-    return "automatic" if field.default is None else _toml(field.default)
+    return "automatic" if field.default is None else toml_value(field.default)
 
 
-def _toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
@@ -168,9 +169,9 @@ def _toml(value: Any) -> str:
     if isinstance(value, BaseModel):
         value = value.model_dump()
         # What has nothing but a name may be given as that name.
-        return _toml(value["name"] if value.keys() == {"name"} else value)
+        return toml_value(value["name"] if value.keys() == {"name"} else value)
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {toml_value(part)}" for key, part in value.items()) + " }"
     return repr(value)
 
 
