@@ -60,6 +60,7 @@ class Problem(Protocol):
         steps: control steps of an episode.
         entries: numbers in an action.
         observed: numbers in an observation.
+        rate: the task's own limit of the action's change per control step, or None.
         gradient_runs: what an objective with its slopes costs, in forward runs: force evaluations over those of a forward run.
     """
 
@@ -76,6 +77,11 @@ class Problem(Protocol):
     @property
     def observed(self) -> int:
         """Numbers in an observation."""
+        ...
+
+    @property
+    def rate(self) -> float | None:
+        """The task's own limit of the action's change per control step, or None."""
         ...
 
     @property

@@ -80,7 +80,8 @@ def _drives(shown: dict[str, Score]) -> Figure:
         times = 1e6 * score.episode.duration * np.arange(len(score.episode.actions) + 1)
         for entry in range(score.episode.actions.shape[1]):
             values = score.episode.actions[:, entry]
-            panel.step(times, np.append(values, values[-1:]), where="post", **{**line(place), "linestyle": "-"}, alpha=1 - 0.4 * entry)
+            style = {**line(place), "linestyle": "-", "alpha": 1.0 - 0.4 * (entry > 0)}
+            panel.step(times, np.append(values, values[-1:]), where="post", **style)
         panel.set_title(f"{name}: {score.value:.4g}", fontsize=10)
         panel.margins(x=0.01)
     panels[-1].set_xlabel("time [\u00b5s]")

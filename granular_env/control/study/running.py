@@ -69,8 +69,7 @@ def run_study(
     for method in study.method:
         method.refuse_unless_installed()
     where = Path(folder) if folder is not None else Path("studies") / safe_name(study.name)
-    problem = _problem(study) if problem is None else problem
-    shape = _shape(study, problem)
+    problem, shape = prepared(study, problem)
     _claim(where, study, overwrite)
     trials, interrupted = [], False
     with contextlib.ExitStack() as stack:
@@ -96,14 +95,13 @@ def _raise_failures(result: StudyResult) -> None:
         raise error
 
 
-def _problem(study: Study) -> Problem:
-    from ..task_problem import TaskProblem
+def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
+    """What a study asks, and how its points become drives; errors as in `run_study`."""
+    if problem is None:
+        from ..task_problem import TaskProblem
 
-    with blamed(study.origin, "task"):
-        return TaskProblem(study.task.name, study.task.arguments)
-
-
-def _shape(study: Study, problem: Problem) -> DriveShape:
+        with blamed(study.origin, "task"):
+            problem = TaskProblem(study.task.name, study.task.arguments)
     table = study.drive
     if (driven := table.driven or problem.steps) > problem.steps:
         raise ExperimentError(
@@ -113,7 +111,8 @@ def _shape(study: Study, problem: Problem) -> DriveShape:
         raise ExperimentError(
             f"{study.origin}: drive.knots: got {table.knots}, expected at most {driven}, one for every driven control step"
         )
-    return DriveShape(problem.steps, problem.entries, **table.model_dump())
+    limits = [rate for rate in (table.rate, problem.rate) if rate is not None]
+    return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": min(limits, default=None)})
 
 
 def judged(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:
@@ -182,7 +181,7 @@ class _Attempt:
     def finish(self) -> Trial:
         """Judge the best so far, and record it."""
         score = self._record() if self._track.best else None
-        log = self._log if score is not None else None
+        log = self._log if score is not None and self._log.exists() else None
         return Trial(self._method.label, self._seed, self._track, score, log, self._failure)
 
     @property

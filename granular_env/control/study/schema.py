@@ -110,7 +110,7 @@ def parse(document: Mapping[str, Any], origin: str = "study") -> Study:
         came = "none" if version is None else shortened(version)
         raise ExperimentError(f"{origin}: version: got {came}, this program reads studies of version {VERSION}")
     fields: dict[str, Any] = {key: value for key, value in document.items() if key not in ("task", "drive", "method")}
-    fields["task"] = _required(TaskTable, document, "task", 'give a table [task] with a name, such as "pulse-forming"', faults)
+    fields["task"] = _task(document.get("task"), faults)
     if "drive" in document:
         fields["drive"] = faults.table(DriveTable, document["drive"], "drive")
     fields["method"] = _methods(document.get("method"), faults)
@@ -125,11 +125,16 @@ def parse(document: Mapping[str, Any], origin: str = "study") -> Study:
     return study
 
 
-def _required(model: Any, document: Mapping[str, Any], key: str, advice: str, faults: Faults) -> Any:
-    if key not in document:
-        faults.add(key, f"missing; {advice}")
+def _task(content: Any, faults: Faults) -> TaskTable | None:
+    if content is None:
+        faults.add("task", 'missing; give a table [task] with a name, such as name = "pulse-forming"')
         return None
-    return faults.table(model, document[key], key)
+    table = faults.table(TaskTable, content, "task")
+    try:
+        canonical_json(table.arguments if table is not None else {})
+    except (TypeError, ValueError, RecursionError) as error:
+        faults.add("task", f"not usable: {error}")
+    return table
 
 
 def _methods(content: Any, faults: Faults) -> list[MethodTable]:

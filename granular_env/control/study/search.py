@@ -87,18 +87,17 @@ class Search:
     def _returns(self, points: FloatArray, ask: Callable[[FloatArray], tuple[FloatArray, npt.NDArray[np.int64]]]) -> FloatArray:
         known = min(len(points), len(self.track) - self._place)
         values = [self.track.recorded(self._place + one, RETURN, points[one]) for one in range(known)]
-        wanted = points[known:]
-        affordable = wanted[: max(self.left, 0) // (self.problem.steps * len(self.seeds))]
-        if len(affordable):
-            found, steps = ask(affordable)
-            for point, value, spent in zip(affordable, found.tolist(), steps.tolist(), strict=True):
+        while len(values) < len(points) and (affordable := self.left // (self.problem.steps * len(self.seeds))) > 0:
+            chosen = points[len(values) : len(values) + affordable]
+            found, steps = ask(chosen)
+            for point, value, spent in zip(chosen, found.tolist(), steps.tolist(), strict=True):
                 refuse_unless_finite("return", value, self.track)
                 self.track.add(RETURN, point, value, spent)
                 values.append(value)
         self._place += len(values)
-        if len(affordable):
+        if len(values) > known:
             self.watch(self.track)
-        if len(affordable) < len(wanted):
+        if len(values) < len(points):
             raise BudgetSpentError
         return np.array(values)
 
