@@ -17,16 +17,13 @@ from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
 from .chain_task import BEGIN, JUDGE, ChainTask
 from .environment import ComponentEnv, Observation, _checked_scales, _count
+from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .observing import OBSERVE, Observing
 from .observing import observe as observe_kernel
 from .randomising import Impacts
 from .state import EnvState
 
 FloatArray = npt.NDArray[np.float64]
-
-# The memory of an episode: control steps done, whether it goes on, the seed of the noise, the inputs applied left and right,
-# then the task's counters, then the actuator's commands.
-ELAPSED, RUNNING, SEED, LEFT, RIGHT, COUNTERS = range(6)
 
 
 class ChainOptions(TypedDict, total=False):
@@ -174,7 +171,7 @@ class ChainEnv(ComponentEnv):
             self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self._steps
         )
         terminated = bool(done)
-        truncated = not terminated and elapsed == self._steps
+        truncated = not terminated and elapsed >= self._steps > 0
         if terminated or truncated:
             memory[RUNNING] = 0.0
         return self._observation(), float(reward), terminated, truncated, self._info(self._see())
@@ -203,7 +200,7 @@ class ChainEnv(ComponentEnv):
     def _begin(self, seed: int) -> None:
         memory, held = self._memory, self.component._held
         memory[:] = 0.0
-        memory[RUNNING], memory[SEED] = 1.0, seed
+        memory[RUNNING], memory[SEED], memory[START] = 1.0, seed, self.component.tick
         for side, name in ((LEFT, self.component._left_input), (RIGHT, self.component._right_input)):
             memory[side] = held.get(name, 0.0)
         self.actuator.begin(self._commands, self._applied)
