@@ -262,8 +262,8 @@ def _check_study(name: str, overrides: list[str]) -> int:
     problem, shape = prepared(study)
     methods = ", ".join(method.label for method in study.method)
     print(
-        f"valid: {study.name}, task {study.task.name} of {problem.steps} control steps, {counted(shape.size, 'number')} to choose, "
-        f"{study.budget} control steps for each of {methods}"
+        f"valid: {study.name}, task {study.task.name} of {problem.steps} control steps, "
+        f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
     )
     return 0
 

@@ -22,6 +22,7 @@ class Actor(Protocol):
 
     def __call__(self, observation: Any, info: Any) -> npt.ArrayLike:
         """The action of the next control step."""
+        ...
 
 
 class Policies(Protocol):
@@ -32,6 +33,7 @@ class Policies(Protocol):
 
     def __call__(self, observations: FloatArray) -> FloatArray:
         """Actions, shape (environments, entries), for observations of shape (environments, size)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class Problem(Protocol):
         ...
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, Counts]:
-        """Returns averaged over the episodes, and control steps simulated; drives (members, steps, entries), both (members,)."""
+        """Returns averaged over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
         ...
 
     def policy_returns(

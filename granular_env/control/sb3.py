@@ -33,7 +33,7 @@ class Sb3VecEnv(VecEnv):
 
     def reset(self) -> np.ndarray:
         """Observations of new episodes, shape (environments, size)."""
-        seeds = self._seeds if any(seed is not None for seed in self._seeds) else None
+        seeds: Any = self._seeds if any(seed is not None for seed in self._seeds) else None
         observations, _ = self.env.reset(seed=seeds)
         self._reset_seeds()
         return observations

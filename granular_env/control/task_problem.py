@@ -17,7 +17,8 @@ from .drive import Drive
 from .problem import Actor, Counts, Episode, FloatArray, Policies
 from .task_names import make_environment, registered_name
 
-# Force evaluations of an objective with its slopes over those of a forward run: forward, again from the checkpoints, and back.
+# What an objective with its slopes counts as, in forward runs: a run forward, one again from the checkpoints, and the sweep
+# back, which differentiates every force of a run and transposes it: counted as two.
 GRADIENT_RUNS = 4.0
 
 
@@ -37,7 +38,10 @@ class TaskProblem:
         self.env = make_environment(name, arguments)
         if math.isinf(self.env.deadline):
             raise ParameterError("deadline: got none, expected a number of control steps; a study needs episodes that end")
-        self._batches: dict[int, Any] = {}
+        # Where chains are drawn, an episode's seed is the index of its chain too.
+        self._draws_chains = bool(set(self._arguments.get("randomise") or {}) - {"velocity", "seed"})
+        self._batches: dict[tuple[int, ...], Any] = {}
+        self._singles: dict[int, Any] = {}
 
     @property
     def steps(self) -> int:
@@ -68,7 +72,7 @@ class TaskProblem:
     # -- many at a time ---------------------------------------------------------------------------------------------
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, Counts]:
-        """Returns averaged over the episodes, and control steps simulated; drives (members, steps, entries), both (members,)."""
+        """Returns averaged over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
         actions = np.repeat(drives, len(seeds), axis=0)
         return self._rolled(len(drives), seeds, lambda step, observations: actions[:, step])
 
@@ -84,8 +88,9 @@ class TaskProblem:
         self, members: int, seeds: Sequence[int], act: Callable[[int, npt.NDArray[Any]], npt.NDArray[Any]]
     ) -> tuple[FloatArray, Counts]:
         count = members * len(seeds)
-        env = self._batch(count)
-        observations, _ = env.reset(seed=list(seeds) * members)
+        all_seeds = tuple(seeds) * members
+        env = self._batch(all_seeds)
+        observations, _ = env.reset(seed=list(all_seeds))
         totals, steps = np.zeros(count), np.zeros(count, dtype=np.int64)
         running = np.ones(count, dtype=bool)
         for step in range(self.steps):
@@ -99,18 +104,27 @@ class TaskProblem:
         shape = (members, len(seeds))
         return totals.reshape(shape).mean(axis=1), steps.reshape(shape).sum(axis=1)
 
-    def _batch(self, count: int) -> Any:
-        if count not in self._batches:
-            self._batches = {count: self.vector(count)}
-        return self._batches[count]
+    def _batch(self, seeds: tuple[int, ...]) -> Any:
+        """The batch for these seeds; the last one is kept, a search asks for the same again and again."""
+        key = seeds if self._draws_chains else (len(seeds),)
+        if key not in self._batches:
+            self._batches = {key: self._vector(seeds)}
+        return self._batches[key]
 
     def vector(self, count: int) -> Any:
         """A Gymnasium `VectorEnv` of so many environments; it resets in the same step."""
-        import gymnasium
+        return self._vector(range(count))
 
-        mode = gymnasium.vector.AutoresetMode.SAME_STEP
-        makers = [lambda: make_environment(self.name, self._arguments)] * count
-        return gymnasium.vector.SyncVectorEnv(makers, autoreset_mode=mode)
+    def _vector(self, indices: Sequence[int]) -> Any:
+        from gymnasium.vector import AutoresetMode
+
+        from granular_env.envs.vector import ChainVectorEnv
+
+        def lane(index: int, **arguments: Any) -> Any:
+            return make_environment(self.name, {**arguments, "index": indices[index]})
+
+        arguments = {**self._arguments, "info": "brief"}
+        return ChainVectorEnv(lane, len(indices), autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
 
     # -- one at a time ----------------------------------------------------------------------------------------------
 
@@ -123,7 +137,7 @@ class TaskProblem:
         """One episode in the single environment, recorded where a path is given."""
         from granular_env.recording import record
 
-        env, actions, total = self.env, [], 0.0
+        env, actions, total = self._single(seed), [], 0.0
         with ExitStack() as stack:
             if log is not None:
                 stack.enter_context(record(env.component, log, overwrite=True))
@@ -136,12 +150,18 @@ class TaskProblem:
                 actions.append(np.clip(action, -1.0, 1.0))
                 total += float(reward)
                 over = terminated or truncated
-        return Episode(total, np.array(actions), env.duration, self._final(), _numbers(info))
+        return Episode(total, np.array(actions), env.duration, self._final(env), _numbers(info))
 
-    def _final(self) -> dict[str, FloatArray]:
-        """The outputs of particles at the end, in the order of the task's observations, velocities first."""
-        component = self.env.component
-        names = sorted(self.env.task.observations, reverse=True)
+    def _single(self, seed: int) -> Any:
+        if not self._draws_chains:
+            return self.env
+        if seed not in self._singles:
+            self._singles[seed] = make_environment(self.name, {**self._arguments, "index": seed})
+        return self._singles[seed]
+
+    def _final(self, env: Any) -> dict[str, FloatArray]:
+        """The outputs of particles at the end, velocities first."""
+        component, names = env.component, sorted(env.task.observations, reverse=True)
         values = {f"{name.replace('_', ' ')} [{component.variables[name].unit}]": component.get(name) for name in names}
         return {name: value for name, value in values.items() if np.ndim(value) == 1}
 
@@ -154,19 +174,19 @@ class TaskProblem:
             ParameterError: the task has no objective with slopes, or its chain has none.
             StepError: the drive breaks the physics.
         """
-        from .gradient import value_and_grad
+        from granular_env.components.chain.adjoint import value_and_bars
 
-        env, value, slopes = self.env, 0.0, np.zeros_like(drive)
-        actuator = env.actuator
-        inputs = np.zeros((self.steps, 2))
+        value, slopes, actuator = 0.0, np.zeros_like(drive), self.env.actuator
         late = max(self.steps - actuator.delay, 0)
-        inputs[actuator.delay :, actuator.sides] = actuator.scales * drive[:late]
         for seed in seeds:
+            env = self._single(seed)
             env.reset(seed=seed)
+            inputs = np.zeros((self.steps, 2))
+            inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
             objective = env.task.objective(env.component, self.steps)
-            one, bars = value_and_grad(objective, env.component, inputs, ticks=env.internal_steps, with_respect_to=("drive",))
-            value += one / len(seeds)
-            slopes[:late] += actuator.scales * bars["drive"][actuator.delay :, actuator.sides] / len(seeds)
+            bars = value_and_bars(env.component, inputs, env.internal_steps, objective)
+            value += bars.value / len(seeds)
+            slopes[:late] += env.actuator.scales * bars.inputs[actuator.delay :, actuator.sides] / len(seeds)
         return value, slopes
 
 

@@ -25,6 +25,7 @@ from granular_env.components.packing import canonical_json, digest
 from granular_env.experiments.faults import Faults, Table, shortened
 
 from .methods import METHODS, MethodTable
+from .methods.random_search import RandomSearch
 
 VERSION = 1
 # What may be changed between a study and its continuation: it changes nothing that has been computed.
@@ -117,7 +118,7 @@ def parse(document: Mapping[str, Any], origin: str = "study") -> Study:
     if faults.lines:
         # The rest is still looked at, with stand-ins where a table is broken.
         fields.pop("drive", None)
-        fields |= {"task": TaskTable(name="none"), "method": [METHODS["random"]()]}
+        fields |= {"task": TaskTable(name="none"), "method": [RandomSearch()]}
     study = faults.table(Study, fields, "")
     faults.raise_any()
     assert study is not None

@@ -8,13 +8,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ExperimentError
+from granular_env.components.errors import ExperimentError, StepError
 
 from ..drive import DriveShape
 from ..problem import Policies, Problem
 from .track import RETURN, SLOPES, Track
 
 FloatArray = npt.NDArray[np.float64]
+
+
+# Objective of a drive that breaks the physics; a line search steps back from it.
+_BROKEN = 1e6
 
 
 class BudgetSpentError(Exception):
@@ -102,7 +106,7 @@ class Search:
         return np.array(values)
 
     def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:
-        """The smooth objective of a drive, averaged over the episodes, and its slopes, shape (size,); errors as in `returns`."""
+        """The smooth objective of a drive, averaged over the episodes, and its slopes, shape (size,); errors of `returns`."""
         if self._place < len(self.track):
             value, slopes = self.track.recorded(self._place, SLOPES, point), self.track.slopes(self._place)
             self._place += 1
@@ -110,7 +114,10 @@ class Search:
         cost = math.ceil(self.problem.gradient_runs * self.problem.steps * len(self.seeds))
         if self.left < cost:
             raise BudgetSpentError
-        value, bars = self.problem.value_and_grad(self.shape.actions(point[None])[0], self.seeds)
+        try:
+            value, bars = self.problem.value_and_grad(self.shape.actions(point[None])[0], self.seeds)
+        except StepError:
+            value, bars = _BROKEN, np.zeros((self.shape.steps, self.shape.entries))
         slopes = self.shape.pull(point, bars)
         refuse_unless_finite("objective", value, self.track)
         refuse_unless_finite("largest slope of the objective", float(np.abs(slopes).max()), self.track)

@@ -78,8 +78,9 @@ class Track:
         """The value of the evaluation at a place; `ExperimentError` where it was of another point."""
         if self._kinds[place] != kind or self._points[place] != fingerprint(point):
             raise ExperimentError(
-                f"evaluation {place + 1} of the record is of another point than the method asks for now: it was made with other "
-                "versions of numpy, scipy or cma, or on a machine that computes differently; pass overwrite=True to start anew"
+                f"evaluation {place + 1} of the record is of another point than the method asks for now: it was made with "
+                "other versions of numpy, scipy or cma, or on a machine that computes differently; "
+                "pass overwrite=True to start anew"
             )
         return self._values[place]
 
@@ -163,5 +164,3 @@ class Track:
 def checked(path: Path, owner: Mapping[str, Any]) -> Track:
     """The record of a trial that goes on, or an empty one where there is no file yet."""
     return Track.load(path, owner) if path.exists() else Track()
-
-

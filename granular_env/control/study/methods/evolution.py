@@ -69,11 +69,11 @@ def evolve(
         }  # fmt: skip
         strategy = cma.CMAEvolutionStrategy(here, sigma, options)
         # Wall time must end no search: a resumed one would end elsewhere.
-        while not _stuck(strategy.stop()):
+        while not _stuck(strategy.stop() or {}):
             points = np.array(strategy.ask())
             strategy.tell(list(points), (-returns(points)).tolist())
         round_number += 1
 
 
-def _stuck(reasons: dict[str, Any]) -> bool:
+def _stuck(reasons: Any) -> bool:
     return any(reason not in ("timeout", "maxfevals", "maxiter") for reason in reasons)

@@ -21,7 +21,7 @@ class Gradient(MethodTable):
     """L-BFGS-B over the knots, from several starts; whatever is better than the start's best so far is judged by its return."""
 
     type: str = "gradient"
-    spread: float = Field(default=0.3, ge=0.0, description="how far the starts are drawn from rest, in units of the bounds' distance")
+    spread: float = Field(default=0.3, ge=0.0, description="how far the starts lie from rest, in units of the bounds' distance")
     memory: int = Field(default=10, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
     iterations: int = Field(default=200, ge=1, description="most iterations from one start")
     starts: int | None = Field(default=None, ge=1, description="how many starts; default: until the budget is spent")

@@ -27,7 +27,9 @@ class MethodTable(Table):
     """The extra that installs them."""
 
     type: str = Field(description="which method")
-    name: str = Field(default="", pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}$|^$", description="what it is called in the results")
+    name: str = Field(
+        default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="what it is called in the results"
+    )
 
     @property
     def label(self) -> str:
@@ -50,7 +52,7 @@ class MethodTable(Table):
         raise NotImplementedError
 
     def actor(self, best: dict[str, npt.NDArray[np.generic]], search: Search, problem: Problem) -> Any:
-        """The best so far as an agent: ``action = actor(observation, info)``; by default the drive of the best point."""
+        """What plays the best so far in a single environment; by default the drive of the best point."""
         from ...drive import Drive
 
         return Drive(search.shape.actions(best["point"][None].astype(float))[0])

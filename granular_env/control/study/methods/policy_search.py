@@ -78,7 +78,9 @@ class Single:
         self._policies = policies
 
     def reset(self) -> None:
+        """Begin an episode."""
         self._policies.reset()
 
     def __call__(self, observation: Any, info: Any) -> FloatArray:
+        """The action of the next control step, shape (entries,)."""
         return self._policies(np.asarray(observation)[None])[0]

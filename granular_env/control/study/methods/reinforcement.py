@@ -114,7 +114,7 @@ class PPO(Reinforcement):
 
         return Algorithm(
             "MlpPolicy", env, seed=seed, device="cpu", verbose=0,
-            n_steps=self.rollout, batch_size=min(self.batch, self.rollout * self.environments), n_epochs=self.epochs,
+            n_steps=self.rollout, batch_size=_divisor(self.rollout * env.num_envs, self.batch), n_epochs=self.epochs,
             learning_rate=self.learning_rate, gamma=self.discount,
             policy_kwargs={"net_arch": self.layers, "log_std_init": float(np.log(self.noise))},
         )  # fmt: skip
@@ -144,6 +144,11 @@ class SAC(Reinforcement):
             gradient_steps=self.updates, learning_rate=self.learning_rate, gamma=self.discount,
             policy_kwargs={"net_arch": self.layers},
         )  # fmt: skip
+
+
+def _divisor(number: int, most: int) -> int:
+    """The largest divisor that is at most `most`: all pieces of a round are of one size."""
+    return next(part for part in range(min(number, most), 0, -1) if number % part == 0)
 
 
 class HeldPolicy:
