@@ -20,24 +20,29 @@ MODES = list(AutoresetMode)
 
 # What is tried: the environment, and arguments that differ from lane to lane or not.
 CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
-    "force": (ForceEnv, {"grains": 6, "deadline": 9, "impulse": 2e-4}),
-    "piston": (PistonEnv, {"grains": 5, "deadline": 12}),
+    "force": (ForceEnv, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3}),
+    "piston": (PistonEnv, {"grains": 5, "deadline": 8, "internal_steps": 30}),
     "sensors": (
         ForceEnv,
         {
-            "grains": 7,
+            "grains": 5,
             "deadline": 8,
-            "impulse": 3e-4,
+            "internal_steps": 40,
+            "impulse": 1e-3,
             "observe": {"velocity": [0, -1, 3], "force": [2, 3], "contact_force": [-1], "wall_force": ["right"]},
             "noise": 0.02,
         },
     ),
-    "slow actuator": (PistonEnv, {"grains": 5, "deadline": 10, "action_rate": 0.3, "control_delay": 3, "noise": 0.1}),
+    "slow actuator": (
+        PistonEnv,
+        {"grains": 4, "deadline": 14, "internal_steps": 20, "action_rate": 0.3, "control_delay": 3, "noise": 0.1},
+    ),
     "drawn": (
         ForceEnv,
         {
             "grains": 6,
             "deadline": 7,
+            "internal_steps": 30,
             "chain": {"law": {"name": "viscous", "dissipation": 0.5}},
             "randomise": {"radius": (2e-3, 3e-3), "contact_stiffness": (1e9, 2e9), "velocity": (0.0, 3.0), "seed": 3},
             "impulse": 1e-3,
@@ -45,13 +50,27 @@ CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
     ),
     "each grain drawn": (
         PistonEnv,
-        {"grains": 6, "deadline": 9, "randomise": {"radius": {"low": 2e-3, "high": 3e-3}, "velocity": {1: (0.0, 2.0)}}},
+        {
+            "grains": 6,
+            "deadline": 9,
+            "internal_steps": 30,
+            "randomise": {"radius": {"low": 2e-3, "high": 3e-3}, "velocity": {1: (0.0, 2.0)}},
+        },
     ),
     "plastic": (
         ForceEnv,
-        {"grains": 5, "deadline": 10, "impulse": 5e-4, "chain": {"law": {"name": "elastic_plastic", "yield_pressure": 1e9}}},
+        {
+            "grains": 5,
+            "deadline": 8,
+            "internal_steps": 40,
+            "impulse": 1e-3,
+            "chain": {"law": {"name": "elastic_plastic", "yield_pressure": 1e9}, "integrator": "leapfrog"},
+        },
     ),
-    "refused": (ForceEnv, {"grains": 4, "deadline": 40, "impulse": 10.0, "force_scale": 2e5, "chain": {"overlap_limit": 0.02}}),
+    "refused": (
+        ForceEnv,
+        {"grains": 3, "deadline": 5, "impulse": 10.0, "force_scale": 2e5, "chain": {"overlap_limit": 0.005}},
+    ),
 }
 EPISODES = -(-1000 // (len(CASES) * len(MODES)))
 

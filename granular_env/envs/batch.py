@@ -9,7 +9,7 @@ from ..components.jit import caller, jit
 from .actuator import actuate
 from .chain_task import JUDGE
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
-from .observing import observe
+from .observing import observe, show_goal
 
 _advance = caller(ADVANCE)
 _judge = caller(JUDGE)
@@ -20,7 +20,7 @@ def step_lanes(
     tables, memories, actions, going,
     advances, judge, constants, counters, lengths, steps, durations,
     sides, scales, rates, delay,
-    blocks, factors, limits, noises,
+    blocks, factors, limits, noises, goals,
     drive, kept, kept_memory, first,
     observations, rewards, terminated, truncated, refused,
 ):  # fmt: skip
@@ -58,11 +58,12 @@ def step_lanes(
             memory[RUNNING] = 0.0
             special += 1
         observe(a, blocks, factors[k], limits[k], noises[k], np.int64(memory[SEED]), elapsed, out)
+        show_goal(tally, goals[k], limits[k], out)
     return special
 
 
 @jit
-def observe_lanes(tables, memories, blocks, factors, limits, noises, observations):
+def observe_lanes(tables, memories, blocks, factors, limits, noises, goals, observations):
     """What every lane sees now."""
     for k in range(len(limits)):
         memory = memories[k]
@@ -70,6 +71,7 @@ def observe_lanes(tables, memories, blocks, factors, limits, noises, observation
             tables[k], blocks, factors[k], limits[k], noises[k], np.int64(memory[SEED]), np.int64(memory[ELAPSED]),
             observations[k],
         )  # fmt: skip
+        show_goal(memory[COUNTERS:], goals[k], limits[k], observations[k])
 
 
 @jit

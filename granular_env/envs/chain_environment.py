@@ -18,7 +18,7 @@ from .actuator import ACTUATE, Actuator, actuate
 from .chain_task import BEGIN, JUDGE, ChainTask
 from .environment import ComponentEnv, Observation, _checked_scales, _count
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
-from .observing import OBSERVE, Observing
+from .observing import OBSERVE, Observing, show_goal
 from .observing import observe as observe_kernel
 from .randomising import Impacts
 from .state import EnvState
@@ -53,7 +53,7 @@ class ChainEnv(ComponentEnv):
     ## Observation space
     `Box(-limit, limit, (size,), float32)`: the readings chosen by `observe`, each divided by its declared scale
     (`task.observations`; forces by `task.observed_force`), with noise where it is wanted, clipped to +-
-    `task.observation_limit`.
+    `task.observation_limit`. Where the task draws a goal for each episode, the goal follows, scaled and without noise.
 
     ## Info
     "time" [s], the inputs applied, and the task's counters; with `info="full"` (the default) also "displacement" [m] and
@@ -112,9 +112,10 @@ class ChainEnv(ComponentEnv):
         scales = {**dict(self._readings), "force": finite_number("observed_force", task.observed_force)}
         self.observing = Observing.of(component, observe, scales, task.observation_limit, noise)
         self.constants = np.ascontiguousarray(task.constants, dtype=np.float64)
-        self.observation_space = gymnasium.spaces.Box(
-            -np.float32(task.observation_limit), np.float32(task.observation_limit), (self.observing.size,), np.float32
-        )
+        limit, self._goal_scales = np.float32(task.observation_limit), np.array(task.goal_scales, dtype=np.float64)
+        self._goal: npt.ArrayLike = ()
+        self.observation_size = self.observing.size + len(self._goal_scales)
+        self.observation_space = gymnasium.spaces.Box(-limit, limit, (self.observation_size,), np.float32)
         self._steps = 0 if deadline is None else _count("deadline", deadline)
         self._action = np.zeros(len(self.actuator.names))
         self._begin_task = entry_point(type(task).begin_kernel, BEGIN)
@@ -195,15 +196,22 @@ class ChainEnv(ComponentEnv):
         return given
 
     def _start(self, options: Mapping[str, Any]) -> dict[str, Any]:
-        return {**self.impacts.onto(self.task.start(self.np_random), self.np_random), **options}
+        start, given = self.impacts.onto(self.task.start(self.np_random), self.np_random), dict(options)
+        if "goal" in given:
+            self._goal = self.task.given_goal(given.pop("goal"))
+        else:
+            self._goal = self.task.goal(self.np_random)
+        return {**start, **given}
 
     def _begin(self, seed: int) -> None:
-        memory, held = self._memory, self.component._held
+        memory, chain = self._memory, self.component
         memory[:] = 0.0
-        memory[RUNNING], memory[SEED], memory[START] = 1.0, seed, self.component.tick
-        for side, name in ((LEFT, self.component._left_input), (RIGHT, self.component._right_input)):
-            memory[side] = held.get(name, 0.0)
+        memory[RUNNING], memory[SEED], memory[START] = 1.0, seed, chain.tick
+        for side, name in ((LEFT, chain.left_input), (RIGHT, chain.right_input)):
+            # Where a log goes on, it may be a profile's value.
+            memory[side] = chain.peek(name) if name in chain.variables else 0.0
         self.actuator.begin(self._commands, self._applied)
+        self._counters[: len(self._goal_scales)] = self._goal
         self._begin_task(self.component.table, self._counters, self.constants)
 
     def _episode(self) -> bytes:
@@ -222,10 +230,12 @@ class ChainEnv(ComponentEnv):
         return {"displacement": self.component.get("displacement"), "velocity": self.component.get("velocity")}
 
     def _observation(self) -> Observation:
-        out, plan, memory = np.empty(self.observing.size, np.float32), self.observing, self._memory
+        out, plan, memory = np.empty(self.observation_size, np.float32), self.observing, self._memory
         self._look(
             self.component.table, plan.blocks, plan.factors, plan.limit, plan.noise, int(memory[SEED]), int(memory[ELAPSED]), out
         )
+        if len(self._goal_scales):
+            show_goal(self._counters, self._goal_scales, plan.limit, out)
         return out
 
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:

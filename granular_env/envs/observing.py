@@ -51,8 +51,16 @@ def _observe(a, blocks, factors, limit, noise, seed, step, out):
         place += count
     if noise > 0.0:
         key = stream_key(seed, step)
-        for i in range(len(out)):
+        for i in range(place):
             out[i] = min(max(out[i] + noise * normal(key, i), -limit), limit)
+
+
+@jit
+def show_goal(counters, scales, limit, out):
+    """The goal of the episode, which lies in the first counters, at the end of the observation, without noise."""
+    place = len(out) - len(scales)
+    for i in range(len(scales)):
+        out[place + i] = min(max(counters[i] / scales[i], -limit), limit)
 
 
 @inlined
