@@ -188,11 +188,16 @@ class Component(ABC):
         told = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
         self.variables: dict[str, Variable] = {variable.name: variable for variable in self._all_variables()}
-        self._readers: dict[str, Callable[[], Any]] = self._outputs()
         self._inputs = {v.name: v for v in self.variables.values() if v.causality == "input"}
         self._bounds = {v.name: (max(v.minimum, -_LARGEST), min(v.maximum, _LARGEST)) for v in self._inputs.values()}
-        self._observers: list[Observer] = []
         self._tick_counts: dict[float | None, int] = {None: 1}
+        self._settle()
+        self.reset()
+
+    def _settle(self) -> None:
+        """What belongs to this one component alone, whose block is there."""
+        self._readers: dict[str, Callable[[], Any]] = self._outputs()
+        self._observers: list[Observer] = []
         self._chunk_ticks = 256
         self._backup = self._block.memory.copy()
         # Assigning between byte views is the quickest copy there is from Python.
@@ -202,7 +207,6 @@ class Component(ABC):
         # Whether any of them is a profile.
         self._profiled = False
         self._tick = 0
-        self.reset()
 
     # -- what a component has to provide ----------------------------------------------------------------------------
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from .jit import jit
+
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
@@ -27,3 +29,35 @@ def uniform(seed: int, stream: int, count: int) -> npt.NDArray[np.float64]:
         key = _mixed(_mixed(np.array([seed], np.uint64) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
         words = _mixed(key + (np.arange(count, dtype=np.uint64) + np.uint64(1)) * _GOLDEN)
     return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
+# Twelve uniform numbers of 16 bits have a sum of variance 1 about this, in units of 2^16.
+_WORDS, _MIDDLE = 3, 12 * 32767.5
+
+
+@jit
+def mixed(word):
+    """`_mixed` of one number, in jitted code."""
+    word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return word ^ (word >> np.uint64(31))
+
+
+@jit
+def stream_key(seed, stream):
+    """What `normal` draws from: one stream of one seed, both from 0."""
+    return mixed(mixed(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
+
+
+@jit
+def normal(key, index):
+    """A number with mean 0 and variance 1 from a `stream_key`: the sum of twelve uniform ones, exactly, so never beyond +-6.
+
+    Against the normal distribution its fourth moment is 2.9 instead of 3; nothing is rounded, so all machines agree.
+    """
+    total = 0
+    for word in range(_WORDS):
+        bits = mixed(key + (np.uint64(index) * np.uint64(_WORDS) + np.uint64(word + 1)) * _GOLDEN)
+        for part in range(4):
+            total += np.int64((bits >> np.uint64(16 * part)) & np.uint64(0xFFFF))
+    return (total - _MIDDLE) * 2.0**-16

@@ -18,8 +18,9 @@ from typing import Any, TypeVar
 import llvmlite
 import numba
 import numpy as np
+from numba.core import cgutils, sigutils
 from numba.core import config as numba_config
-from numba.core import sigutils
+from numba.extending import intrinsic
 
 _KEPT_FOLDERS = 8
 F = TypeVar("F", bound=Callable[..., Any])
@@ -55,6 +56,53 @@ def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., A
     compiled: Any = function
     compiled.compile(signature)
     return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point
+
+
+def address(function: Callable[..., Any], signature: str) -> Any:
+    """Where the machine code of a jitted function for one signature lies: a number, for `caller`.
+
+    So one compiled loop runs anybody's functions, and is compiled once. The function must live as long as the number is used.
+    With the JIT off it is the function itself.
+    """
+    if not hasattr(function, "compile"):
+        return function
+    compiled: Any = function
+    compiled.compile(signature)
+    result = compiled.overloads[sigutils.normalize_signature(signature)[0]]
+    wanted = sigutils.normalize_signature(signature)[1]
+    if wanted is not None and result.signature.return_type != wanted:
+        raise TypeError(f"{compiled.__name__} returns {result.signature.return_type}, expected {wanted}")
+    return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+
+
+def caller(signature: str) -> Any:
+    """A function for jitted code, call(where, (argument, ...)), that calls what lies at an `address` of that signature.
+
+    The arguments must have exactly the signature's types.
+    """
+    if numba_config.DISABLE_JIT:
+        return lambda function, arguments: function(*arguments)
+    types, returned = sigutils.normalize_signature(signature)
+
+    @intrinsic
+    def call(context: Any, where: Any, arguments: Any) -> Any:
+        given = tuple(arguments)
+        if given != types:
+            raise numba.core.errors.TypingError(f"call through an address: got {given}, expected {types}")
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            convention = context.call_conv
+            kind = convention.get_function_type(returned, types)
+            function = builder.inttoptr(values[0], kind.as_pointer())
+            parts = [builder.extract_value(values[1], place) for place in range(len(types))]
+            status, result = convention.call_function(builder, function, returned, types, parts)
+            with cgutils.if_unlikely(builder, status.is_error):
+                convention.return_status_propagate(builder, status)
+            return result
+
+        return returned(numba.types.int64, arguments), generate
+
+    return call
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -62,9 +62,8 @@ class Chain(Component):
         self._grains = slice(1, p.grains + 1)
         width = table.row_width(p.grains)
         last = table.FREE_ROW + self._scheme.history_rows
-        self._table = np.zeros((last + self._scheme.scratch_rows, width))
-        state = self._table[_first_state_row(p.law) : last]
-        self._block = Block(state.reshape(-1), rows=("f8", state.shape))
+        self._state_rows = slice(_first_state_row(p.law), last)
+        self._live_in(np.zeros((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # Pistons carry their own grains.
         self._weight = p.gravity * self._table[table.MASS, self._grains]
@@ -73,6 +72,31 @@ class Chain(Component):
         self._left_input = "left_velocity" if p.left == "piston" else "left_force"
         self._right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
+
+    def _live_in(self, memory: FloatArray) -> None:
+        self._table = memory
+        state = memory[self._state_rows]
+        self._block = Block(state.reshape(-1), rows=("f8", state.shape))
+
+    def twin(self, memory: FloatArray) -> Self:
+        """A chain of the same parameters, at its start, whose table is the memory given; much cheaper than making one anew.
+
+        Args:
+            memory: C-ordered, of the shape of `table`.
+        """
+        if memory.shape != self._table.shape or memory.dtype != np.float64 or not memory.flags.c_contiguous:
+            raise ParameterError(
+                f"memory: got {memory.dtype} of shape {memory.shape}, expected C-ordered float64 of shape {self._table.shape}"
+            )
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        memory[:] = self._table
+        # Warnings that this chain gave already move its limits.
+        memory[table.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        other._live_in(memory)
+        other._settle()
+        other.reset()
+        return other
 
     def _fill_constants(self) -> None:
         p, chain, rows = self.parameters, self.geometry, self._table

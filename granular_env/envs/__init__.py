@@ -12,16 +12,21 @@ from typing import TYPE_CHECKING, Any
 from .registration import register_all, register_when_imported
 
 if TYPE_CHECKING:
-    from .environment import ComponentEnv, EnvState
+    from .chain_environment import ChainEnv
+    from .chain_task import ChainTask
+    from .environment import ComponentEnv
     from .recording import RecordEnv
+    from .state import EnvState
     from .task import Task
     from .tasks.force import ForceEnv, ForceTask
     from .tasks.piston import PistonEnv, PistonTask
 
 # Gymnasium takes a while to import: these come when they are asked for.
 _HOMES = {
+    "ChainEnv": ".chain_environment",
+    "ChainTask": ".chain_task",
     "ComponentEnv": ".environment",
-    "EnvState": ".environment",
+    "EnvState": ".state",
     "ForceEnv": ".tasks.force",
     "ForceTask": ".tasks.force",
     "PistonEnv": ".tasks.piston",
@@ -31,6 +36,8 @@ _HOMES = {
 }
 
 __all__ = [
+    "ChainEnv",
+    "ChainTask",
     "ComponentEnv",
     "EnvState",
     "ForceEnv",

@@ -2,44 +2,22 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, SupportsFloat
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from ..components.contract import Component, Snapshot
+from ..components.contract import Component
 from ..components.errors import ParameterError, StepError, nearest, shortened
 from ..components.profiles import finite_number
 from .drawing import draw
+from .state import EnvState
 from .task import Task
 
 Observation = npt.NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class EnvState:
-    """An environment in mid-episode: what `ComponentEnv.save` gives and `restore` takes.
-
-    Attributes:
-        snapshot: the component's state.
-        task: name of the task.
-        elapsed: control steps since the reset.
-        running: whether the episode goes on.
-        counters: the task's own memory.
-        random: state of the environment's random numbers.
-    """
-
-    snapshot: Snapshot
-    task: str
-    elapsed: int
-    running: bool
-    counters: Mapping[str, float]
-    random: Mapping[str, Any] | None
 
 
 class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
@@ -98,6 +76,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         limit = np.float32(task.observation_limit)
         self.observation_space = gymnasium.spaces.Box(-limit, limit, (self._size,), np.float32)
         self._elapsed, self._running = 0, False
+        # As it was at the first save of this episode: only a start draws.
         self._random_state: Mapping[str, Any] | None = None
 
     def _lay_out_observation(self) -> None:
@@ -121,13 +100,12 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if not isinstance(options, Mapping | None) or "seed" in (options or {}):
             raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
         super().reset(seed=seed)
-        start = {**self.task.start(self.np_random), **(options or {})}
-        self.component.reset(seed=int(self.np_random.integers(2**31)), **start)
-        self._random_state = copy.deepcopy(self.np_random.bit_generator.state)
-        self._elapsed, self._running = 0, True
-        seen = self._see()
-        self.task.begin(self.component, seen)
-        return self._observation(), self._info(seen)
+        start = self._start(options or {})
+        number = int(self.np_random.integers(2**31))
+        self.component.reset(seed=number, **start)
+        self._random_state = None
+        self._begin(number)
+        return self.observe()
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
         """One control step; see the class.
@@ -155,29 +133,56 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     # -- mid-episode ------------------------------------------------------------------------------------------------
 
+    def observe(self) -> tuple[Observation, dict[str, Any]]:
+        """The present observation and info, as `reset` gives them; after `restore`, for instance."""
+        seen = self._see()
+        return self._observation(), self._info(seen)
+
     def save(self) -> EnvState:
         """Everything that changes in an episode; restoring it gives the same bits from there on."""
-        snapshot, counters = self.component.save(), dict(self.task.counters)
-        return EnvState(snapshot, self.task.name, self._elapsed, self._running, counters, self._random_state)
+        if self._random_state is None:
+            self._random_state = self.np_random.bit_generator.state
+        return EnvState(self.component.save(), self.task.name, self._episode(), self._random_state)
 
-    def restore(self, state: EnvState) -> tuple[Observation, dict[str, Any]]:
-        """Go on from a saved state, of this environment or of one made in the same way; gives what `reset` gives.
+    def restore(self, state: EnvState) -> None:
+        """Go on from a saved state, of this environment or of one made in the same way. `observe` tells what is seen there.
 
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
         """
-        if not isinstance(state, EnvState) or state.task != self.task.name:
+        if state.__class__ is not EnvState or state.task != self.task.name:
             raise ParameterError(
                 f"state: got {shortened(state)}, expected what save() of an environment of {self.task.name!r} gave"
             )
+        self._check_episode(state)
         self.component.restore(state.snapshot)
-        self.task.counters = dict(state.counters)
-        self._elapsed, self._running = state.elapsed, state.running
-        if state.random is not None and state.random is not self._random_state:
+        self._go_on(state.episode)
+        if state.random is not self._random_state:
             self.np_random.bit_generator.state = state.random
             self._random_state = state.random
-        seen = self._see()
-        return self._observation(), self._info(seen)
+
+    # -- what an environment of a chain does otherwise ------------------------------------------------------------------
+
+    def _start(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Start values of an episode; may draw random numbers."""
+        return {**self.task.start(self.np_random), **options}
+
+    def _begin(self, seed: int) -> None:
+        """The component has its start state."""
+        self._elapsed, self._running = 0, True
+        self.task.begin(self.component, self._see())
+
+    def _episode(self) -> Any:
+        """What changes in an episode beside the component."""
+        return self._elapsed, self._running, dict(self.task.counters)
+
+    def _check_episode(self, state: EnvState) -> None:
+        if not isinstance(state.episode, tuple):
+            raise ParameterError("state: it was saved by an environment of another kind")
+
+    def _go_on(self, episode: Any) -> None:
+        self._elapsed, self._running, counters = episode
+        self.task.counters = dict(counters)
 
     # -- details ----------------------------------------------------------------------------------------------------
 

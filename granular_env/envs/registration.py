@@ -30,7 +30,8 @@ def register_all(registration: Any = None) -> None:
         from gymnasium.envs import registration
     for name, entry_point in ENVIRONMENTS.items():
         if name not in registration.registry:
-            registration.register(name, entry_point=entry_point)
+            vector = f"granular_env.envs.vectors:{entry_point.partition(':')[2]}"
+            registration.register(name, entry_point=entry_point, vector_entry_point=vector)
 
 
 def register_when_imported() -> None:

@@ -2,16 +2,44 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Unpack
 
-from ...components.catalogue import make
-from ...components.contract import Component
+import numpy as np
+
+from ...components.chain.readings import right_wall_force
+from ...components.jit import jit
 from ...components.profiles import positive_number
-from ..environment import ComponentEnv
-from ..task import Seen, Task
+from ..chain_environment import ChainEnv, ChainOptions
+from ..chain_task import ChainTask
+from ..randomising import make_chain
+
+# Counters and constants.
+_DELIVERED, _FORCE, _PEAK = range(3)
+_IMPULSE, _PEAK_SCALE = range(2)
 
 
-class ForceTask(Task):
+@jit
+def _begin(a, counters, constants):
+    """The wall has felt nothing yet but its present load."""
+    counters[_FORCE] = counters[_PEAK] = right_wall_force(a)
+
+
+@jit
+def _judge(a, inputs, counters, constants, duration, elapsed, steps):
+    """Gain in the delivered part, less the rise of the peak; the end is a full delivery."""
+    impulse, force = constants[_IMPULSE], right_wall_force(a)
+    delivered = counters[_DELIVERED] + 0.5 * duration * (counters[_FORCE] + force)
+    peak = max(counters[_PEAK], force)
+    reward = (
+        min(delivered / impulse, 1.0)
+        - min(counters[_DELIVERED] / impulse, 1.0)
+        - (peak - counters[_PEAK]) / constants[_PEAK_SCALE]
+    )
+    counters[_DELIVERED], counters[_FORCE], counters[_PEAK] = delivered, force, peak
+    return reward, delivered >= impulse
+
+
+class ForceTask(ChainTask):
     """A wall shall receive an impulse; its peak force costs. See `ForceEnv`.
 
     Args:
@@ -23,43 +51,21 @@ class ForceTask(Task):
     """
 
     name = "force"
+    counter_names = ("delivered_impulse", "wall_force", "peak_wall_force")
+    begin_kernel = staticmethod(_begin)
+    judge_kernel = staticmethod(_judge)
 
     def __init__(
         self, impulse: float, peak_scale: float, force_scale: float, velocity_scale: float, displacement_scale: float
     ) -> None:
         super().__init__()
-        self.impulse, self.peak_scale = impulse, peak_scale
         self.actions = {"left_force": force_scale}
         self.observations = {"displacement": displacement_scale, "velocity": velocity_scale}
-
-    def begin(self, component: Component, seen: Seen) -> None:
-        """The wall has felt nothing yet but its present load."""
-        force = self._wall_force(component)
-        self.counters = {"delivered_impulse": 0.0, "wall_force": force, "peak_wall_force": force}
-
-    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Gain in the delivered part, less the rise of the peak; the end is a full delivery."""
-        before, force = self.counters, self._wall_force(component)
-        delivered = before["delivered_impulse"] + 0.5 * duration * (before["wall_force"] + force)
-        peak = max(before["peak_wall_force"], force)
-        reward = (
-            self._part(delivered)
-            - self._part(before["delivered_impulse"])
-            - (peak - before["peak_wall_force"]) / self.peak_scale
-        )
-        self.counters = {"delivered_impulse": delivered, "wall_force": force, "peak_wall_force": peak}
-        return reward, delivered >= self.impulse
-
-    def _part(self, delivered: float) -> float:
-        return min(delivered / self.impulse, 1.0)
-
-    @staticmethod
-    def _wall_force(component: Component) -> float:
-        """Force of the chain on the wall, positive to the right [N]."""
-        return -component.get("right_wall_force")
+        self.observed_force = force_scale
+        self.constants = np.array([impulse, peak_scale])
 
 
-class ForceEnv(ComponentEnv):
+class ForceEnv(ChainEnv):
     """Push the first grain of a chain so that the wall behind the last one gets its impulse in time, and gently.
 
     A row of equal elastic spheres lies against a rigid wall at its right end; a force acts on the first grain. A hard push
@@ -108,17 +114,17 @@ class ForceEnv(ComponentEnv):
         material: Any = "steel",
         *,
         step_size: float = 5e-7,
-        internal_steps: int = 3,
-        deadline: int | None = 700,
         impulse: float = 0.05,
         peak_scale: float = 1000.0,
         force_scale: float = 500.0,
         velocity_scale: float = 10.0,
         chain: dict[str, Any] | None = None,
-        render_mode: str | None = None,
+        **options: Unpack[ChainOptions],
     ) -> None:
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "right": "rigid_plane"}
-        component = make("chain", **{**parameters, "velocity_scale": velocity_scale, **(chain or {})})
+        component = make_chain(
+            {**parameters, "velocity_scale": velocity_scale}, chain, options.get("randomise"), options.get("index", 0)
+        )
         task = ForceTask(
             positive_number("impulse", impulse),
             positive_number("peak_scale", peak_scale),
@@ -126,4 +132,4 @@ class ForceEnv(ComponentEnv):
             velocity_scale=velocity_scale,
             displacement_scale=1e-3,
         )
-        super().__init__(component, task, internal_steps=internal_steps, deadline=deadline, render_mode=render_mode)
+        super().__init__(component, task, **{"deadline": 700, **options})

@@ -2,19 +2,48 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Unpack
 
-from ...components.catalogue import make
-from ...components.contract import Component
+import numpy as np
+
+from ...components.chain.readings import input_work
+from ...components.chain.table import GRAINS, SCALARS, U, V
+from ...components.jit import jit
 from ...components.profiles import finite_number, positive_number
-from ..environment import ComponentEnv
-from ..task import Seen, Task
+from ..chain_environment import ChainEnv, ChainOptions
+from ..chain_task import ChainTask
+from ..randomising import make_chain
 
 # The last grain has left when it has flown free by this part of its radius.
 _FREE_FLIGHT = 0.01
 
 
-class PistonTask(Task):
+# Counters and constants.
+_CLOSENESS, _WORK = range(2)
+_TARGET, _PRICE, _ENERGY, _CLEARANCE = range(4)
+
+
+@jit
+def _closeness(a, target):
+    return 1.0 - min(abs(a[V, int(a[SCALARS, GRAINS])] / target - 1.0), 1.0)
+
+
+@jit
+def _begin(a, counters, constants):
+    """No work is done, and the last grain moves as it was started."""
+    counters[_CLOSENESS] = _closeness(a, constants[_TARGET])
+
+
+@jit
+def _judge(a, inputs, counters, constants, duration, elapsed, steps):
+    """Gain in closeness, less the price of this step's work; the end is the last grain's free flight."""
+    closeness, work, last = _closeness(a, constants[_TARGET]), input_work(a), int(a[SCALARS, GRAINS])
+    reward = closeness - counters[_CLOSENESS] - constants[_PRICE] * (work - counters[_WORK]) / constants[_ENERGY]
+    counters[_CLOSENESS], counters[_WORK] = closeness, work
+    return reward, a[U, last] - a[U, last - 1] > constants[_CLEARANCE]
+
+
+class PistonTask(ChainTask):
     """The last grain's speed shall be right when it leaves; the piston's work costs. See `PistonEnv`.
 
     Args:
@@ -27,6 +56,9 @@ class PistonTask(Task):
     """
 
     name = "piston"
+    counter_names = ("closeness", "work")
+    begin_kernel = staticmethod(_begin)
+    judge_kernel = staticmethod(_judge)
 
     def __init__(
         self,
@@ -38,27 +70,12 @@ class PistonTask(Task):
         displacement_scale: float,
     ) -> None:
         super().__init__()
-        self.target_velocity, self.price, self.energy, self.clearance = target_velocity, price, energy, clearance
         self.actions = {"left_velocity": velocity_scale}
         self.observations = {"displacement": displacement_scale, "velocity": velocity_scale}
-
-    def begin(self, component: Component, seen: Seen) -> None:
-        """No work is done, and the last grain moves as it was started."""
-        self.counters = {"closeness": self._closeness(seen), "work": 0.0}
-
-    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Gain in closeness, less the price of this step's work; the end is the last grain's free flight."""
-        closeness, work = self._closeness(seen), component.get("input_work")
-        reward = closeness - self.counters["closeness"] - self.price * (work - self.counters["work"]) / self.energy
-        self.counters = {"closeness": closeness, "work": work}
-        before_last, last = seen["displacement"][-2:].tolist()
-        return reward, last - before_last > self.clearance
-
-    def _closeness(self, seen: Seen) -> float:
-        return 1.0 - min(abs(float(seen["velocity"][-1]) / self.target_velocity - 1.0), 1.0)
+        self.constants = np.array([target_velocity, price, energy, clearance])
 
 
-class PistonEnv(ComponentEnv):
+class PistonEnv(ChainEnv):
     """Shape a pulse with a piston so that the last grain of a chain flies off at a wanted speed.
 
     A row of equal elastic spheres touches a piston at its left end; the right end is free (Nesterenko 1983, section 3.4). What
@@ -107,16 +124,16 @@ class PistonEnv(ComponentEnv):
         material: Any = "steel",
         *,
         step_size: float = 5e-7,
-        internal_steps: int = 3,
-        deadline: int | None = 600,
         target_velocity: float = 5.0,
         work_price: float = 0.2,
         velocity_scale: float = 10.0,
         chain: dict[str, Any] | None = None,
-        render_mode: str | None = None,
+        **options: Unpack[ChainOptions],
     ) -> None:
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
-        component: Any = make("chain", **{**parameters, "velocity_scale": velocity_scale, **(chain or {})})
+        component = make_chain(
+            {**parameters, "velocity_scale": velocity_scale}, chain, options.get("randomise"), options.get("index", 0)
+        )
         target = positive_number("target_velocity", target_velocity)
         task = PistonTask(
             target,
@@ -126,4 +143,4 @@ class PistonEnv(ComponentEnv):
             velocity_scale=velocity_scale,
             displacement_scale=1e-3,
         )
-        super().__init__(component, task, internal_steps=internal_steps, deadline=deadline, render_mode=render_mode)
+        super().__init__(component, task, **{"deadline": 600, **options})

@@ -1,0 +1,246 @@
+"""A Gymnasium environment from a chain and a `ChainTask`: acting, judging and observing are compiled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self, SupportsFloat, TypedDict
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from ..components.chain import Chain
+from ..components.errors import ParameterError, StepError, shortened
+from ..components.jit import entry_point
+from ..components.profiles import finite_number
+from .actuator import ACTUATE, Actuator, actuate
+from .chain_task import BEGIN, JUDGE, ChainTask
+from .environment import ComponentEnv, Observation, _checked_scales, _count
+from .observing import OBSERVE, Observing
+from .observing import observe as observe_kernel
+from .randomising import Impacts
+from .state import EnvState
+
+FloatArray = npt.NDArray[np.float64]
+
+# The memory of an episode: control steps done, whether it goes on, the seed of the noise, the inputs applied left and right,
+# then the task's counters, then the actuator's commands.
+ELAPSED, RUNNING, SEED, LEFT, RIGHT, COUNTERS = range(6)
+
+
+class ChainOptions(TypedDict, total=False):
+    """What every environment of a chain takes beside its own arguments; see `ChainEnv`."""
+
+    internal_steps: int
+    deadline: int | None
+    step_error_reward: float
+    render_mode: str | None
+    action_rate: float | None
+    control_delay: int
+    observe: Any
+    noise: float
+    info: str
+    randomise: Mapping[str, Any] | None
+    index: int
+
+
+class ChainEnv(ComponentEnv):
+    """A chain driven by an agent, as a `ChainTask` sees it.
+
+    ## Action space
+    `Box(-1, 1, (number of inputs,), float32)`. Each entry is clipped to [-1, 1], limited in rate, delayed, multiplied by the
+    task's declared scale (`env.unwrapped.task.actions`), and held over the control step. `info` has what was truly applied, by
+    the input's name. NaN, infinity and wrong shapes are refused with `ParameterError`, and nothing has moved.
+
+    ## Observation space
+    `Box(-limit, limit, (size,), float32)`: the readings chosen by `observe`, each divided by its declared scale
+    (`task.observations`; forces by `task.observed_force`), with noise where it is wanted, clipped to +-
+    `task.observation_limit`.
+
+    ## Info
+    "time" [s], the inputs applied, and the task's counters; with `info="full"` (the default) also "displacement" [m] and
+    "velocity" [m/s] of all grains, float64, without noise, and fresh.
+
+    ## Rewards, start and end
+    The task's. A step that the component refuses ends the episode as in `ComponentEnv`.
+
+    ## Arguments
+    * `component`, `task`: a `Chain` and a `ChainTask` whose inputs it has.
+    * `internal_steps` (3), `deadline` (None), `step_error_reward` (-10.0), `render_mode` (None): as for `ComponentEnv`.
+    * `action_rate` (None): largest change of an entry of the action in a control step, in units of the scale; None for no limit.
+      It begins at the input that holds at the start.
+    * `control_delay` (0): control steps between an action and its effect; before, the start's input holds.
+    * `observe` ("full"): displacement and velocity of every grain; or sensor -> places, in that order, e.g.
+      `{"velocity": [0, 31], "contact_force": [-1]}`. Sensors: "displacement", "velocity" and "force" (the mean of the forces in
+      a grain's two contacts) at grains, "contact_force" in contacts, "wall_force" at "left" or "right".
+    * `noise` (0.0): standard deviation of the noise on each reading, in units of its scale. It is a function of the episode's
+      seed, the control step and the reading, nearly normal (a sum of twelve uniform numbers, within 6 deviations).
+    * `info` ("full"): "full" or "brief".
+    * `randomise` (None): see `randomising`: `{"velocity": (low, high)}` draws the first grain's start velocity for each episode
+      [m/s], other names draw parameters of the chain when it is made, with the environment's `index` (0).
+    """
+
+    component: Chain
+    task: ChainTask
+
+    _infos: ClassVar[tuple[str, ...]] = ("full", "brief")
+
+    def __init__(
+        self,
+        component: Chain,
+        task: ChainTask,
+        *,
+        internal_steps: int = 3,
+        deadline: int | None = None,
+        step_error_reward: float = -10.0,
+        render_mode: str | None = None,
+        action_rate: float | None = None,
+        control_delay: int = 0,
+        observe: Any = "full",
+        noise: float = 0.0,
+        info: str = "full",
+        randomise: Mapping[str, Any] | None = None,
+        index: int = 0,
+    ) -> None:
+        super().__init__(
+            component, task, internal_steps=internal_steps, deadline=deadline, step_error_reward=step_error_reward,
+            render_mode=render_mode,
+        )  # fmt: skip
+        if info not in self._infos:
+            raise ParameterError(f'info: got {shortened(info)}, expected "full" or "brief"')
+        self.info, self.index = info, index
+        self.impacts = Impacts.of(component, randomise)
+        self.actuator = Actuator.of(dict(self._scales), action_rate, control_delay)
+        scales = {**dict(self._readings), "force": finite_number("observed_force", task.observed_force)}
+        self.observing = Observing.of(component, observe, scales, task.observation_limit, noise)
+        self.constants = np.ascontiguousarray(task.constants, dtype=np.float64)
+        self.observation_space = gymnasium.spaces.Box(
+            -np.float32(task.observation_limit), np.float32(task.observation_limit), (self.observing.size,), np.float32
+        )
+        self._steps = 0 if deadline is None else _count("deadline", deadline)
+        self._action = np.zeros(len(self.actuator.names))
+        self._begin_task = entry_point(type(task).begin_kernel, BEGIN)
+        self._judge = entry_point(type(task).judge_kernel, JUDGE)
+        self._actuate, self._look = entry_point(actuate, ACTUATE), entry_point(observe_kernel, OBSERVE)
+        self._lay_out(np.zeros(COUNTERS + len(task.counter_names) + self.actuator.memory_size))
+
+    def _lay_out(self, memory: FloatArray) -> None:
+        """Let the episode's memory lie there."""
+        end = COUNTERS + len(self.task.counter_names)
+        self._memory, self._memory_bytes = memory, memory.data.cast("B")
+        self._applied, self._counters, self._commands = memory[LEFT:COUNTERS], memory[COUNTERS:end], memory[end:]
+
+    def lane(self, table: FloatArray, memory: FloatArray) -> Self:
+        """An environment like this one, before its first reset, whose chain and episode live in the memory given."""
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__)
+        twin.component = self.component.twin(table)
+        twin._np_random = twin._np_random_seed = twin._random_state = None
+        twin._action = np.zeros_like(self._action)
+        memory[:] = 0.0
+        twin._lay_out(memory)
+        return twin
+
+    # -- Gymnasium --------------------------------------------------------------------------------------------------
+
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
+        """One control step; see the class.
+
+        Raises:
+            ParameterError: the action is not one, or the episode is over.
+        """
+        memory = self._memory
+        if not memory[RUNNING]:
+            raise ParameterError("step: the episode is over or has not begun; call reset() first")
+        self._action[:] = self._checked(action)
+        actuator, before = self.actuator, bytes(self._memory_bytes)
+        self._actuate(
+            self._action, actuator.sides, actuator.scales, actuator.rate, actuator.delay, self._commands, self._applied
+        )
+        applied = self._applied.tolist()
+        try:
+            self.component.step(
+                self.duration, **{name: applied[side] for name, side in zip(actuator.names, actuator.sides, strict=True)}
+            )
+        except BaseException as error:
+            self._memory_bytes[:] = before
+            if isinstance(error, StepError):
+                return self._broken(error)
+            raise
+        elapsed = int(memory[ELAPSED]) + 1
+        memory[ELAPSED] = elapsed
+        reward, done = self._judge(
+            self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self._steps
+        )
+        terminated = bool(done)
+        truncated = not terminated and elapsed == self._steps
+        if terminated or truncated:
+            memory[RUNNING] = 0.0
+        return self._observation(), float(reward), terminated, truncated, self._info(self._see())
+
+    # -- details ----------------------------------------------------------------------------------------------------
+
+    def _checked(self, action: npt.ArrayLike) -> FloatArray:
+        """The action's numbers, finite."""
+        names = self.actuator.names
+        try:
+            given = np.asarray(action)
+        except ValueError as error:  # rows of unlike length
+            raise ParameterError(f"action: got {shortened(action)}, expected {len(names)} numbers") from error
+        if given.shape != (len(names),):
+            raise ParameterError(f"action: got shape {given.shape}, expected shape {(len(names),)}: {shortened(action)}")
+        if given.dtype.kind not in "fiu":
+            raise ParameterError(f"action: got {shortened(action)}, expected {len(names)} numbers from -1 to 1")
+        for name, number in zip(names, given.tolist(), strict=True):
+            if not math.isfinite(number):
+                raise ParameterError(f"action: got {number} for {name}, expected a number from -1 to 1")
+        return given
+
+    def _start(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        return {**self.impacts.onto(self.task.start(self.np_random), self.np_random), **options}
+
+    def _begin(self, seed: int) -> None:
+        memory, held = self._memory, self.component._held
+        memory[:] = 0.0
+        memory[RUNNING], memory[SEED] = 1.0, seed
+        for side, name in ((LEFT, self.component._left_input), (RIGHT, self.component._right_input)):
+            memory[side] = held.get(name, 0.0)
+        self.actuator.begin(self._commands, self._applied)
+        self._begin_task(self.component.table, self._counters, self.constants)
+
+    def _episode(self) -> bytes:
+        return bytes(self._memory_bytes)
+
+    def _check_episode(self, state: EnvState) -> None:
+        if not isinstance(state.episode, bytes) or len(state.episode) != self._memory_bytes.nbytes:
+            raise ParameterError("state: it was saved by an environment of another kind, or with another control_delay")
+
+    def _go_on(self, episode: Any) -> None:
+        self._memory_bytes[:] = episode
+
+    def _see(self) -> dict[str, Any]:
+        if self.info == "brief":
+            return {}
+        return {"displacement": self.component.get("displacement"), "velocity": self.component.get("velocity")}
+
+    def _observation(self) -> Observation:
+        out, plan, memory = np.empty(self.observing.size, np.float32), self.observing, self._memory
+        self._look(
+            self.component.table, plan.blocks, plan.factors, plan.limit, plan.noise, int(memory[SEED]), int(memory[ELAPSED]), out
+        )
+        return out
+
+    def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
+        applied = self._applied.tolist()
+        info = {"time": self.component.time, **seen}
+        for name, side in zip(self.actuator.names, self.actuator.sides, strict=True):
+            info[name] = applied[side]
+        info.update(zip(self.task.counter_names, self._counters.tolist(), strict=True))
+        return info
+
+    def _broken(self, error: StepError) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        self._memory[RUNNING] = 0.0
+        info = self._info(self._see())
+        info["step_error"] = str(error)
+        return self._observation(), self.step_error_reward, True, False, info

@@ -1,0 +1,79 @@
+"""A task on a chain whose judgement is compiled, so that one environment and a native batch of them run the very same code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ..components.chain import Chain
+from ..components.chain.objective import Objective
+from ..components.contract import Component
+from ..components.errors import ParameterError
+from .task import Seen, Task
+
+FloatArray = npt.NDArray[np.float64]
+
+# The table (`components.chain.table`), the counters, the task's constants.
+BEGIN = "void(float64[:, ::1], float64[::1], float64[::1])"
+# The table, the inputs applied (left, right), the counters, the constants, the control step's length, control steps done,
+# the deadline.
+JUDGE = "Tuple((float64, boolean))(float64[:, ::1], float64[::1], float64[::1], float64[::1], float64, int64, int64)"
+
+
+class Policy(Protocol):
+    """What chooses actions: a callable with a memory that `reset` clears."""
+
+    def reset(self) -> None:
+        """An episode begins."""
+
+    def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.ArrayLike:
+        """The next action."""
+
+
+class ChainTask(Task):
+    """Base of every task on a chain; `ChainEnv` and `ChainVectorEnv` run it.
+
+    A subclass sets `actions` (which inputs of the chain it drives), `observations` (the scales of "displacement" [m] and
+    "velocity" [m/s]), `constants` and `counter_names`, and gives two functions made with
+    `granular_env.components.jit.jit`. They may call functions of their own file and of `granular_env.components`: an edit of
+    either is noticed.
+
+    Attributes:
+        counter_names: what the counters hold, in order; each is shown in ``info``.
+        constants: numbers for both kernels.
+        observed_force: force observed as 1 by sensors of force [N].
+        begin_kernel: begin(a, counters, constants), at the start of an episode; the counters are 0 before.
+        judge_kernel: judge(a, inputs, counters, constants, duration, elapsed, steps) -> (reward, done), after each control
+            step. `inputs`, shape (2,), are what was applied left and right [N or m/s], `duration` is the control step's
+            length [s], `elapsed` counts the control steps done, this one included, `steps` is the deadline (0: none).
+    """
+
+    counter_names: tuple[str, ...] = ()
+    constants: FloatArray = np.zeros(1)
+    observed_force: float = 1000.0
+    begin_kernel: ClassVar[Callable[..., Any]]
+    judge_kernel: ClassVar[Callable[..., Any]]
+
+    def objective(self, chain: Chain, steps: int) -> Objective:
+        """The smooth counterpart of minus the return, for gradients.
+
+        Raises:
+            ParameterError: this task has none.
+        """
+        raise ParameterError(f"task {self.name!r} has no objective with a gradient; use a method that needs none")
+
+    def baselines(self) -> Mapping[str, Policy]:
+        """Policies to compare with: "nothing", "theory" (made by hand), "best" (best known)."""
+        return {}
+
+    # What `Task` asks for is done by the kernels.
+
+    def begin(self, component: Component, seen: Seen) -> None:
+        """Not used: `begin_kernel` is."""
+
+    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
+        """Not used: `judge_kernel` is."""
+        raise ParameterError(f"task {self.name!r} is judged by compiled code; make its environment with ChainEnv")
