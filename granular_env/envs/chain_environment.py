@@ -25,7 +25,7 @@ from .state import EnvState
 FloatArray = npt.NDArray[np.float64]
 
 # The memory of an episode: control steps done, whether it goes on, the seed of the noise, the inputs applied left and right,
-# then the task's counters, then the actuator's commands.
+# then the task's counters (a goal first), then the actuator's commands.
 ELAPSED, RUNNING, SEED, LEFT, RIGHT, COUNTERS = range(6)
 
 
@@ -56,7 +56,7 @@ class ChainEnv(ComponentEnv):
     ## Observation space
     `Box(-limit, limit, (size,), float32)`: the readings chosen by `observe`, each divided by its declared scale
     (`task.observations`; forces by `task.observed_force`), with noise where it is wanted, clipped to +-
-    `task.observation_limit`.
+    `task.observation_limit`. Where the task draws a goal for each episode, the goal follows, scaled and without noise.
 
     ## Info
     "time" [s], the inputs applied, and the task's counters; with `info="full"` (the default) also "displacement" [m] and
@@ -116,8 +116,9 @@ class ChainEnv(ComponentEnv):
         self.observing = Observing.of(component, observe, scales, task.observation_limit, noise)
         self.constants = np.ascontiguousarray(task.constants, dtype=np.float64)
         self.observation_space = gymnasium.spaces.Box(
-            -np.float32(task.observation_limit), np.float32(task.observation_limit), (self.observing.size,), np.float32
+            -np.float32(task.observation_limit), np.float32(task.observation_limit), (self.observing.size + len(task.goal_scales),), np.float32
         )
+        self._goal, self._goal_scales = np.zeros(len(task.goal_scales)), np.array(task.goal_scales)
         self._steps = 0 if deadline is None else _count("deadline", deadline)
         self._action = np.zeros(len(self.actuator.names))
         self._begin_task = entry_point(type(task).begin_kernel, BEGIN)
@@ -198,7 +199,9 @@ class ChainEnv(ComponentEnv):
         return given
 
     def _start(self, options: Mapping[str, Any]) -> dict[str, Any]:
-        return {**self.impacts.onto(self.task.start(self.np_random), self.np_random), **options}
+        start = self.impacts.onto(self.task.start(self.np_random), self.np_random)
+        self._goal = self.task.given_goal(options["goal"]) if "goal" in options else self.task.goal(self.np_random)
+        return {**start, **{name: value for name, value in options.items() if name != "goal"}}
 
     def _begin(self, seed: int) -> None:
         memory, held = self._memory, self.component._held
@@ -207,6 +210,7 @@ class ChainEnv(ComponentEnv):
         for side, name in ((LEFT, self.component._left_input), (RIGHT, self.component._right_input)):
             memory[side] = held.get(name, 0.0)
         self.actuator.begin(self._commands, self._applied)
+        self._counters[: len(self._goal)] = self._goal
         self._begin_task(self.component.table, self._counters, self.constants)
 
     def _episode(self) -> bytes:
@@ -225,10 +229,14 @@ class ChainEnv(ComponentEnv):
         return {"displacement": self.component.get("displacement"), "velocity": self.component.get("velocity")}
 
     def _observation(self) -> Observation:
-        out, plan, memory = np.empty(self.observing.size, np.float32), self.observing, self._memory
+        out, plan, memory = np.empty(self.observation_space.shape, np.float32), self.observing, self._memory
         self._look(
             self.component.table, plan.blocks, plan.factors, plan.limit, plan.noise, int(memory[SEED]), int(memory[ELAPSED]), out
         )
+        goals = len(self._goal_scales)
+        if goals:
+            limit = self.task.observation_limit
+            out[plan.size :] = np.clip(self._counters[:goals] / self._goal_scales, -limit, limit)
         return out
 
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:

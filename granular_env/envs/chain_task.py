@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
+from numpy.random import Generator
 
 from ..components.chain import Chain
 from ..components.chain.objective import Objective
@@ -45,6 +46,8 @@ class ChainTask(Task):
         counter_names: what the counters hold, in order; each is shown in ``info``.
         constants: numbers for both kernels.
         observed_force: force observed as 1 by sensors of force [N].
+        goal_scales: of a goal that is drawn for each episode: what of each of its numbers is observed as 1, behind the
+            readings. The goal itself is in the first counters, whose names come first in `counter_names`.
         begin_kernel: begin(a, counters, constants), at the start of an episode; the counters are 0 before.
         judge_kernel: judge(a, inputs, counters, constants, duration, elapsed, steps) -> (reward, done), after each control
             step. `inputs`, shape (2,), are what was applied left and right [N or m/s], `duration` is the control step's
@@ -54,8 +57,21 @@ class ChainTask(Task):
     counter_names: tuple[str, ...] = ()
     constants: FloatArray = np.zeros(1)
     observed_force: float = 1000.0
+    goal_scales: tuple[float, ...] = ()
     begin_kernel: ClassVar[Callable[..., Any]]
     judge_kernel: ClassVar[Callable[..., Any]]
+
+    def goal(self, random: Generator) -> FloatArray:
+        """The goal of an episode, as many numbers as `goal_scales`; drawn after `start`."""
+        return np.zeros(0)
+
+    def given_goal(self, given: Any) -> FloatArray:
+        """The goal that `reset(options={"goal": ...})` asks for, in the form of `goal`.
+
+        Raises:
+            ParameterError: it is no goal, or this task has none.
+        """
+        raise ParameterError(f"options.goal: task {self.name!r} draws no goal, and takes none")
 
     def objective(self, chain: Chain, steps: int) -> Objective:
         """The smooth counterpart of minus the return, for gradients.

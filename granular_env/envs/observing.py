@@ -51,7 +51,7 @@ def _observe(a, blocks, factors, limit, noise, seed, step, out):
         place += count
     if noise > 0.0:
         key = stream_key(seed, step)
-        for i in range(len(out)):
+        for i in range(place):
             out[i] = min(max(out[i] + noise * normal(key, i), -limit), limit)
 
 

@@ -17,9 +17,9 @@ def passing_waves(
 ) -> FloatArray:
     """What a left end feels and does while solitary waves pass through it on their way to their places, shape (steps,).
 
-    "force": the mean over each control step of the force of the missing grain -1 on grain 0. Grains i >= 0 carry the momentum
+    A force: the mean over each control step of the force of the missing grain -1 on grain 0. Grains i >= 0 carry the momentum
     m A sum_i f(i - x(t)), f the shape of the velocity and x the crest's place, and its change is the impulse: exact for the
-    infinite chain. "piston": the mean velocity of grain 0.
+    infinite chain. A piston: the mean velocity of grain 0.
 
     Args:
         shapes: of the waves, see `components.chain.wanted_waves`.
@@ -27,7 +27,7 @@ def passing_waves(
         horizon: when the waves are due [s].
         duration: of a control step [s].
         steps: how many.
-        action: "force" or "piston".
+        action: the input, "left_force" or "left_velocity".
     """
     total = np.zeros(steps)
     for row, wave in enumerate(goal):
@@ -37,7 +37,7 @@ def passing_waves(
         reach = float(shapes[REACH])
         fine = np.arange(steps * _FINE + 1) * (duration / _FINE)
         crest = wave[PLACE] - wave[SPEED] * (horizon - fine)
-        if action == "piston":
+        if not action.endswith("force"):
             v = wave[AMPLITUDE] * np.interp(-crest, place, values, left=0.0, right=0.0)
             total += 0.5 * (v[:-1] + v[1:]).reshape(steps, _FINE).mean(axis=1)
             continue
