@@ -317,6 +317,14 @@ class Chain(Component):
         """The chain's own table of numbers, for jitted code (`chain.table`): its memory, not a copy; to be read only."""
         return self._table
 
+    def detached_table(self, rows: int = 0) -> FloatArray:
+        """A copy of the table with `rows` more behind it, for runs beside the chain: overlaps are refused, not warned of."""
+        known = len(self._table)
+        table_of_run = np.zeros((known + rows, self._table.shape[1]))
+        table_of_run[:known] = self._table
+        table_of_run[table.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
+        return table_of_run
+
     def ledger(self) -> Ledger:
         """Energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()

@@ -23,6 +23,8 @@ class Scheme:
         forces: force evaluations of a step (a trial's, where it is adaptive).
         history_rows: rows of state it needs beyond displacement, velocity and peak.
         scratch_rows: rows of scratch it needs.
+        composition: its drifts and kicks, None where it is no composition.
+        damped_composition: the same where contacts dissipate.
     """
 
     advance: Callable[..., Any]
@@ -31,6 +33,8 @@ class Scheme:
     forces: int
     history_rows: int
     scratch_rows: int
+    composition: compositions.Composition | None = None
+    damped_composition: compositions.Composition | None = None
 
 
 # The table, the drive (rows of pieces), how many of them are the left end's, the numbers held at both ends, the tick,
@@ -45,6 +49,8 @@ SCHEMES = {
         4,
         compositions.HISTORY_ROWS,
         compositions.SCRATCH_ROWS,
+        compositions.PEFRL,
+        compositions.DAMPED_PEFRL,
     ),
     "leapfrog": Scheme(
         compositions.advance_leapfrog,
@@ -53,6 +59,8 @@ SCHEMES = {
         1,
         compositions.HISTORY_ROWS,
         compositions.SCRATCH_ROWS,
+        compositions.LEAPFROG,
+        compositions.DAMPED_LEAPFROG,
     ),
     "rk4": Scheme(runge_kutta.advance_rk4, runge_kutta.advance_rk4, 4, 4, runge_kutta.HISTORY_ROWS, runge_kutta.SCRATCH_ROWS),
     "hamming": Scheme(hamming.advance_hamming, hamming.advance_hamming, 5, 2, hamming.HISTORY_ROWS, hamming.SCRATCH_ROWS),

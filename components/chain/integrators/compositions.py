@@ -13,6 +13,8 @@ by the stage before it. Tiled or not, each grain's arithmetic is the same, and s
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...jit import inlined, jit
@@ -55,23 +57,34 @@ from ..table import (
 )
 from .dissipation import dissipate_and_drift
 
-_XI, _LAMBDA, _CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
-_PEFRL_DRIFTS = (_XI, _CHI, 1.0 - 2.0 * (_CHI + _XI), _CHI, _XI)
-_PEFRL_KICKS = ((1.0 - 2.0 * _LAMBDA) / 2.0, _LAMBDA, _LAMBDA, (1.0 - 2.0 * _LAMBDA) / 2.0)
-# The part of the step that has passed when each kick falls.
-_PEFRL_PASSED = (_XI, _XI + _CHI, 1.0 - (_XI + _CHI), 1.0 - _XI)
-_LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED = (0.5, 0.5), (1.0,), (0.5,)
 
-# With dissipation its flow over the whole step takes the middle: the composition stays symmetric, and so of second order.
+class Composition(NamedTuple):
+    """Drifts and kicks in turn, as parts of the step; and the part of it that has passed when each kick falls.
+
+    Of a damped one the middle kick is the flow of the dissipative forces.
+    """
+
+    drifts: tuple[float, ...]
+    kicks: tuple[float, ...]
+    passed: tuple[float, ...]
+
+
+_XI, _LAMBDA, _CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
 _MIDDLE = 1.0 - 2.0 * (_CHI + _XI)
-_DAMPED_PEFRL_DRIFTS = (_XI, _CHI, 0.5 * _MIDDLE, 0.5 * _MIDDLE, _CHI, _XI)
-_DAMPED_PEFRL_KICKS = (_PEFRL_KICKS[0], _LAMBDA, 0.0, _LAMBDA, _PEFRL_KICKS[3])
-_DAMPED_PEFRL_PASSED = (_XI, _XI + _CHI, 0.5, 1.0 - (_XI + _CHI), 1.0 - _XI)
-_DAMPED_LEAPFROG_DRIFTS, _DAMPED_LEAPFROG_KICKS, _DAMPED_LEAPFROG_PASSED = (
-    (0.5, 0.0, 0.0, 0.5),
-    (0.5, 0.0, 0.5),
-    (0.5, 0.5, 0.5),
+_OUTER_KICK = (1.0 - 2.0 * _LAMBDA) / 2.0
+PEFRL = Composition(
+    (_XI, _CHI, _MIDDLE, _CHI, _XI),
+    (_OUTER_KICK, _LAMBDA, _LAMBDA, _OUTER_KICK),
+    (_XI, _XI + _CHI, 1.0 - (_XI + _CHI), 1.0 - _XI),
 )
+LEAPFROG = Composition((0.5, 0.5), (1.0,), (0.5,))
+# With dissipation its flow over the whole step takes the middle: the composition stays symmetric, and so of second order.
+DAMPED_PEFRL = Composition(
+    (_XI, _CHI, 0.5 * _MIDDLE, 0.5 * _MIDDLE, _CHI, _XI),
+    (_OUTER_KICK, _LAMBDA, 0.0, _LAMBDA, _OUTER_KICK),
+    (_XI, _XI + _CHI, 0.5, 1.0 - (_XI + _CHI), 1.0 - _XI),
+)
+DAMPED_LEAPFROG = Composition((0.5, 0.0, 0.0, 0.5), (0.5, 0.0, 0.5), (0.5, 0.5, 0.5))
 
 # Chains longer than this are advanced tile by tile: the table of a shorter one fits a second-level cache.
 TILED_ABOVE = 16_384
@@ -87,7 +100,7 @@ _ONE = np.uint64(1)
 
 
 @inlined
-def _kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, low, high):
+def kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, low, high):
     """Grains low..high-1: v += kick ((f_left - f_right) / m + gravity), u_there = u_here + drift v.
 
     f enters as the force left of `low`, and leaves as that left of `high`. Where `watched`, once a step, peaks are kept,
@@ -117,13 +130,13 @@ def _kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, l
 
 
 @jit
-def _stage_of_law(elastic, watched, a, here, there, kick, drift, f, low, high):
-    """`_kick_and_drift` of any law. A function of its own, because short chains feel what lies in their loop."""
+def stage_of_law(elastic, watched, a, here, there, kick, drift, f, low, high):
+    """`kick_and_drift` of any law. A function of its own, because short chains feel what lies in their loop."""
     if elastic == HERTZ:
-        return _kick_and_drift(HERTZ, True, watched, a, here, there, kick, drift, f, low, high)
+        return kick_and_drift(HERTZ, True, watched, a, here, there, kick, drift, f, low, high)
     if elastic == POWER:
-        return _kick_and_drift(POWER, True, watched, a, here, there, kick, drift, f, low, high)
-    return _kick_and_drift(PLASTIC, True, watched, a, here, there, kick, drift, f, low, high)
+        return kick_and_drift(POWER, True, watched, a, here, there, kick, drift, f, low, high)
+    return kick_and_drift(PLASTIC, True, watched, a, here, there, kick, drift, f, low, high)
 
 
 @jit
@@ -215,13 +228,13 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                     impulse_left = kernels.added(impulse_left, kick * f)
                     bad |= s == 0 and _watch(a, here, 0)
                 if not plain:
-                    f, over = _stage_of_law(elastic, s == 0, a, here, there, kick, drift, f, low, min(high, n))
+                    f, over = stage_of_law(elastic, s == 0, a, here, there, kick, drift, f, low, min(high, n))
                     bad |= over
                 elif s == 0:
-                    f, over = _kick_and_drift(HERTZ, False, True, a, here, there, kick, drift, f, low, min(high, n))
+                    f, over = kick_and_drift(HERTZ, False, True, a, here, there, kick, drift, f, low, min(high, n))
                     bad |= over
                 else:
-                    f, _ = _kick_and_drift(HERTZ, False, False, a, here, there, kick, drift, f, low, min(high, n))
+                    f, _ = kick_and_drift(HERTZ, False, False, a, here, there, kick, drift, f, low, min(high, n))
                 if high == n + 1:
                     g, pull, last = kernels.contact(a, here, n), 0.0, a[V, n]
                     if right_free:
@@ -304,22 +317,21 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, damped, drifts, ki
 @jit
 def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
-    return _advance(a, drive, left_pieces, left, right, tick, ticks, False, _PEFRL_DRIFTS, _PEFRL_KICKS, _PEFRL_PASSED)
+    return _advance(a, drive, left_pieces, left, right, tick, ticks, False, PEFRL.drifts, PEFRL.kicks, PEFRL.passed)
 
 
 @jit
 def advance_damped_pefrl(a, drive, left_pieces, left, right, tick, ticks):
     """`advance_pefrl` where contacts dissipate. A function of its own: each is compiled when it is wanted."""
     return _advance(
-        a, drive, left_pieces, left, right, tick, ticks, True,
-        _DAMPED_PEFRL_DRIFTS, _DAMPED_PEFRL_KICKS, _DAMPED_PEFRL_PASSED,
-    )  # fmt: skip
+        a, drive, left_pieces, left, right, tick, ticks, True, DAMPED_PEFRL.drifts, DAMPED_PEFRL.kicks, DAMPED_PEFRL.passed
+    )
 
 
 @jit
 def advance_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
-    return _advance(a, drive, left_pieces, left, right, tick, ticks, False, _LEAPFROG_DRIFTS, _LEAPFROG_KICKS, _LEAPFROG_PASSED)
+    return _advance(a, drive, left_pieces, left, right, tick, ticks, False, LEAPFROG.drifts, LEAPFROG.kicks, LEAPFROG.passed)
 
 
 @jit
@@ -327,5 +339,5 @@ def advance_damped_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
     """`advance_leapfrog` where contacts dissipate."""
     return _advance(
         a, drive, left_pieces, left, right, tick, ticks, True,
-        _DAMPED_LEAPFROG_DRIFTS, _DAMPED_LEAPFROG_KICKS, _DAMPED_LEAPFROG_PASSED,
+        DAMPED_LEAPFROG.drifts, DAMPED_LEAPFROG.kicks, DAMPED_LEAPFROG.passed,
     )  # fmt: skip

@@ -53,7 +53,7 @@ def _prepared(kind, a, u, h):
 
 
 @jit
-def _prepare(a, u, h):
+def prepare(a, u, h):
     """Of each contact the impulse per speed of approach, and the one that leaves no pull; the velocities as they are."""
     if a[SCALARS, DISSIPATION] == VISCOUS:
         _prepared(VISCOUS, a, u, h)
@@ -68,7 +68,7 @@ def _impulse(a, j):
 
 
 @jit
-def _half_sweep(a, first):
+def half_sweep(a, first):
     """All contacts of one parity: no two of them share a grain."""
     for j in range(np.uint64(first), np.uint64(int(a[SCALARS, GRAINS]) + 1), _TWO):
         impulse = _impulse(a, j)
@@ -78,7 +78,7 @@ def _half_sweep(a, first):
 
 @jit
 def _note_loss_and_drift(a, u, drift):
-    """What the grains have lost since `_prepare`; and on with their new velocities."""
+    """What the grains have lost since `prepare`; and on with their new velocities."""
     for i in range(np.uint64(1), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         a[u, i] += drift * a[V, i]
         a[LOST, i] += 0.5 * a[MASS, i] * ((a[BEFORE, i] - a[V, i]) * (a[BEFORE, i] + a[V, i]))
@@ -93,7 +93,7 @@ def dissipate_and_drift(a, u, h, drift):
     n = int(a[SCALARS, GRAINS])
     left = np.uint64(1 if a[SCALARS, LEFT_KIND] == PISTON else 0)
     right = np.uint64(n - 1 if a[SCALARS, RIGHT_KIND] == PISTON else n)
-    _prepare(a, u, h)
+    prepare(a, u, h)
     impulse_left, impulse_right, work_left, work_right = 0.0, 0.0, 0.0, 0.0
     for sweep in range(3):
         parity = np.uint64(sweep & 1)
@@ -103,7 +103,7 @@ def dissipate_and_drift(a, u, h, drift):
         if right & _ONE == parity:
             impulse = _impulse(a, right)
             impulse_right, work_right = impulse_right - impulse, work_right - impulse * a[V, right + _ONE]
-        _half_sweep(a, parity)
+        half_sweep(a, parity)
     _note_loss_and_drift(a, u, drift)
     # Pistons have worked against the contacts too.
     a[LOST, 0] += work_left + work_right

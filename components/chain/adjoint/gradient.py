@@ -1,0 +1,209 @@
+"""Values and gradients of an objective of a driven chain, by the discrete adjoint of its integrator."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError, StepError, shortened
+from ...jit import address
+from ..component import Chain
+from ..integrators import SCHEMES, SIGNATURE
+from ..integrators.compositions import Composition
+from ..laws import Dissipative
+from ..objective import Objective
+from ..table import FREE, FREE_ROW, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
+from . import loops
+from .tape import rows_per_tick
+
+FloatArray = npt.NDArray[np.float64]
+_NO_PIECES = np.zeros((0, 2))
+_NO_STATES = np.zeros((0, 2, 0))
+
+
+@dataclass(frozen=True, eq=False)
+class Bars:
+    """An objective and its derivatives by everything that the kernels see.
+
+    Attributes:
+        value: J.
+        inputs: by the left and right input of each control step, shape (steps, 2); 0 where an end has none.
+        table: by the entries of the chain's table; those that are constants count: STIFFNESS, REST, INVERSE_MASS, CONTACT, what
+            the objective itself takes from it (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
+        displacement: by the start displacement, shape (n,).
+        velocity: by the start velocity, shape (n,).
+    """
+
+    value: float
+    inputs: FloatArray
+    table: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+
+
+def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objective) -> FloatArray:
+    """The objective of each of many drives, each from the chain's present state; the chain stays as it is.
+
+    Args:
+        chain: any chain.
+        drives: inputs left and right held in each control step, shape (members, steps, 2); 0 where an end has none.
+        ticks: internal steps of a control step.
+        objective: what to evaluate.
+
+    Returns:
+        The values, shape (members,).
+
+    Raises:
+        ParameterError: a drive that does not fit, or an objective that is not a number.
+        StepError: the physics breaks down; it names the control step.
+    """
+    given = np.asarray(drives, dtype=np.float64)
+    if given.ndim != 3:
+        raise ParameterError(f"drives: got the shape {given.shape}, expected (members, control steps, 2)")
+    ticks = _checked_ticks(ticks)
+    a = chain.detached_table()
+    start = a[U:].copy(), a[:U].copy()
+    values = np.empty(len(given))
+    for member, drive in enumerate(given):
+        a[U:], a[:U] = start
+        sums, _ = _run(chain, a, _checked_drive(chain, drive), ticks, objective, 0)
+        values[member], _ = _valued(objective, sums)
+    return values
+
+
+def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Objective) -> Bars:
+    """The objective of a drive from the chain's present state, and its exact derivatives; the chain stays as it is.
+
+    The derivatives are those of the floating-point run itself, by the transpose of each of its operations (in another order of
+    sums than theirs). Time: some four plain runs. Memory: the states of sqrt(steps) checkpoints, and as much for the tape.
+
+    Args:
+        chain: one of the integrators pefrl and leapfrog, of any law without history.
+        drive: inputs left and right held in each control step, shape (steps, 2); 0 where an end has none.
+        ticks: internal steps of a control step.
+        objective: what to differentiate.
+
+    Raises:
+        ParameterError: there is no adjoint of this chain, the drive does not fit, or the objective is not a number.
+        StepError: the physics breaks down; it names the control step.
+    """
+    composition, damped = _composition(chain)
+    ticks, inputs = _checked_ticks(ticks), _checked_drive(chain, np.asarray(drive, dtype=np.float64))
+    steps = len(inputs)
+    step_rows = ticks * rows_per_tick(len(composition.kicks), damped) + 2
+    interval = checkpoint_interval(steps, step_rows)
+    a = chain.detached_table(interval * step_rows)
+    sums, saved = _run(chain, a, inputs, ticks, objective, interval)
+    value, slopes = _valued(objective, sums)
+    bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
+    loops.backward(
+        a, bar, address(objective.pull, loops.PULL), inputs, ticks, objective.constants, slopes, saved, interval, damped,
+        composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
+    )  # fmt: skip
+    _keep_to_inputs(chain, input_bars)
+    grains = slice(1, chain.parameters.grains + 1)
+    return Bars(value, input_bars, bar, bar[U, grains].copy(), bar[V, grains].copy())
+
+
+def checkpoint_interval(steps: int, step_rows: int) -> int:
+    """Control steps from checkpoint to checkpoint for the least memory: steps/interval states of two rows, one interval's tape."""
+    return max(1, min(steps, round(math.sqrt(2.0 * steps / step_rows))))
+
+
+def _run(
+    chain: Chain, a: FloatArray, drive: FloatArray, ticks: int, objective: Objective, interval: int
+) -> tuple[FloatArray, FloatArray]:
+    """The sums of the features, and the states at every `interval` control steps (none for 0)."""
+    count = -(-len(drive) // interval) if interval else 0
+    saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
+    sums = np.zeros(objective.count)
+    step, ended = loops.forward(
+        a, address(_kernel(chain), SIGNATURE), address(objective.note, loops.NOTE), drive, _NO_PIECES, ticks,
+        objective.constants, sums, saved, max(interval, 1),
+    )  # fmt: skip
+    if ended == loops.STEP_FAILED:
+        _explain_failure(chain, drive, ticks, step)
+    if ended == loops.NOTE_FAILED:
+        k = int(np.argmin(np.isfinite(sums)))
+        raise ParameterError(
+            f"objective.note: sums[{k}] became {sums[k]} after control step {step} of {len(drive)}, the state being finite; "
+            "mend the feature, or check its constants"
+        )
+    return sums, saved
+
+
+def _valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
+    slopes = np.zeros(objective.count)
+    value = float(objective.value(sums, objective.constants, slopes))
+    if not math.isfinite(value) or not np.isfinite(slopes).all():
+        what = f"J is {value}" if not math.isfinite(value) else f"dJ/dsums is {shortened(slopes)}"
+        raise ParameterError(
+            f"objective.value: {what} for the sums {shortened(sums)}; mend the function, or check its constants"
+        )
+    return value, slopes
+
+
+def _kernel(chain: Chain):  # noqa: ANN202
+    scheme = SCHEMES[chain.parameters.integrator]
+    return scheme.advance_damped if isinstance(chain.parameters.law, Dissipative) else scheme.advance
+
+
+def _composition(chain: Chain) -> tuple[Composition, bool]:
+    """The drifts and kicks of a chain that has an adjoint, and whether it is damped."""
+    law, integrator = chain.parameters.law, chain.parameters.integrator
+    if law.has_history:
+        raise ParameterError(
+            f"law: there are no gradients of {law.name!r}, whose contacts remember; use hertz, power, viscous or kuwabara_kono"
+        )
+    scheme, damped = SCHEMES[integrator], isinstance(law, Dissipative)
+    composition = scheme.damped_composition if damped else scheme.composition
+    if composition is None:
+        known = " or ".join(repr(name) for name, one in SCHEMES.items() if one.composition is not None)
+        raise ParameterError(f"integrator: there are no gradients of {integrator!r}; build the chain with integrator = {known}")
+    return composition, damped
+
+
+def _checked_ticks(ticks: int) -> int:
+    if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
+        raise ParameterError(f"ticks: got {shortened(ticks)}, expected the internal steps of a control step, at least 1")
+    return int(ticks)
+
+
+def _checked_drive(chain: Chain, drive: FloatArray) -> FloatArray:
+    """A copy, contiguous and finite, with zeros where an end takes no input."""
+    if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):
+        raise ParameterError(f"drive: got the shape {drive.shape}, expected (control steps, 2): left and right input")
+    wrong = ~np.isfinite(drive)
+    if wrong.any():
+        step, side = (int(place) for place in np.argwhere(wrong)[0])
+        raise ParameterError(f"drive[{step}, {side}]: got {drive[step, side]}, expected a finite number")
+    inputs = np.array(drive, order="C")
+    _keep_to_inputs(chain, inputs)
+    return inputs
+
+
+def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
+    """Walls take no input."""
+    for side, kind in enumerate((LEFT_KIND, RIGHT_KIND)):
+        if chain.table[SCALARS, kind] not in (FREE, PISTON):
+            columns[:, side] = 0.0
+
+
+def _explain_failure(chain: Chain, drive: FloatArray, ticks: int, failed: int) -> None:
+    """Step a twin of the chain to the control step that failed, for its own account of what went wrong."""
+    twin = type(chain)(**chain.parameters.model_dump())
+    twin.restore(chain.save())
+    names = [name for name, variable in twin.variables.items() if variable.causality == "input"]
+    for step, held in enumerate(drive[: failed + 1]):
+        inputs = {name: float(held[0 if name.startswith("left") else 1]) for name in names}
+        try:
+            twin.step(ticks * twin.step_size, **inputs)
+        except StepError as error:
+            raise StepError(
+                f"control step {step} of {len(drive)}: {error}",
+                time=error.time, variable=error.variable, index=error.index, value=error.value, limit=error.limit,
+            ) from None  # fmt: skip
+    raise AssertionError("a run failed whose steps do not")

@@ -1,0 +1,105 @@
+"""The loops over control steps: forward, with checkpoints; and backward, from one checkpoint to the one before.
+
+Objectives are reached through addresses (`jit.caller`), so that one compilation serves all of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...jit import caller, jit
+from ..integrators import SIGNATURE
+from ..table import BEFORE, BOUND, FREE_ROW, GRAINS, GRIP, INVERSE_MASS, LEFT_DRIVE, RIGHT_DRIVE, SCALARS, UNLOADING, U, V
+from .backward import WORTH, undo
+from .tape import record, rows_per_tick
+
+NOTE = "void(float64[:, ::1], int64, int64, float64[::1], float64[::1], float64[::1])"
+VALUE = "float64(float64[::1], float64[::1], float64[::1])"
+PULL = (
+    "void(float64[:, ::1], float64[:, ::1], int64, int64, float64[::1], float64[::1], float64[::1], float64[::1])"
+)  # fmt: skip
+
+_advance, _note, _pull = caller(SIGNATURE), caller(NOTE), caller(PULL)
+
+FORWARD = (
+    "UniTuple(int64, 2)(float64[:, ::1], int64, int64, float64[:, ::1], float64[:, ::1], int64, float64[::1], float64[::1], "
+    "float64[:, :, ::1], int64)"
+)
+
+# How a forward run ends, beside the control step in which it does.
+DONE, STEP_FAILED, NOTE_FAILED = range(3)
+
+
+@jit
+def _keep_state(a, saved, block):
+    for i in range(np.uint64(a.shape[1])):
+        saved[block, 0, i] = a[U, i]
+        saved[block, 1, i] = a[V, i]
+
+
+@jit
+def _finite(values):
+    for i in range(len(values)):
+        if not np.isfinite(values[i]):
+            return False
+    return True
+
+
+@jit
+def forward(a, advance, note, drive, no_pieces, ticks, constants, sums, saved, interval):
+    """Run all control steps, the state kept in `saved` every `interval` of them; returns (control step, how it ended)."""
+    steps, tick = drive.shape[0], np.int64(0)
+    for step in range(steps):
+        if saved.shape[0] > 0 and step % interval == 0:
+            _keep_state(a, saved, step // interval)
+        left, right = drive[step, 0], drive[step, 1]
+        if _advance(advance, (a, no_pieces, tick, left, right, tick, ticks)) != ticks:
+            return step, STEP_FAILED
+        _note(note, (a, step, steps, drive[step], constants, sums))
+        if not _finite(sums):
+            return step, NOTE_FAILED
+    return steps, DONE
+
+
+@jit
+def backward(
+    a, bar, pull, drive, ticks, constants, slopes, saved, interval, damped, drifts, kicks, passed, input_bars, bases
+):  # fmt: skip
+    """From the last checkpoint to the first: record an interval on the tape, then undo it.
+
+    The tape lies in `a` behind the chain's own rows: for each control step that of the integrator, then the state at its end.
+    """
+    steps, columns = drive.shape[0], np.uint64(a.shape[1])
+    step_rows = ticks * rows_per_tick(len(kicks), damped)
+    for back in range(saved.shape[0]):
+        block = saved.shape[0] - 1 - back
+        begin, end = block * interval, min(steps, (block + 1) * interval)
+        for i in range(columns):
+            a[U, i], a[V, i] = saved[block, 0, i], saved[block, 1, i]
+        row = FREE_ROW + 1
+        for step in range(begin, end):
+            row = record(a, drive[step, 0], drive[step, 1], ticks, row, damped, drifts, kicks, passed)
+            for i in range(columns):
+                a[row, i], a[row + 1, i] = a[U, i], a[V, i]
+            row += 2
+        for ahead in range(end - begin):
+            step = end - 1 - ahead
+            row -= 2
+            for i in range(columns):
+                a[U, i], a[V, i] = a[row, i], a[row + 1, i]
+            inputs, input_bar = drive[step], input_bars[step]
+            _pull(pull, (a, bar, step, steps, inputs, input_bar, constants, slopes))
+            undo(a, bar, drive[step, 0], drive[step, 1], ticks, row, damped, drifts, kicks, passed, input_bar, bases)
+            row -= step_rows
+    _settle(a, bar)
+
+
+@jit
+def _settle(a, bar):
+    """Finish the sums that ran in other units, and leave no scratch behind."""
+    for i in range(1, int(a[SCALARS, GRAINS]) + 1):
+        if a[INVERSE_MASS, i] > 0.0:
+            bar[INVERSE_MASS, i] += bar[WORTH, i] / a[INVERSE_MASS, i]
+    for row in (LEFT_DRIVE, RIGHT_DRIVE, GRIP, BOUND, BEFORE, UNLOADING):
+        for i in range(a.shape[1]):
+            bar[row, i] = 0.0
