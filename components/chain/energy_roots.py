@@ -13,13 +13,14 @@ import math
 
 from ..jit import inlined, jit
 from .kernels import overlap
-from .table import MASS, REST, STIFFNESS, U, V
+from .table import MASS, REST, SMALLEST_OVERLAP, STIFFNESS, U, V
 
 
 @inlined
 def _lengths(a, j):
     """s and s0 of contact j, 0 for a gap."""
-    return math.sqrt(max(overlap(a, U, j), 0.0)), math.sqrt(max(a[REST, j], 0.0))
+    d = overlap(a, U, j)
+    return math.sqrt(d) if d > SMALLEST_OVERLAP else 0.0, math.sqrt(max(a[REST, j], 0.0))
 
 
 @inlined
