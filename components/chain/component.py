@@ -58,11 +58,12 @@ class Chain(Component):
         self.step_size = p.step_size if p.step_size is not None else suggested_step_size(p, self.geometry)
         self._scheme = SCHEMES[p.integrator]
         damped = isinstance(p.law, Dissipative)
-        self._kernel = entry_point(self._scheme.advance_damped if damped else self._scheme.advance, SIGNATURE)
+        self.scheme_kernel = self._scheme.advance_damped if damped else self._scheme.advance
+        self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
         width = table.row_width(p.grains)
         last = table.FREE_ROW + self._scheme.history_rows
-        self._state_rows = slice(_first_state_row(p.law), last)
+        self.state_rows = slice(_first_state_row(p.law), last)
         self._live_in(np.zeros((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # Pistons carry their own grains.
@@ -75,7 +76,7 @@ class Chain(Component):
 
     def _live_in(self, memory: FloatArray) -> None:
         self._table = memory
-        state = memory[self._state_rows]
+        state = memory[self.state_rows]
         self._block = Block(state.reshape(-1), rows=("f8", state.shape))
 
     def twin(self, memory: FloatArray) -> Self:

@@ -20,11 +20,13 @@ if TYPE_CHECKING:
     from .task import Task
     from .tasks.force import ForceEnv, ForceTask
     from .tasks.piston import PistonEnv, PistonTask
+    from .vector import ChainVectorEnv
 
 # Gymnasium takes a while to import: these come when they are asked for.
 _HOMES = {
     "ChainEnv": ".chain_environment",
     "ChainTask": ".chain_task",
+    "ChainVectorEnv": ".vector",
     "ComponentEnv": ".environment",
     "EnvState": ".state",
     "ForceEnv": ".tasks.force",
@@ -38,6 +40,7 @@ _HOMES = {
 __all__ = [
     "ChainEnv",
     "ChainTask",
+    "ChainVectorEnv",
     "ComponentEnv",
     "EnvState",
     "ForceEnv",

@@ -17,16 +17,13 @@ from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
 from .chain_task import BEGIN, JUDGE, ChainTask
 from .environment import ComponentEnv, Observation, _checked_scales, _count
-from .observing import OBSERVE, Observing
+from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
+from .observing import OBSERVE, Observing, show_goal
 from .observing import observe as observe_kernel
 from .randomising import Impacts
 from .state import EnvState
 
 FloatArray = npt.NDArray[np.float64]
-
-# The memory of an episode: control steps done, whether it goes on, the seed of the noise, the inputs applied left and right,
-# then the task's counters (a goal first), then the actuator's commands.
-ELAPSED, RUNNING, SEED, LEFT, RIGHT, COUNTERS = range(6)
 
 
 class ChainOptions(TypedDict, total=False):
@@ -115,10 +112,10 @@ class ChainEnv(ComponentEnv):
         scales = {**dict(self._readings), "force": finite_number("observed_force", task.observed_force)}
         self.observing = Observing.of(component, observe, scales, task.observation_limit, noise)
         self.constants = np.ascontiguousarray(task.constants, dtype=np.float64)
-        self.observation_space = gymnasium.spaces.Box(
-            -np.float32(task.observation_limit), np.float32(task.observation_limit), (self.observing.size + len(task.goal_scales),), np.float32
-        )
-        self._goal, self._goal_scales = np.zeros(len(task.goal_scales)), np.array(task.goal_scales)
+        limit, self._goal_scales = np.float32(task.observation_limit), np.array(task.goal_scales, dtype=np.float64)
+        self._goal: npt.ArrayLike = ()
+        self.observation_size = self.observing.size + len(self._goal_scales)
+        self.observation_space = gymnasium.spaces.Box(-limit, limit, (self.observation_size,), np.float32)
         self._steps = 0 if deadline is None else _count("deadline", deadline)
         self._action = np.zeros(len(self.actuator.names))
         self._begin_task = entry_point(type(task).begin_kernel, BEGIN)
@@ -175,7 +172,7 @@ class ChainEnv(ComponentEnv):
             self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self._steps
         )
         terminated = bool(done)
-        truncated = not terminated and elapsed == self._steps
+        truncated = not terminated and elapsed >= self._steps > 0
         if terminated or truncated:
             memory[RUNNING] = 0.0
         return self._observation(), float(reward), terminated, truncated, self._info(self._see())
@@ -199,18 +196,21 @@ class ChainEnv(ComponentEnv):
         return given
 
     def _start(self, options: Mapping[str, Any]) -> dict[str, Any]:
-        start = self.impacts.onto(self.task.start(self.np_random), self.np_random)
-        self._goal = self.task.given_goal(options["goal"]) if "goal" in options else self.task.goal(self.np_random)
-        return {**start, **{name: value for name, value in options.items() if name != "goal"}}
+        start, given = self.impacts.onto(self.task.start(self.np_random), self.np_random), dict(options)
+        if "goal" in given:
+            self._goal = self.task.given_goal(given.pop("goal"))
+        else:
+            self._goal = self.task.goal(self.np_random)
+        return {**start, **given}
 
     def _begin(self, seed: int) -> None:
         memory, held = self._memory, self.component._held
         memory[:] = 0.0
-        memory[RUNNING], memory[SEED] = 1.0, seed
+        memory[RUNNING], memory[SEED], memory[START] = 1.0, seed, self.component.tick
         for side, name in ((LEFT, self.component._left_input), (RIGHT, self.component._right_input)):
             memory[side] = held.get(name, 0.0)
         self.actuator.begin(self._commands, self._applied)
-        self._counters[: len(self._goal)] = self._goal
+        self._counters[: len(self._goal_scales)] = self._goal
         self._begin_task(self.component.table, self._counters, self.constants)
 
     def _episode(self) -> bytes:
@@ -229,14 +229,12 @@ class ChainEnv(ComponentEnv):
         return {"displacement": self.component.get("displacement"), "velocity": self.component.get("velocity")}
 
     def _observation(self) -> Observation:
-        out, plan, memory = np.empty(self.observation_space.shape, np.float32), self.observing, self._memory
+        out, plan, memory = np.empty(self.observation_size, np.float32), self.observing, self._memory
         self._look(
             self.component.table, plan.blocks, plan.factors, plan.limit, plan.noise, int(memory[SEED]), int(memory[ELAPSED]), out
         )
-        goals = len(self._goal_scales)
-        if goals:
-            limit = self.task.observation_limit
-            out[plan.size :] = np.clip(self._counters[:goals] / self._goal_scales, -limit, limit)
+        if len(self._goal_scales):
+            show_goal(self._counters, self._goal_scales, plan.limit, out)
         return out
 
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:

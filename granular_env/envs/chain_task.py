@@ -48,7 +48,8 @@ class ChainTask(Task):
         observed_force: force observed as 1 by sensors of force [N].
         goal_scales: of a goal that is drawn for each episode: what of each of its numbers is observed as 1, behind the
             readings. The goal itself is in the first counters, whose names come first in `counter_names`.
-        begin_kernel: begin(a, counters, constants), at the start of an episode; the counters are 0 before.
+        begin_kernel: begin(a, counters, constants), at the start of an episode; the counters are 0 before, but for
+            a goal.
         judge_kernel: judge(a, inputs, counters, constants, duration, elapsed, steps) -> (reward, done), after each control
             step. `inputs`, shape (2,), are what was applied left and right [N or m/s], `duration` is the control step's
             length [s], `elapsed` counts the control steps done, this one included, `steps` is the deadline (0: none).

@@ -1,0 +1,173 @@
+"""Single environments that live in common memory, so that compiled code can advance them all; what is rare they do themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba import config
+
+from ..components.chain.integrators import SIGNATURE as ADVANCE
+from ..components.chain.table import U, V
+from ..components.errors import ParameterError, shortened
+from ..components.jit import address
+from .batch import observe_lanes, step_lanes
+from .chain_environment import ChainEnv
+from .chain_task import JUDGE
+from .memory import COUNTERS, ELAPSED, LEFT, START
+
+_NO_DRIVE = np.zeros((0, 2))
+
+
+class Lanes:
+    """`count` environments whose chains are one array, and whose memories are another.
+
+    Attributes:
+        single: the environments.
+        tables: their chains' tables, shape (count, rows, width).
+        memories: their episodes' memories, shape (count, numbers).
+        size: length of an observation.
+    """
+
+    def __init__(
+        self,
+        environment: Callable[..., ChainEnv],
+        count: int,
+        parameters: Sequence[Mapping[str, Any]] | None,
+        arguments: Mapping[str, Any],
+    ) -> None:
+        made = _made(environment, count, parameters, arguments)
+        first = made[0]
+        if not isinstance(first, ChainEnv):
+            raise ParameterError(f"environment: got {shortened(first)}, expected what makes a ChainEnv")
+        for index, one in enumerate(made):
+            _refuse_unlike(first, one, index)
+        self.tables = np.zeros((count, *first.component.table.shape))
+        self.memories = np.zeros((count, len(first._memory)))
+        self.single = []
+        for k in range(count):
+            lane = made[k % len(made)].lane(self.tables[k], self.memories[k])
+            lane.index = k
+            self.single.append(lane)
+        self.size = first.observation_size
+        self._lent: set[int] = set()
+        self._stack(first)
+
+    def _stack(self, first: ChainEnv) -> None:
+        lanes, actuator, plan = self.single, first.actuator, first.observing
+        # One address for each chain: laws and schemes may differ.
+        kernels = [lane.component.scheme_kernel for lane in lanes]
+        found = {kernel: address(kernel, ADVANCE) for kernel in set(kernels)}
+        advances = np.array([found[kernel] for kernel in kernels], dtype=object if config.DISABLE_JIT else np.int64)
+        stacked = lambda values: np.array(list(values), dtype=np.float64)  # noqa: E731
+        self._counters = len(first.task.counter_names)
+        self._names, self._sides = actuator.names, actuator.sides
+        self._steps_each = np.array([lane.internal_steps for lane in lanes], dtype=np.int64)
+        self._step_sizes = stacked(lane.component.step_size for lane in lanes)
+        state = [lane.component.state_rows for lane in lanes]
+        first_row, last_row = min(rows.start for rows in state), max(rows.stop for rows in state)
+        self._judging = (
+            advances, address(type(first.task).judge_kernel, JUDGE), stacked(lane.constants for lane in lanes), self._counters,
+            self._steps_each, np.array([lane._steps for lane in lanes], dtype=np.int64),
+            stacked(lane.duration for lane in lanes),
+            actuator.sides, stacked(lane.actuator.scales for lane in lanes), stacked(lane.actuator.rate for lane in lanes),
+            actuator.delay,
+        )  # fmt: skip
+        self._seeing = (
+            plan.blocks, stacked(lane.observing.factors for lane in lanes), stacked(lane.observing.limit for lane in lanes),
+            stacked(lane.observing.noise for lane in lanes), stacked(lane._goal_scales for lane in lanes),
+        )  # fmt: skip
+        kept = np.zeros((last_row - first_row, self.tables.shape[2]))
+        self._room = (_NO_DRIVE, kept, np.zeros(self.memories.shape[1]), first_row)
+
+    def step(self, actions: np.ndarray, going: np.ndarray, *results: np.ndarray) -> int:
+        """One control step of those that are going; see `step_lanes` for the results."""
+        watched = [k for k in self._lent if going[k] and self.single[k].component._observers]
+        if not watched:
+            return step_lanes(
+                self.tables, self.memories, actions, going, *self._judging, *self._seeing, *self._room, *results
+            )
+        # Those that somebody records step by themselves.
+        going = going.copy()
+        going[watched] = False
+        refused = results[-1]
+        special = step_lanes(self.tables, self.memories, actions, going, *self._judging, *self._seeing, *self._room, *results)
+        refused[watched] = True
+        return special + len(watched)
+
+    def synchronised(self, k: int) -> ChainEnv:
+        """Environment k, its chain's time and inputs as the batch has left them."""
+        lane, memory = self.single[k], self.memories[k]
+        chain = lane.component
+        chain._tick = int(memory[START] + memory[ELAPSED] * lane.internal_steps)
+        applied = memory[LEFT:COUNTERS].tolist()
+        driven = {name: applied[side] for name, side in zip(self._names, self._sides, strict=True)}
+        if any(chain._held.get(name) != value for name, value in driven.items()):
+            chain._held = {**chain._held, **driven}
+        return lane
+
+    def lent(self, k: int) -> ChainEnv:
+        """Environment k for somebody who may observe its component."""
+        self._lent.add(k)
+        return self.synchronised(k)
+
+    def observe(self) -> npt.NDArray[np.float32]:
+        """What all of them see."""
+        observations = np.empty((len(self.single), self.size), np.float32)
+        observe_lanes(self.tables, self.memories, *self._seeing, observations)
+        return observations
+
+    def told(self, info: str) -> dict[str, np.ndarray]:
+        """What infos say of all of them, by the names of the single environment's info; fresh arrays."""
+        memories = self.memories
+        ticks = (memories[:, START] + memories[:, ELAPSED] * self._steps_each).astype(np.int64)
+        told: dict[str, np.ndarray] = {"time": ticks * self._step_sizes}
+        if info == "full":
+            grains = slice(1, self.single[0].component.parameters.grains + 1)
+            told["displacement"], told["velocity"] = self.tables[:, U, grains].copy(), self.tables[:, V, grains].copy()
+        for name, side in zip(self._names, self._sides, strict=True):
+            told[name] = memories[:, LEFT + side].copy()
+        for place, name in enumerate(self.single[0].task.counter_names):
+            told[name] = memories[:, COUNTERS + place].copy()
+        return told
+
+
+def _made(
+    environment: Callable[..., ChainEnv],
+    count: int,
+    parameters: Sequence[Mapping[str, Any]] | None,
+    arguments: Mapping[str, Any],
+) -> list[ChainEnv]:
+    """The environments that differ: one where all are alike."""
+    drawn = set(arguments.get("randomise") or ()) - {"seed", "velocity"}
+    if parameters is None:
+        return [environment(**{**arguments, "index": k}) for k in range(count if drawn else 1)]
+    if isinstance(parameters, (str, Mapping)) or not isinstance(parameters, Sequence) or len(parameters) != count:
+        raise ParameterError(f"parameters: got {shortened(parameters)}, expected a list of {count} mappings, one for each")
+    made = []
+    for k, own in enumerate(parameters):
+        if not isinstance(own, Mapping) or "index" in own or "info" in own:
+            raise ParameterError(f"parameters[{k}]: got {shortened(own)}, expected arguments of one environment, name -> value")
+        merged = {**arguments, **own, "index": k}
+        if isinstance(own.get("chain"), Mapping):
+            merged["chain"] = {**(arguments.get("chain") or {}), **own["chain"]}
+        try:
+            made.append(environment(**merged))
+        except ParameterError as error:
+            raise ParameterError(f"parameters[{k}]: {error}") from None
+    return made
+
+
+def _refuse_unlike(first: ChainEnv, other: ChainEnv, index: int) -> None:
+    """Environments in one batch must have the same spaces and memories."""
+    for what, one, another in (
+        ("observation space", first.observation_space, other.observation_space),
+        ("action", (type(first.task), first.actuator.names), (type(other.task), other.actuator.names)),
+        ("observe", first.observing.blocks.tolist(), other.observing.blocks.tolist()),
+        ("control_delay", first.actuator.delay, other.actuator.delay),
+        ("chain (grains, integrator)", first.component.table.shape, other.component.table.shape),
+    ):
+        if one != another:
+            raise ParameterError(f"parameters[{index}]: {what} is not that of environment 0, and has to be the same in a batch")
