@@ -181,7 +181,7 @@ def test_every_method_gets_the_same_budget_and_none_exceeds_it(tmp_path):
 
 def test_slopes_count_as_forward_runs_and_so_does_judging(tmp_path):
     problem = Bowl()
-    result = run_study(bowl_study({"type": "gradient", "starts": 1, "iterations": 1}), tmp_path, problem=problem)
+    result = run_study(bowl_study({"type": "gradient", "starts": 1, "trial": 1, "iterations": 1, "rounds": 1}), tmp_path, problem=problem)
     track = result.trials[0].track
     returns, slopes = track.count(RETURN), len(track) - track.count(RETURN)
     assert returns >= 1 and slopes >= 2

@@ -22,7 +22,7 @@ def pictures(result: StudyResult) -> dict[str, tuple[bytes, str]]:
         drawn["convergence"] = (
             _convergence(result),
             "Best return so far against the control steps that were simulated for it, every seed of a method in one colour; "
-            "the dashed lines are the baselines.",
+            "the dotted lines are the baselines. Below: how far that is from the best of all, which itself has no line there.",
         )
     if shown := _shown(result):
         drawn["drives"] = _drives(shown), "What the best of each method, and each baseline, does in the first test episode."
@@ -41,31 +41,45 @@ def _shown(result: StudyResult) -> dict[str, Score]:
 
 @styled
 def _convergence(result: StudyResult) -> Figure:
-    figure = new_figure(8.6, 4.6)
-    axes = figure.subplots()
+    figure = new_figure(8.6, 7.0)
+    axes, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+    top = max(_ends(result))
     for place, label in enumerate(result.labels()):
         name: str | None = label
         for trial in result.trials:
             spent, best = trial.track.curve()
             if trial.label == label and len(spent):
                 ends = np.append(spent, max(trial.track.spent, int(spent[-1])))
-                axes.step(ends, np.append(best, best[-1]), where="post", label=name, **line(place))
+                values = np.append(best, best[-1])
+                axes.step(ends, values, where="post", label=name, **line(place))
+                below.step(ends, np.where(values < top, top - values, np.nan), where="post", **line(place))
                 name = None
     for name, score in result.baselines.items():
-        axes.axhline(score.value, color="0.45", linestyle=(0, (2, 2)), linewidth=1.0)
-        axes.annotate(
-            name, (1.0, score.value), xycoords=("axes fraction", "data"), ha="right", va="bottom", fontsize=9, color="0.35"
-        )
-    axes.set(xlabel="control steps simulated", ylabel="best return so far", xscale="log")
+        _draw_level(axes, name, score.value)
+        if score.value < top:
+            _draw_level(below, name, top - score.value)
+    axes.set(ylabel="best return so far", xscale="log")
+    below.set(xlabel="control steps simulated", ylabel="short of the best of all", yscale="log")
     _let_poor_starts_leave(axes, result)
     legend(axes)
     return figure
 
 
+def _ends(result: StudyResult) -> list[float]:
+    """What every trial came to in its search, and every baseline."""
+    found = [float(best[-1]) for trial in result.trials if len(best := trial.track.curve()[1])]
+    return [score.value for score in result.baselines.values()] + found
+
+
+def _draw_level(axes: Axes, name: str, value: float) -> None:
+    axes.axhline(value, color="0.45", linestyle=(0, (2, 2)), linewidth=1.0)
+    place = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom"}
+    axes.annotate(name, (1.0, value), **place, fontsize=9, color="0.35")
+
+
 def _let_poor_starts_leave(axes: Axes, result: StudyResult) -> None:
     """Early returns far below everything else may lie outside the picture: the ends are what is compared."""
-    ends = [score.value for score in result.baselines.values()]
-    ends += [float(best[-1]) for trial in result.trials if len(best := trial.track.curve()[1])]
+    ends = _ends(result)
     low, high = min(ends), max(ends)
     margin = 0.25 * (high - low) or 1.0
     bottom, top = axes.get_ylim()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -107,10 +108,12 @@ def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, Dri
         raise ExperimentError(
             f"{study.origin}: drive.driven: got {driven}, expected at most {problem.steps}, the control steps of an episode"
         )
-    if table.knots > driven:
-        raise ExperimentError(
-            f"{study.origin}: drive.knots: got {table.knots}, expected at most {driven}, one for every driven control step"
-        )
+    knots = {"drive": table.knots} | {f"method.{place}": one.knots for place, one in enumerate(study.method) if one.knots}
+    for where, number in knots.items():
+        if number > driven:
+            raise ExperimentError(
+                f"{study.origin}: {where}.knots: got {number}, expected at most {driven}, one for every driven control step"
+            )
     limits = [rate for rate in (table.rate, problem.rate) if rate is not None]
     return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": min(limits, default=None)})
 
@@ -148,6 +151,7 @@ class _Attempt:
         self._name = f"{method.label}-{seed}"
         self._path = folder / "checkpoints" / f"{self._name}.trial"
         self._owner = {"study": study.identity, "method": method.label, "seed": seed}
+        shape = dataclasses.replace(shape, knots=method.knots or shape.knots)
         self._track = checked(self._path, self._owner)
         if self._track.spent > study.budget:
             raise ExperimentError(

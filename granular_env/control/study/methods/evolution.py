@@ -25,13 +25,13 @@ class Evolution(MethodTable):
 
     type: str = "cma"
     population: int = Field(default=16, ge=4, le=100_000, description="drives of a generation")
+    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the first generation lies about")
     spread: float = Field(default=0.3, gt=0.0, description="standard deviation at the start, in units of the bounds' distance")
 
     def run(self, search: Search) -> None:
         """Generation after generation; where it has converged, it starts again elsewhere."""
         lowest, highest = search.shape.lowest, search.shape.highest
-        # The first start is rest: doing nothing, where that is allowed.
-        middle = np.full(search.shape.size, np.clip(0.0, lowest, highest))
+        middle = np.full(search.shape.size, np.clip(self.start, lowest, highest))
         sigma, bounds = self.spread * (highest - lowest), [lowest, highest]
         evolve(search, middle, sigma, self.population, bounds, search.returns)
 

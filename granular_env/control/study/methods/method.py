@@ -31,6 +31,8 @@ class MethodTable(Table):
         default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="what it is called in the results"
     )
 
+    knots: int | None = Field(default=None, ge=1, le=100_000, description="values of each entry; default: those of [drive]")
+
     @property
     def label(self) -> str:
         """What it is called in the results."""
