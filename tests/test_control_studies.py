@@ -422,8 +422,5 @@ def test_the_command_checks_lists_and_copies_studies(folder, capsys):
     assert main(["study", "no-such-study"]) == 2
 
 
-# -- reinforcement learning -----------------------------------------------------------------------------------------------
-
-
 def test_every_method_is_named_by_its_type():
     assert {name: kind().type for name, kind in METHODS.items()} == {name: name for name in METHODS}

@@ -10,6 +10,8 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
+from granular_env.components.errors import ParameterError
+
 
 class Sb3VecEnv(VecEnv):
     """All environments of a batch in one call, for the algorithms of stable-baselines3.
@@ -26,7 +28,7 @@ class Sb3VecEnv(VecEnv):
     def __init__(self, env: gymnasium.vector.VectorEnv, hold: int = 1) -> None:
         mode = env.metadata.get("autoreset_mode")
         if mode != gymnasium.vector.AutoresetMode.SAME_STEP:
-            raise ValueError(f"env: its autoreset_mode is {mode}, expected AutoresetMode.SAME_STEP")
+            raise ParameterError(f"env: its autoreset_mode is {mode}, expected AutoresetMode.SAME_STEP")
         self.env, self.hold = env, hold
         self.control_steps = 0
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)

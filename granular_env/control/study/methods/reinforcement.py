@@ -178,7 +178,7 @@ class HeldPolicy:
 
 def module_arrays(module: Any) -> Arrays:
     """The weights of a network, by name."""
-    return {name: tensor.detach().cpu().numpy().copy() for name, tensor in module.state_dict().items()}
+    return {name: _array(tensor) for name, tensor in module.state_dict().items()}
 
 
 def arrays_of(model: Any) -> Arrays:
@@ -186,12 +186,12 @@ def arrays_of(model: Any) -> Arrays:
     arrays: Arrays = {}
     for part, state in model.get_parameters().items():
         if "param_groups" not in state:
-            arrays |= {f"{part}|{name}": tensor.detach().cpu().numpy().copy() for name, tensor in state.items()}
+            arrays |= {f"{part}|{name}": _array(tensor) for name, tensor in state.items()}
             continue
         for index, moments in state["state"].items():
-            arrays |= {f"{part}|{index}|{name}": np.array(value, dtype=np.float32) for name, value in moments.items()}
+            arrays |= {f"{part}|{index}|{name}": _array(value) for name, value in moments.items()}
     for name in model._get_torch_save_params()[1]:
-        arrays[f"variable|{name}"] = getattr(model, name).detach().cpu().numpy().copy()
+        arrays[f"variable|{name}"] = _array(getattr(model, name))
     return arrays
 
 
@@ -213,6 +213,10 @@ def put_arrays(model: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
     model.set_parameters(parameters)
     for name in model._get_torch_save_params()[1]:
         getattr(model, name).data.copy_(torch.from_numpy(arrays[f"variable|{name}"]))
+
+
+def _array(tensor: Any) -> npt.NDArray[Any]:
+    return tensor.detach().cpu().numpy().copy()
 
 
 def _tensors(arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
