@@ -23,14 +23,12 @@ from .theory_drives import ramped_push
 
 FloatArray = npt.NDArray[np.float64]
 
-# Layout of the constants: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s].
-_IMPULSE, _PEAK_SCALE, _DURATION = range(3)
+# Layout of the constants: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s]; of the
+# objective's also the binary logarithm of the p-norm's p, and the part of the impulse over which "all of it" is rounded.
+_IMPULSE, _PEAK_SCALE, _DURATION, _DOUBLINGS, _ROUNDING = range(5)
 # Layout of the counters.
 _DELIVERED, _FORCE, _PEAK = range(3)
 
-# The smooth maximum is a p-norm, p = 2^_DOUBLINGS; the smooth positive part is rounded over this part of the impulse.
-_DOUBLINGS = 5
-_ROUNDING = 0.01
 # Force [N] and velocity [m/s] at action 1.
 _SCALES = {"force": 500.0, "piston": 2.0}
 
@@ -55,9 +53,9 @@ def _judge(a, inputs, counters, constants, duration, elapsed, steps):
 
 
 @jit
-def _power(x):
-    """x^p."""
-    for _ in range(_DOUBLINGS):
+def _power(x, constants):
+    """x^p, by squaring."""
+    for _ in range(int(constants[_DOUBLINGS])):
         x *= x
     return x
 
@@ -76,18 +74,18 @@ def _note(a, step, steps, inputs, constants, sums):
     # The trapezoid rule's last value counts half.
     part = 0.5 if step == steps - 1 else 1.0
     sums[0] += part * constants[_DURATION] * force / constants[_IMPULSE]
-    sums[1] += _power(force / constants[_PEAK_SCALE])
+    sums[1] += _power(force / constants[_PEAK_SCALE], constants)
 
 
 @jit
 def _value(sums, constants, slopes):
     missing = 1.0 - sums[0]
-    root = math.sqrt(missing * missing + _ROUNDING * _ROUNDING)
+    root = math.sqrt(missing * missing + constants[_ROUNDING] * constants[_ROUNDING])
     slopes[0] = -0.5 * (1.0 + missing / root)
-    peak = sums[1]
-    for _ in range(_DOUBLINGS):
-        peak = math.sqrt(peak)
-    slopes[1] = peak / (2.0**_DOUBLINGS * sums[1]) if sums[1] > 0.0 else 0.0
+    peak, p = sums[1], 1.0
+    for _ in range(int(constants[_DOUBLINGS])):
+        peak, p = math.sqrt(peak), 2.0 * p
+    slopes[1] = peak / (p * sums[1]) if sums[1] > 0.0 else 0.0
     return 0.5 * (missing + root) + peak
 
 
@@ -98,7 +96,7 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
         return
     part, ratio = 0.5 if step == steps - 1 else 1.0, force / constants[_PEAK_SCALE]
     slope = slopes[0] * part * constants[_DURATION] / constants[_IMPULSE]
-    slope += slopes[1] * 2.0**_DOUBLINGS * _power(ratio) / force
+    slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _power(ratio, constants) / force
     bar[U, n] += slope * tangent
     bar[U, n + 1] -= slope * tangent
     bar[REST, n] += slope * tangent
@@ -142,21 +140,24 @@ class ProtectionTask(ChainTask):
         self.actions, self.observations, self.arguments = actions, observations, arguments or {}
         self.observed_force = actions.get("left_force", self.observed_force)
         self.chain, self.duration, self.steps = chain, duration, steps
+        self.sharpness: tuple[int, float] = (5, 0.01)
         self.impulse = positive_number("impulse", impulse)
         self.constants = np.array([self.impulse, positive_number("peak_scale", peak_scale), duration])
 
     def objective(self, chain: Chain, steps: int) -> Objective:
         """h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
 
-        h(x) = (x + sqrt(x^2 + .01^2)) / 2 is the positive part, rounded. The smooth peak is the p-norm of the wall's force over
-        the control steps, (sum_t F_t^32)^(1/32), up to 1.2 times the peak. Both count the elastic part of the force.
+        h(x) = (x + sqrt(x^2 + r^2)) / 2 is the positive part, rounded, r = .01. The smooth peak is the p-norm of the wall's force
+        over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both count the elastic part of the force.
+        `sharpness`, an attribute, is (binary logarithm of p, r).
 
         Raises:
             ParameterError: the contacts are not Hertz's.
         """
         hertz_chain(self.name, chain)
-        text = "undelivered part of the wall's impulse, its positive part rounded, and the 32-norm of its force / peak_scale"
-        return Objective(_note, _value, _pull, self.constants, count=2, description=text)
+        text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
+        constants = np.concatenate([self.constants, self.sharpness])
+        return Objective(_note, _value, _pull, constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """A ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""
