@@ -19,7 +19,7 @@ class _Driven(Protocol):
 
 
 def open_loops(task: _Driven, environment: str, theory: npt.NDArray[np.float64]) -> dict[str, Policy]:
-    """ "nothing", "theory" and, where one is known, "best".
+    """ "nothing", "theory" and, where one is known that the scale admits, "best".
 
     Args:
         task: with one action.
@@ -29,4 +29,4 @@ def open_loops(task: _Driven, environment: str, theory: npt.NDArray[np.float64])
     scale = next(iter(task.actions.values()))
     best = best_drive(environment, task.arguments)
     policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(theory / scale)}
-    return policies if best is None else {**policies, "best": OpenLoop(best / scale)}
+    return policies if best is None or np.abs(best).max(initial=0.0) > scale else {**policies, "best": OpenLoop(best / scale)}

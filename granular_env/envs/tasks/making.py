@@ -55,13 +55,17 @@ def observed() -> dict[str, float]:
     return {"displacement": _DISPLACEMENT, "velocity": _VELOCITY}
 
 
-def timed(options: Mapping[str, Any], internal_steps: int, deadline: int) -> tuple[dict[str, Any], int, int]:
+def timed(
+    options: Mapping[str, Any], internal_steps: int, deadline: int, endless: bool = False
+) -> tuple[dict[str, Any], int, int]:
     """An environment's options with these defaults, the internal steps of a control step, and the control steps there are.
 
     Raises:
-        ParameterError: a count is none; these tasks need a deadline.
+        ParameterError: a count is none; without a deadline (0 steps) only where the task may be `endless`.
     """
     merged = {"internal_steps": internal_steps, "deadline": deadline, **options}
+    if endless and merged["deadline"] is None:
+        return merged, timed({**options, "deadline": 1}, internal_steps, 1)[1], 0
     counts = [merged["internal_steps"], merged["deadline"]]
     for name, count in zip(("internal_steps", "deadline"), counts, strict=True):
         if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
@@ -100,8 +104,31 @@ def numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
     return array
 
 
+def between(name: str, given: Any) -> tuple[float, float]:
+    """A range (low, high), 0 < low <= high.
+
+    Raises:
+        ParameterError: it is none.
+    """
+    pair = numbers(name, given)
+    if len(pair) != 2 or not 0.0 < pair[0] <= pair[1]:
+        raise ParameterError(f"{name}: got {shortened(given)}, expected (low, high) with 0 < low <= high")
+    return float(pair[0]), float(pair[1])
+
+
+def whole(name: str, given: Any, most: int) -> int:
+    """A whole number from 1 to `most`.
+
+    Raises:
+        ParameterError: it is none.
+    """
+    if isinstance(given, bool) or not isinstance(given, (int, np.integer)) or not 1 <= given <= most:
+        raise ParameterError(f"{name}: got {shortened(given)}, expected a whole number from 1 to {most}")
+    return int(given)
+
+
 # What an agent sees is no part of the problem that a drive solves.
-_SEEN = {"self", "chain", "options", "observe", "noise", "info", "render_mode", "index", "step_error_reward"}
+_SEEN = {"self", "chain", "options", "observe", "noise", "info", "render_mode", "index", "step_error_reward", "action_scale"}
 
 
 def chosen(environment: type, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ...components.chain import Chain
 from ...components.chain.wanted_waves import AMPLITUDE, DENSITY, GRAIN_MASS, PLACE, POINTS, REACH, SHAPES, SPEED, TABLES
 
 FloatArray = npt.NDArray[np.float64]
 
 _FINE = 16
+_RISE = 0.29
 
 
 def passing_waves(
@@ -46,6 +48,35 @@ def passing_waves(
         moving = np.interp(grains[None, :] - edges[:, None], place, values, left=0.0, right=0.0).sum(axis=1)
         total += shapes[GRAIN_MASS] * wave[AMPLITUDE] * np.diff(moving) / duration
     return total
+
+
+def ramped_push(chain: Chain, impulse: float, duration: float, steps: int, action: str) -> FloatArray:
+    """A push that rises evenly to a level F and stays, which gives a wall its impulse in time, shape (steps,).
+
+    A front of force F runs at D = (F k^2)^(1/6) / sqrt(m) grains/s (`theory.shock_speed`), its grains at F/(m D). A rigid wall
+    doubles the particle velocity's share: in a simple wave v goes with overlap^(5/4) and F with overlap^(3/2), so the wall
+    feels 2^(6/5) F. With a rise over r = .29 of the time T that there is,
+
+        2^(6/5) F (T - n/D(F) - r/2) = impulse
+
+    tells F, the smaller of two roots. Where time is too short for any F, that which delivers most.
+
+    Args:
+        chain: what is pushed; Hertz contacts.
+        impulse: what the wall shall get [N s].
+        duration: of a control step [s].
+        steps: how many.
+        action: the input, "left_force" or "left_velocity".
+    """
+    mass, stiffness, grains = float(chain.geometry.mass.mean()), float(chain.geometry.stiffness[1:-1].mean()), len(chain.geometry.mass)
+    force = np.geomspace(1e-3, 1e6, 20_000) * impulse / (duration * steps)
+    speed = (force * stiffness**2) ** (1.0 / 6.0) / mass**0.5
+    rise = _RISE * duration * steps
+    delivered = 2.0**1.2 * force * (duration * steps - grains / speed - 0.5 * rise)
+    enough = np.flatnonzero(delivered >= impulse)
+    chosen = enough[0] if len(enough) else int(np.argmax(delivered))
+    level = force[chosen] if action.endswith("force") else force[chosen] / (mass * speed[chosen])
+    return level * np.minimum((np.arange(steps) + 0.5) * duration / rise, 1.0)
 
 
 def _velocity_shape(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
