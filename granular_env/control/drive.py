@@ -77,6 +77,21 @@ class DriveShape:
             np.add.at(pulled[entry], after, part * along)
         return pulled.reshape(-1)
 
+    def fitted(self, actions: FloatArray) -> FloatArray:
+        """The point whose drive is nearest to some actions, by least squares, shape (size,).
+
+        Args:
+            actions: shape (any number of control steps, entries); missing ones are 0.
+        """
+        before, after, part = self._places()
+        wished = np.zeros((self.steps, self.entries))
+        wished[: len(actions)] = actions[: self.steps]
+        weights = np.zeros((len(part), self.knots))
+        weights[np.arange(len(part)), before] = 1.0 - part
+        weights[np.arange(len(part)), after] += part
+        knots = np.linalg.lstsq(weights, wished[: len(part)], rcond=None)[0]
+        return np.clip(knots.T.reshape(-1), self.lowest, self.highest)
+
     def _places(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
         """Of every driven step: the knot before it, the one after it, and how far it is between them."""
         driven = min(self.driven or self.steps, self.steps)

@@ -26,8 +26,6 @@ from .schema import Study
 from .search import BudgetSpentError, InterruptedByUserError, Search
 from .track import Track, checked
 
-# Episodes are drawn with seeds of their own, so that what was found is judged on starts that no search has seen.
-_SEARCH_SEED, _TEST_SEED = 1_000_000, 2_000_000
 # Between two writes of a trial's record, and of the log of its best [s].
 _SAVED_EVERY, _LOGGED_EVERY = 1.0, 30.0
 _OURS = ("checkpoints", "logs")
@@ -121,9 +119,8 @@ def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, Dri
 def judged(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:
     """How an actor does in the test episodes; the first is recorded where a path is given."""
     episodes = []
-    for place in range(study.test_episodes):
-        actor.reset()
-        episodes.append(problem.play(actor, _TEST_SEED + place, log if place == 0 else None))
+    for place, seed in enumerate(study.test_seeds):
+        episodes.append(problem.play(actor, seed, log if place == 0 else None))
     values = np.array([episode.value for episode in episodes])
     return Score(float(values.mean()), float(values.std()), episodes[0])
 
@@ -158,8 +155,7 @@ class _Attempt:
                 f"{study.origin}: budget: got {study.budget}, but {self._name} has simulated {self._track.spent} control steps "
                 "already; give at least that, or pass overwrite=True to start anew"
             )
-        seeds = [_SEARCH_SEED + place for place in range(study.episodes)]
-        self._search = Search(problem, shape, seed, seeds, study.budget, self._track, self._watch)
+        self._search = Search(problem, shape, seed, study.search_seeds, study.budget, self._track, self._watch)
         self._saved = self._logged = perf_counter()
         self._wait, self._logged_best = _SAVED_EVERY, -np.inf
 

@@ -6,7 +6,7 @@ description = "what it shows"   # optional
 budget = 200_000                # control steps that every method may simulate
 seeds = [1]                     # every method runs once with each
 episodes = 1                    # starts that a drive is tried from while it is searched, where starts are drawn
-test_episodes = 1               # other starts, on which what was found is judged
+test_episodes = 1               # other starts, on which what was found is judged; 0: on those of the search
 
 [task]                          # name: an environment; the rest are its arguments
 [drive]                         # how a few numbers become a drive (control/drive.py)
@@ -28,6 +28,8 @@ from .methods import METHODS, MethodTable
 from .methods.random_search import RandomSearch
 
 VERSION = 1
+# Episodes are drawn with seeds of their own, so that what was found is judged on starts that no search has seen.
+_SEARCH_SEED, _TEST_SEED = 1_000_000, 2_000_000
 # What may be changed between a study and its continuation: it changes nothing that has been computed.
 _LOOSE = {"name", "description", "budget"}
 
@@ -71,7 +73,7 @@ class Study(Table):
     budget: int = Field(ge=1, description="control steps that every method may simulate")
     seeds: list[int] = Field(default=[1], min_length=1, max_length=1000, description="every method runs once with each")
     episodes: int = Field(1, ge=1, le=100_000, description="starts that a drive is tried from while it is searched")
-    test_episodes: int = Field(1, ge=1, le=100_000, description="other starts, on which what was found is judged")
+    test_episodes: int = Field(1, ge=0, le=100_000, description="other starts, to judge what was found; 0: the search's own")
     task: TaskTable
     drive: DriveTable = DriveTable()
     method: list[MethodTable] = Field(min_length=1, description="the methods that are compared")
@@ -91,6 +93,16 @@ class Study(Table):
     def origin(self) -> str:
         """The file it came from, as messages call it."""
         return self._origin
+
+    @property
+    def search_seeds(self) -> list[int]:
+        """Of the episodes that a drive is tried in while it is searched."""
+        return [_SEARCH_SEED + place for place in range(self.episodes)]
+
+    @property
+    def test_seeds(self) -> list[int]:
+        """Of the episodes in which what was found is judged."""
+        return [_TEST_SEED + place for place in range(self.test_episodes)] or self.search_seeds
 
     @property
     def identity(self) -> str:

@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ExperimentError, StepError
+from granular_env.components.errors import ExperimentError, StepError, nearest
 
 from ..drive import DriveShape
 from ..problem import Policies, Problem
-from .track import RETURN, SLOPES, Track
+from .track import PLAYED, RETURN, SLOPES, Track
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -63,6 +63,23 @@ class Search:
     def random(self, stream: int = 0) -> np.random.Generator:
         """Random numbers of this trial; `stream` tells apart the draws of one trial."""
         return np.random.default_rng([self.seed, stream])
+
+    def baseline(self, name: str) -> FloatArray:
+        """The point nearest to what a baseline does in the first episode, shape (size,); it counts as one evaluation.
+
+        Raises:
+            ExperimentError: the task has no such baseline.
+            BudgetSpentError: the budget does not hold an episode.
+        """
+        known = self.problem.baselines()
+        if name not in known:
+            raise ExperimentError(f"begin: got {name!r}, which is no baseline of this task; {nearest(name, known)}")
+        if self._place == len(self.track):
+            if self.left < self.problem.steps:
+                raise BudgetSpentError
+            self.track.add(PLAYED, None, 0.0, self.problem.steps)
+        self._place += 1
+        return self.shape.fitted(self.problem.play(known[name], self.seeds[0]).actions)
 
     @property
     def left(self) -> int:

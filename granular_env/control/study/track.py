@@ -22,8 +22,8 @@ from granular_env.writing import replacing
 FloatArray = npt.NDArray[np.float64]
 
 _FORMAT, _VERSION = "granular-env trial", 1
-RETURN, SLOPES, TRAINING = 0, 1, 2
-"""Kinds of evaluation: a drive's or policy's return, an objective with its slopes, and a policy's training."""
+RETURN, SLOPES, TRAINING, PLAYED = 0, 1, 2, 3
+"""Kinds of evaluation: a return, an objective with its slopes, a policy's training, a baseline that was looked at."""
 
 
 def fingerprint(point: FloatArray) -> int:

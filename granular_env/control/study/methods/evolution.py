@@ -25,6 +25,7 @@ class Evolution(MethodTable):
 
     type: str = "cma"
     population: int = Field(default=16, ge=4, le=100_000, description="drives of a generation")
+    begin: str = Field(default="", description="a baseline that the first generation lies about; default: none")
     start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the first generation lies about")
     spread: float = Field(default=0.3, gt=0.0, description="standard deviation at the start, in units of the bounds' distance")
 
@@ -32,6 +33,8 @@ class Evolution(MethodTable):
         """Generation after generation; where it has converged, it starts again elsewhere."""
         lowest, highest = search.shape.lowest, search.shape.highest
         middle = np.full(search.shape.size, np.clip(self.start, lowest, highest))
+        if self.begin:
+            middle = search.baseline(self.begin)
         sigma, bounds = self.spread * (highest - lowest), [lowest, highest]
         evolve(search, middle, sigma, self.population, bounds, search.returns)
 

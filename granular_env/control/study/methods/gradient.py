@@ -25,6 +25,7 @@ class Gradient(MethodTable):
     """
 
     type: str = "gradient"
+    begin: str = Field(default="", description="a baseline that the first start is to be near to; default: none")
     start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the starts lie about")
     spread: float = Field(default=0.3, ge=0.0, description="how far they are drawn from it, in units of the bounds' distance")
     starts: int = Field(default=4, ge=1, description="starts of a round")
@@ -45,6 +46,8 @@ class Gradient(MethodTable):
 
     def _start(self, search: Search, number: int, place: int) -> FloatArray:
         shape = search.shape
+        if self.begin and number == place == 0:
+            return search.baseline(self.begin)
         drawn = search.random(number * self.starts + place).uniform(-1.0, 1.0, shape.size)
         return np.clip(self.start + self.spread * (shape.highest - shape.lowest) * drawn, shape.lowest, shape.highest)
 
