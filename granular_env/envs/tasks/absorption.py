@@ -135,7 +135,7 @@ class AbsorptionEnv(ChainEnv):
     the machine) and elastic energy above that at rest of the contacts. What is missing of it is what the end has taken, minus
     its work, and what contacts dissipate. A step's reward is `returned` before it less `returned` after it. So the return is 1
     less what is returned at the deadline: doing nothing returns 0, pushing less than that. A step that would break the physics
-    gives -10 and ends the episode. The strikers rebound with 1.6 % of the energy, which no end can take.
+    gives -10 and ends the episode. The strikers rebound with .6 % (one) to .8 % (two) of the energy, which no end can take.
 
     ## Start state
     One to `strikers` first grains move at one speed from `impact`; the others are at rest, all in touch.

@@ -23,8 +23,9 @@ from .theory_drives import passing_waves
 FloatArray = npt.NDArray[np.float64]
 
 # Layout of the constants: time from the start to the deadline [s], energy of the wanted waves [J], half width of what counts
-# as a wave [grains], number of waves, then the goal's rows and the shapes.
-_HORIZON, _ENERGY, _WINDOW, _WAVES, _GOAL = range(5)
+# as a wave [grains], number of waves, length of a control step [s], the objective's weight of the way there, then the goal's rows
+# and the shapes.
+_HORIZON, _ENERGY, _WINDOW, _WAVES, _DURATION, _WAY, _GOAL = range(7)
 
 
 @jit
@@ -43,11 +44,19 @@ def _judge(a, inputs, counters, constants, duration, elapsed, steps):
 
 
 @jit
+def _weight(step, steps, constants):
+    """Of the distance after a control step: of the last one, and of all of them alike."""
+    way = constants[_WAY]
+    return way / steps + (1.0 - way if step == steps - 1 else 0.0)
+
+
+@jit
 def _note(a, step, steps, inputs, constants, sums):
-    if step == steps - 1:
-        waves = int(constants[_WAVES])
+    weight = _weight(step, steps, constants)
+    if weight > 0.0:
+        waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        sums[0] += distance(a, shapes, constants[_GOAL:], waves, 0.0) / constants[_ENERGY]
+        sums[0] += weight * distance(a, shapes, constants[_GOAL:], waves, left) / constants[_ENERGY]
 
 
 @jit
@@ -58,10 +67,11 @@ def _value(sums, constants, slopes):
 
 @jit
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
-    if step == steps - 1:
-        waves = int(constants[_WAVES])
+    weight = _weight(step, steps, constants)
+    if weight > 0.0:
+        waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        pull_distance(a, bar, shapes, constants[_GOAL:], waves, 0.0, slopes[0] / constants[_ENERGY])
+        pull_distance(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
 
 
 class PulseFormingTask(ChainTask):
@@ -108,13 +118,19 @@ class PulseFormingTask(ChainTask):
         self.waves = np.column_stack([amplitudes, places, speeds])
         self.energy = float(shape_energies(self.shapes, amplitudes).sum())
         self.duration, self.steps = duration, steps
-        head = [duration * steps, self.energy, positive_number("window", window), float(len(self.waves))]
-        self.constants = np.concatenate([head, self.waves.reshape(-1), self.shapes])
+        head = [duration * steps, self.energy, positive_number("window", window), float(len(self.waves)), duration, 0.0]
+        self.constants, self.way = np.concatenate([head, self.waves.reshape(-1), self.shapes]), 0.0
 
     def objective(self, chain: Chain, steps: int) -> Objective:
-        """The distance at the end of the last control step: minus the return, where nothing is in the chain at the start."""
+        """The distance at the end of the last control step: minus the return, where nothing is in the chain at the start.
+
+        `way`, an attribute, from 0 (so it is at first) to 1, is the weight of the mean distance over all control steps, to the
+        waves on their way: it has a slope far from any solution, where a wave in a wrong place has none.
+        """
         text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
-        return Objective(_note, _value, _pull, self.constants, description=text)
+        constants = self.constants.copy()
+        constants[_WAY] = self.way
+        return Objective(_note, _value, _pull, constants, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """What passing waves would do to the left end; and the best known drive."""
