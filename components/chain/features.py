@@ -3,8 +3,9 @@
 A feature is read off the table (`table.py`): grain i, from 0, is column i + 1; contact j lies between columns j and j + 1, so
 that contacts 0 and n are the walls'. `pull_x(a, bar, ..., slope)` adds slope times the derivative of `x(a, ...)` to `bar`.
 
-A peak over time is not smooth: it is replaced by the p-norm over the control steps, f0 (sum_t (f_t / f0)^p)^(1/p), p even. It lies
-above the largest |f_t|, by a factor of m^(1/p) at most for m equal peaks; `peak_feature` is its summand, `peak_value` the root.
+A peak over time is not smooth: it is replaced by the p-norm over the control steps, f0 (sum_t (f_t / f0)^p)^(1/p), p even. It
+lies above the largest |f_t|, by a factor of m^(1/p) at most for m equal peaks; `peak_feature` is its summand, `peak_value` the
+root.
 """
 
 from __future__ import annotations
