@@ -71,19 +71,22 @@ def _parser() -> argparse.ArgumentParser:
     _log_commands(commands)
     _atlas_command(commands)
     _sweep_command(commands)
+    _study_command(commands)
     return parser
 
 
 def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    listing = commands.add_parser("list", help="the components and the experiments that come with the package")
+    listing = commands.add_parser("list", help="the components, experiments and studies that come with the package")
     listing.add_argument("--json", action="store_true", help="for programs")
 
-    describe = commands.add_parser("describe", help="a component's variables, or an experiment's file")
+    describe = commands.add_parser("describe", help="a component's variables, or an experiment's or a study's file")
     describe.add_argument("name", metavar="NAME", help="a component or an experiment of `granular-env list`, or a TOML file")
     _set_option(describe, "a component's parameter, such as grains=5: shapes and inputs depend on them")
 
-    new = commands.add_parser("new", help="write an experiment file to start from")
-    new.add_argument("template", metavar="TEMPLATE", help="an experiment to copy, or a component to write all parameters of")
+    new = commands.add_parser("new", help="write an experiment's or a study's file to start from")
+    new.add_argument(
+        "template", metavar="TEMPLATE", help="an experiment or a study to copy, or a component to write all parameters of"
+    )
     new.add_argument("-o", "--out", metavar="FILE", help="the TOML file to write (default: print it)")
     new.add_argument("--force", action="store_true", help="replace the file if it exists")
 
@@ -100,8 +103,8 @@ def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentP
     run.add_argument("--live", action="store_true", help="show the run in rerun while it goes on")
     run.add_argument("--quiet", action="store_true", help="no progress bar; print only the log's path")
 
-    check = commands.add_parser("check", help="validate an experiment file or a log without running it")
-    check.add_argument("file", metavar="FILE", help="a TOML file, an experiment's name, or a log")
+    check = commands.add_parser("check", help="validate an experiment's or a study's file, or a log, without running it")
+    check.add_argument("file", metavar="FILE", help="a TOML file, an experiment's or a study's name, or a log")
     _set_option(check, "as in run")
     _large_option(check)
 
@@ -169,6 +172,16 @@ def _sweep_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]
     _set_option(sweep, "a key of the experiment, for every task, such as component.grains=500")
     sweep.add_argument("--allow-large", action="store_true", help="lift the cap on the number of tasks")
     sweep.add_argument("--quiet", action="store_true", help="no progress bar; print only the table's path")
+
+
+def _study_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    study = commands.add_parser("study", help="let methods search for the best drive of a task, and compare them")
+    study.add_argument("study", metavar="STUDY", nargs="?", help="a name of `granular-env study --list`, or a TOML file")
+    study.add_argument("--list", action="store_true", help="the studies that come with the package, and the tasks")
+    study.add_argument("-o", "--out", metavar="FOLDER", help="where its results go (default: studies/NAME)")
+    _set_option(study, "override any key, such as budget=100000, task.grains=30 or method.0.population=8")
+    study.add_argument("--overwrite", action="store_true", help="start anew where the folder has results already")
+    study.add_argument("--quiet", action="store_true", help="no progress bar; print only the page's path")
 
 
 def _set_option(parser: argparse.ArgumentParser, text: str) -> None:

@@ -11,7 +11,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularWarning, ParameterError, shortened
+from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError, shortened
 from granular_env.experiments.load import load_experiment, parse_override
 from granular_env.writing import counted, with_article
 
@@ -28,12 +28,13 @@ def show_list(args: argparse.Namespace) -> int:
 
     known = describe.overview()
     known["plans of sweeps"] = {name: describe.title(path) for name, path in shipped_plans().items()}
+    known["studies"] = _studies()
     if args.json:
         print(json.dumps(known, indent=2))
         return 0
     for kind, entries in known.items():
         print(f"{kind}\n{describe.columns(entries.items())}\n")
-    print("granular-env describe NAME tells more; granular-env run EXPERIMENT runs one, granular-env sweep PLAN many.")
+    print("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one.")
     return 0
 
 
@@ -53,7 +54,7 @@ def show_description(args: argparse.Namespace) -> int:
             parameters[parts[-1]] = value
         print(describe.describe_component(args.name, parameters))
     else:
-        print(template(args.name), end="")
+        print(_study_text(args.name) or template(args.name), end="")
     return 0
 
 
@@ -61,8 +62,13 @@ def write_new(args: argparse.Namespace) -> int:
     """An experiment file to start from, and the data files that it names."""
     from granular_env.experiments import templates
 
+    study = _study_text(args.template)
     if args.out is None:
-        print(templates.template(args.template), end="")
+        print(study or templates.template(args.template), end="")
+        return 0
+    if study:
+        templates.write_text(study, Path(args.out), args.force)
+        print(f"written: {args.out}\nrun it with: granular-env study {shlex.quote(args.out)}")
         return 0
     written = templates.write(args.template, Path(args.out), args.force)
     print("\n".join(f"written: {path}" for path in written))
@@ -87,6 +93,8 @@ def check_file(args: argparse.Namespace) -> int:
     """Validate an experiment file or a log, without running it."""
     if Path(args.file).suffix == ".mcap":
         return _check_log(args.file, args.allow_large)
+    if _is_study(args.file):
+        return _check_study(args.file, args.overrides)
     from granular_env.experiments.prepare import prepare
 
     experiment = load_experiment(args.file, args.overrides)
@@ -223,6 +231,70 @@ def compute_sweep(args: argparse.Namespace) -> int:
     return _INTERRUPTED if sweep.interrupted else 1 if sweep.failed else 0
 
 
+# -- studies --------------------------------------------------------------------------------------------------------
+
+
+def run_study(args: argparse.Namespace) -> int:
+    """Run a study, or go on with one; 130 where Ctrl-C ended it."""
+    from granular_env.control.study import load_study, running, telling
+
+    if args.list:
+        return _list_studies()
+    if args.study is None:
+        raise ExperimentError("study: no study was named; `granular-env study --list` names those that come with the package")
+    study = load_study(args.study, args.overrides)
+    with telling.telling(study, args.quiet) as told:
+        result = running.run_study(study, args.out, overwrite=args.overwrite, told=told)
+    print(result.folder / "report.html" if args.quiet else telling.closing(result))
+    return _INTERRUPTED if result.interrupted else 0
+
+
+def _list_studies() -> int:
+    from granular_env.control.task_names import task_names
+    from granular_env.describe import columns
+
+    print(f"studies\n{columns(_studies().items())}\n")
+    print(f"tasks\n{columns(task_names().items())}\n")
+    print("granular-env new STUDY -o FILE.toml writes one to start from; granular-env study FILE.toml runs it.")
+    return 0
+
+
+def _studies() -> dict[str, str]:
+    from granular_env.control.study import load_study, shipped_studies
+
+    return {name: load_study(name).description for name in shipped_studies()}
+
+
+def _study_text(name: str) -> str:
+    """The text of a shipped study; "" where there is none of that name."""
+    from granular_env.control.study.load import shipped_studies, study_path
+
+    return study_path(name).read_text(encoding="utf-8") if name in shipped_studies() and not Path(name).exists() else ""
+
+
+def _is_study(name: str) -> bool:
+    from granular_env.control.study.load import is_study, shipped_studies
+    from granular_env.experiments.load import read_document
+
+    if Path(name).is_file():
+        return is_study(read_document(Path(name)))
+    return name in shipped_studies()
+
+
+def _check_study(name: str, overrides: list[str]) -> int:
+    from granular_env.control.study import load_study
+    from granular_env.control.study.running import prepared
+
+    study = load_study(name, overrides)
+    problem, shape = prepared(study)
+    methods = ", ".join(method.label for method in study.method)
+    print(
+        f"valid: {study.name}, task {study.task.name} of {problem.steps} control steps, "
+        f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
+    )
+    return 0
+
+
 # -- details --------------------------------------------------------------------------------------------------------
 
 
@@ -324,4 +396,5 @@ COMMANDS = {
     "report": report_log,
     "atlas": write_atlas,
     "sweep": compute_sweep,
+    "study": run_study,
 }

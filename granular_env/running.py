@@ -169,7 +169,7 @@ def advance(
         for observer in observers:
             component.observe(observer)
             stack.callback(component.ignore, observer)
-        interrupt = stack.enter_context(_Interrupt())
+        interrupt = stack.enter_context(Interrupt())
         try:
             stopped_by = _loop(component, end, {first: inputs, **(changes or {})}, stops, interrupt, show)
         except KeyboardInterrupt:
@@ -197,7 +197,7 @@ def _loop(
     end: int,
     changes: dict[int, Inputs],
     stops: StopWatch | None,
-    interrupt: _Interrupt,
+    interrupt: Interrupt,
     show: Callable[[Component], None] | None,
 ) -> str | None:
     """Step until the end, a stop rule (its sentence is returned), or Ctrl-C."""
@@ -224,7 +224,7 @@ def _next_piece(piece: int, done: int, seconds: float) -> int:
     return 2 * piece if done == piece and seconds < 0.5 * _PIECE_SECONDS else piece
 
 
-class _Interrupt:
+class Interrupt:
     """Ctrl-C as a flag, read between two pieces, so that no step and no write is cut; the second one raises at once."""
 
     def __init__(self) -> None:

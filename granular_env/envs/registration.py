@@ -17,6 +17,11 @@ _REGISTRY_MODULE = "gymnasium.envs.registration"
 ENVIRONMENTS = {
     "granular_env/Piston-v0": "granular_env.envs.tasks.piston:PistonEnv",
     "granular_env/Force-v0": "granular_env.envs.tasks.force:ForceEnv",
+    "granular_env/PulseForming-v0": "granular_env.envs.tasks.pulse_forming:PulseFormingEnv",
+    "granular_env/Protection-v0": "granular_env.envs.tasks.protection:ProtectionEnv",
+    "granular_env/Absorption-v0": "granular_env.envs.tasks.absorption:AbsorptionEnv",
+    "granular_env/EnergyDelivery-v0": "granular_env.envs.tasks.energy_delivery:EnergyDeliveryEnv",
+    "granular_env/SolitonTrain-v0": "granular_env.envs.tasks.soliton_train:SolitonTrainEnv",
 }
 
 

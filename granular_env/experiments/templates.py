@@ -62,12 +62,22 @@ def write(name: str, target: Path, force: bool = False) -> list[Path]:
     """
     text = template(name, target.stem)
     copies = {} if name in catalogue.names() else _data_files(name, target.parent)
-    for path in (target, *copies):
-        if os.path.lexists(path) and not force:
-            raise ExperimentError(f"{path} exists; choose another name, or replace it with --force")
+    _refuse_existing((target, *copies), force)
     contents = {copied: _content(original) for copied, original in copies.items()}
     write_files({**contents, target: text.encode("utf-8")}, ExperimentError)
     return [target, *copies]
+
+
+def write_text(text: str, target: Path, force: bool = False) -> None:
+    """Write a file to start from; nothing is replaced without `force`."""
+    _refuse_existing([target], force)
+    write_files({target: text.encode("utf-8")}, ExperimentError)
+
+
+def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
+    for path in paths:
+        if os.path.lexists(path) and not force:
+            raise ExperimentError(f"{path} exists; choose another name, or replace it with --force")
 
 
 def _content(original: Path) -> bytes:
@@ -157,20 +167,21 @@ def default_of(field: FieldInfo) -> str:
     """A parameter's default as TOML writes it."""
     if field.is_required():
         return "required"
-    return "automatic" if field.default is None else _toml(field.default)
+    return "automatic" if field.default is None else toml_value(field.default)
 
 
-def _toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        return json.dumps(value, ensure_ascii=False)
     if isinstance(value, BaseModel):
         value = value.model_dump()
         # What has nothing but a name may be given as that name.
-        return _toml(value["name"] if value.keys() == {"name"} else value)
+        return toml_value(value["name"] if value.keys() == {"name"} else value)
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {toml_value(part)}" for key, part in value.items()) + " }"
     return repr(value)
 
 

@@ -1,0 +1,146 @@
+"""Drives: a few numbers that say what is done in every control step of an episode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DriveShape:
+    """How a point, the numbers that a method chooses, becomes a drive: the action of every control step.
+
+    Knots stand at even distances over the driven steps, the first at the first step and the last at the last; between two of
+    them the action is their straight line, or holds the earlier one. What comes after the driven steps is 0. The rate limit
+    then lets no action differ from the one before by more than `rate`, counted from 0: it follows as fast as it may.
+
+    Attributes:
+        steps: control steps of an episode.
+        entries: numbers in an action.
+        knots: values of each entry over the driven steps.
+        between: "linear" or "held".
+        driven: control steps that the knots span; the rest of the episode is 0.
+        lowest, highest: least and greatest value of a knot, in units of the action's scale.
+        rate: largest change of the action per control step, in the same units; None for no limit.
+    """
+
+    steps: int
+    entries: int
+    knots: int
+    between: str = "linear"
+    driven: int | None = None
+    lowest: float = -1.0
+    highest: float = 1.0
+    rate: float | None = None
+
+    @property
+    def size(self) -> int:
+        """Numbers in a point: knots x entries."""
+        return self.knots * self.entries
+
+    def actions(self, points: FloatArray) -> FloatArray:
+        """The drives of some points.
+
+        Args:
+            points: shape (members, size), each the knots of the first entry of the action, then those of the second.
+
+        Returns:
+            Shape (members, steps, entries).
+        """
+        knots = np.clip(points, self.lowest, self.highest).reshape(len(points), self.entries, self.knots)
+        before, after, part = self._places()
+        wished = np.zeros((len(points), self.steps, self.entries))
+        between = knots[:, :, before] + part * (knots[:, :, after] - knots[:, :, before])
+        wished[:, : len(part)] = between.transpose(0, 2, 1)
+        return wished if self.rate is None else _limited(wished, self.rate)
+
+    def pull(self, point: FloatArray, slopes: FloatArray) -> FloatArray:
+        """The slopes of a number with respect to the point, shape (size,), from those with respect to its drive.
+
+        Args:
+            point: shape (size,).
+            slopes: d number / d action, shape (steps, entries).
+        """
+        if self.rate is not None:
+            unlimited = DriveShape(**{**self.__dict__, "rate": None})
+            slopes = _limited_pull(unlimited.actions(point[None])[0], slopes, self.rate)
+        before, after, part = self._places()
+        pulled = np.zeros((self.entries, self.knots))
+        for entry in range(self.entries):
+            along = slopes[: len(part), entry]
+            np.add.at(pulled[entry], before, (1.0 - part) * along)
+            np.add.at(pulled[entry], after, part * along)
+        return pulled.reshape(-1)
+
+    def fitted(self, actions: FloatArray) -> FloatArray:
+        """The point whose drive is nearest to some actions, by least squares, shape (size,).
+
+        Args:
+            actions: shape (any number of control steps, entries); missing ones are 0.
+        """
+        before, after, part = self._places()
+        wished = np.zeros((self.steps, self.entries))
+        wished[: len(actions)] = actions[: self.steps]
+        weights = np.zeros((len(part), self.knots))
+        weights[np.arange(len(part)), before] = 1.0 - part
+        weights[np.arange(len(part)), after] += part
+        knots = np.linalg.lstsq(weights, wished[: len(part)], rcond=None)[0]
+        return np.clip(knots.T.reshape(-1), self.lowest, self.highest)
+
+    def _places(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
+        """Of every driven step: the knot before it, the one after it, and how far it is between them."""
+        driven = min(self.driven or self.steps, self.steps)
+        step = np.arange(driven)
+        if self.between == "held" or self.knots == 1:
+            before = step * self.knots // driven
+            return before, before, np.zeros(driven)
+        along = step * (self.knots - 1) / max(driven - 1, 1)
+        before = np.minimum(along.astype(np.int64), self.knots - 2)
+        return before, before + 1, along - before
+
+
+def _limited(wished: FloatArray, rate: float) -> FloatArray:
+    followed, last = np.empty_like(wished), np.zeros((len(wished), wished.shape[2]))
+    for step in range(wished.shape[1]):
+        last = last + np.clip(wished[:, step] - last, -rate, rate)
+        followed[:, step] = last
+    return followed
+
+
+def _limited_pull(wished: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
+    """Slopes with respect to what was wished: where the limit binds they belong to the action before."""
+    followed = _limited(wished[None], rate)[0]
+    before = np.vstack([np.zeros((1, wished.shape[1])), followed[:-1]])
+    free = np.abs(wished - before) < rate
+    pulled, carried = np.zeros_like(slopes), np.zeros(slopes.shape[1])
+    for step in reversed(range(len(slopes))):
+        carried = carried + slopes[step]
+        pulled[step] = np.where(free[step], carried, 0.0)
+        carried = np.where(free[step], 0.0, carried)
+    return pulled
+
+
+class Drive:
+    """A drive as an agent: the same actions whatever is observed.
+
+    Args:
+        actions: shape (steps, entries); after the last of them, 0.
+    """
+
+    def __init__(self, actions: FloatArray) -> None:
+        self.actions = np.asarray(actions, dtype=np.float64)
+        self._step = 0
+
+    def reset(self) -> None:
+        """Begin an episode."""
+        self._step = 0
+
+    def __call__(self, observation: Any, info: Any) -> FloatArray:
+        """The action of the next control step, shape (entries,)."""
+        step, self._step = self._step, self._step + 1
+        return self.actions[step] if step < len(self.actions) else np.zeros(self.actions.shape[1])

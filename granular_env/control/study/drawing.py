@@ -1,0 +1,116 @@
+"""Figures of a study: how the methods converged, what the best drives are, and where they lead."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from granular_env.viewing.drawing import legend, line, new_figure, png, styled
+
+from .outcome import Score, StudyResult
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def pictures(result: StudyResult) -> dict[str, tuple[bytes, str]]:
+    """File name -> PNG and description, in the order of the page."""
+    drawn: dict[str, tuple[Figure, str]] = {}
+    if any(len(trial.track.curve()[0]) for trial in result.trials):
+        drawn["convergence"] = (
+            _convergence(result),
+            "Best return so far against the control steps that were simulated for it, every seed of a method in one colour; "
+            "the dotted lines are the baselines. Below: how far that is from the best of all, which itself has no line there.",
+        )
+    if shown := _shown(result):
+        drawn["drives"] = _drives(shown), "What the best of each method, and each baseline, does in the first test episode."
+        for number, name in enumerate(next(iter(shown.values())).episode.final):
+            words = f"At the end of that episode: {name}, along the chain."
+            drawn["final" if number == 0 else f"final-{number}"] = _final(shown, name), words
+    return {name: (png(figure), words) for name, (figure, words) in drawn.items()}
+
+
+def _shown(result: StudyResult) -> dict[str, Score]:
+    """The best trial of every method, and the baselines, by name."""
+    found = {label: trials[0].score for label in result.labels() if (trials := result.of(label))}
+    baselines = {f"baseline: {name}": score for name, score in result.baselines.items() if name != "nothing"}
+    return {name: score for name, score in {**found, **baselines}.items() if score is not None}
+
+
+@styled
+def _convergence(result: StudyResult) -> Figure:
+    figure = new_figure(8.6, 7.0)
+    axes, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+    top = max(_ends(result))
+    for place, label in enumerate(result.labels()):
+        name: str | None = label
+        for trial in result.trials:
+            spent, best = trial.track.curve()
+            if trial.label == label and len(spent):
+                ends = np.append(spent, max(trial.track.spent, int(spent[-1])))
+                values = np.append(best, best[-1])
+                axes.step(ends, values, where="post", label=name, **line(place))
+                below.step(ends, np.where(values < top, top - values, np.nan), where="post", **line(place))
+                name = None
+    for name, score in result.baselines.items():
+        _draw_level(axes, name, score.value)
+        if score.value < top:
+            _draw_level(below, name, top - score.value)
+    axes.set(ylabel="best return so far", xscale="log")
+    below.set(xlabel="control steps simulated", ylabel="short of the best of all", yscale="log")
+    _let_poor_starts_leave(axes, result)
+    legend(axes)
+    return figure
+
+
+def _ends(result: StudyResult) -> list[float]:
+    """What every trial came to in its search, and every baseline."""
+    found = [float(best[-1]) for trial in result.trials if len(best := trial.track.curve()[1])]
+    return [score.value for score in result.baselines.values()] + found
+
+
+def _draw_level(axes: Axes, name: str, value: float) -> None:
+    axes.axhline(value, color="0.45", linestyle=(0, (2, 2)), linewidth=1.0)
+    place = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom"}
+    axes.annotate(name, (1.0, value), **place, fontsize=9, color="0.35")
+
+
+def _let_poor_starts_leave(axes: Axes, result: StudyResult) -> None:
+    """Early returns far below everything else may lie outside the picture: the ends are what is compared."""
+    ends = _ends(result)
+    low, high = min(ends), max(ends)
+    margin = 0.25 * (high - low) or 1.0
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(max(bottom, low - margin), min(top, high + 0.5 * margin))
+
+
+@styled
+def _drives(shown: dict[str, Score]) -> Figure:
+    figure = new_figure(8.6, 0.9 + 1.25 * len(shown))
+    panels = np.atleast_1d(figure.subplots(len(shown), 1, sharex=True, sharey=True))
+    for place, (panel, (name, score)) in enumerate(zip(panels, shown.items(), strict=True)):
+        times = 1e6 * score.episode.duration * np.arange(len(score.episode.actions) + 1)
+        for entry in range(score.episode.actions.shape[1]):
+            values = score.episode.actions[:, entry]
+            style = {**line(place), "linestyle": "-", "alpha": 1.0 - 0.4 * (entry > 0)}
+            panel.step(times, np.append(values, values[-1:]), where="post", **style)
+        panel.set_title(f"{name}: {score.value:.4g}", fontsize=10)
+        panel.margins(x=0.01)
+    panels[-1].set_xlabel("time [\u00b5s]")
+    figure.supylabel("action", fontsize=11)
+    return figure
+
+
+@styled
+def _final(shown: dict[str, Score], name: str) -> Figure:
+    figure = new_figure(8.6, 4.2)
+    axes = figure.subplots()
+    for place, (label, score) in enumerate(shown.items()):
+        values: Any = score.episode.final[name]
+        axes.plot(np.arange(len(values)), values, label=label, **line(place))
+    axes.set(xlabel="grain (0 is the left end)", ylabel=name)
+    axes.margins(x=0.01)
+    legend(axes)
+    return figure

@@ -1,0 +1,21 @@
+"""Methods, one a file: a table of the study file, which says what it searches with, and how it searches."""
+
+from __future__ import annotations
+
+from .evolution import Evolution
+from .gradient import Gradient
+from .method import MethodTable
+from .policy_search import PolicySearch
+from .random_search import RandomSearch
+from .reinforcement import PPO, SAC
+
+METHODS: dict[str, type[MethodTable]] = {
+    "gradient": Gradient,
+    "cma": Evolution,
+    "random": RandomSearch,
+    "policy": PolicySearch,
+    "ppo": PPO,
+    "sac": SAC,
+}
+
+__all__ = ["METHODS", "MethodTable"]

@@ -1,0 +1,71 @@
+"""L-BFGS-B (Byrd et al. 1995), by scipy, on the task's smooth objective, with the slopes of the discrete adjoint."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from .method import MethodTable
+
+if TYPE_CHECKING:
+    from ..search import Search
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Gradient(MethodTable):
+    """L-BFGS-B over the knots: a few iterations from each of some starts, then on from the best of them.
+
+    Drives have many local optima: waves of another number, or none. Whatever lowers the objective in its descent is judged by
+    its return too.
+    """
+
+    type: str = "gradient"
+    begin: str = Field(default="", description="a baseline that the first start is to be near to; default: none")
+    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the starts lie about")
+    spread: float = Field(default=0.3, ge=0.0, description="how far they are drawn from it, in units of the bounds' distance")
+    starts: int = Field(default=4, ge=1, description="starts of a round")
+    trial: int = Field(default=20, ge=1, description="iterations from each start before the best goes on")
+    iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
+    rounds: int | None = Field(default=None, ge=1, description="rounds of such starts; default: until the budget is spent")
+    memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
+
+    def run(self, search: Search) -> None:
+        """Round after round."""
+        number = 0
+        while self.rounds is None or number < self.rounds:
+            found = [self._descend(search, self._start(search, number, place), self.trial) for place in range(self.starts)]
+            # Equal values: the first.
+            _, best = min(found, key=lambda pair: pair[0])
+            self._descend(search, best, self.iterations)
+            number += 1
+
+    def _start(self, search: Search, number: int, place: int) -> FloatArray:
+        shape = search.shape
+        if self.begin and number == place == 0:
+            return search.baseline(self.begin)
+        drawn = search.random(number * self.starts + place).uniform(-1.0, 1.0, shape.size)
+        return np.clip(self.start + self.spread * (shape.highest - shape.lowest) * drawn, shape.lowest, shape.highest)
+
+    def _descend(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
+        """The least value found, and where."""
+        from scipy.optimize import minimize
+
+        least = [math.inf]
+
+        def judged(point: FloatArray) -> tuple[float, FloatArray]:
+            value, slopes = search.value_and_slopes(point)
+            if value < least[0]:
+                least[0] = value
+                search.returns(point[None])
+            return value, slopes
+
+        # It ends by its iterations, or where rounding stops the line search, and not before.
+        options = {"maxiter": iterations, "maxcor": self.memory, "maxfun": 10**9, "ftol": 0.0, "gtol": 0.0}
+        bounds = [(search.shape.lowest, search.shape.highest)] * search.shape.size
+        ended = minimize(judged, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        return float(ended.fun), np.asarray(ended.x, dtype=np.float64)

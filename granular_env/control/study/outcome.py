@@ -1,0 +1,86 @@
+"""What a study came to."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+
+from ..problem import Episode
+from .schema import Study
+from .track import Track
+
+
+@dataclasses.dataclass(frozen=True)
+class Score:
+    """How an actor did in the test episodes.
+
+    Attributes:
+        value: the return, averaged over the test episodes.
+        spread: standard deviation over them; 0 for one.
+        episode: the first of them.
+    """
+
+    value: float
+    spread: float
+    episode: Episode
+
+
+@dataclasses.dataclass(frozen=True)
+class Trial:
+    """One method with one seed.
+
+    Attributes:
+        label: the method's name.
+        seed: its seed.
+        track: everything that it evaluated.
+        score: of its best; None where it found none.
+        log: the recorded episode of its best, or None.
+        failure: why it ended early, or "".
+    """
+
+    label: str
+    seed: int
+    track: Track
+    score: Score | None
+    log: Path | None
+    failure: str
+
+    @property
+    def name(self) -> str:
+        """As files are called."""
+        return f"{self.label}-{self.seed}"
+
+
+@dataclasses.dataclass(frozen=True)
+class StudyResult:
+    """What a study came to.
+
+    Attributes:
+        study: what was run.
+        folder: where its files are.
+        trials: one for each method and seed, in the file's order.
+        baselines: what they are compared with, by name.
+        gradient_runs: what slopes cost, in forward runs.
+        interrupted: whether Ctrl-C ended it; the same command goes on from there.
+    """
+
+    study: Study
+    folder: Path
+    trials: list[Trial]
+    baselines: Mapping[str, Score]
+    gradient_runs: float
+    interrupted: bool
+
+    def baseline(self, name: str) -> float | None:
+        """A baseline's return, or None where the task has no such baseline."""
+        return self.baselines[name].value if name in self.baselines else None
+
+    def labels(self) -> list[str]:
+        """The methods' names, in the file's order."""
+        return list(dict.fromkeys(trial.label for trial in self.trials))
+
+    def of(self, label: str) -> list[Trial]:
+        """The trials of a method that found something, the best first."""
+        found = [trial for trial in self.trials if trial.label == label and trial.score is not None]
+        return sorted(found, key=lambda trial: -trial.score.value if trial.score else 0.0)

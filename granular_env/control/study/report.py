@@ -1,0 +1,62 @@
+"""The page of a study."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+
+from granular_env.viewing import page
+from granular_env.writing import counted
+
+from .load import as_toml
+from .outcome import StudyResult
+from .results import heads, verdicts
+
+
+def page_of(result: StudyResult, pictures: Mapping[str, tuple[bytes, str]]) -> str:
+    """One HTML page that needs nothing else; text of the study is escaped, the network is forbidden."""
+    shown = {name: page.picture(data, words) for name, (data, words) in pictures.items()}
+    sections = [("Comparison", _comparison(result) + shown.pop("convergence", ""))]
+    if "drives" in shown:
+        sections.append(("Drives", shown.pop("drives")))
+    sections += [("Final state", picture) for picture in shown.values()]
+    sections += [("Trials", _trials(result)), ("Study", page.preformatted(as_toml(result.study)))]
+    return page.page(f"Study: {result.study.name}", _lead(result), sections)
+
+
+def _lead(result: StudyResult) -> str:
+    study = result.study
+    notes = [f"{trial.name} ended early: {trial.failure}" for trial in result.trials if trial.failure]
+    if result.interrupted:
+        notes.append("The study was interrupted: these are the results so far. The same command goes on from there.")
+    words = page.paragraph(study.description) if study.description else ""
+    words += page.paragraph(f"Task {study.task.name}; every method may simulate {study.budget:,} control steps.", "dim")
+    return words + (page.bullets(notes, "cautions") if notes else "")
+
+
+def _comparison(result: StudyResult) -> str:
+    baselines = [[name, score.value, score.spread] for name, score in result.baselines.items()]
+    cost = (
+        "Physics is counted in control steps: one control step of one environment is 1. An objective with its slopes counts "
+        f"as {result.gradient_runs:g} forward runs (one forward, one again from its checkpoints, and the sweep back, which "
+        "differentiates and transposes every force, as two), and judging a drive by its return as one more. A return is the "
+        f"mean over {counted(len(result.study.test_seeds), 'test episode')}; where a method ran with several seeds, the median "
+        "decides what it beats."
+    )
+    return (
+        page.table(heads(result), verdicts(result))
+        + (page.table(["baseline", "return", "standard deviation"], baselines) if baselines else "")
+        + page.paragraph(cost, "dim")
+    )
+
+
+def _trials(result: StudyResult) -> str:
+    rows: list[list[object]] = []
+    for trial in result.trials:
+        value: object = "none" if trial.score is None else trial.score.value
+        counters = {} if trial.score is None else trial.score.episode.counters
+        told = ", ".join(f"{name} = {number:.4g}" for name, number in counters.items())
+        rows.append([trial.label, str(trial.seed), value, trial.track.spent, "yes" if trial.track.finished else "no", told])
+    head = ["method", "seed", "return", "control steps", "finished", "the task's numbers at the end of the first test episode"]
+    commands = [f"granular-env replay {shlex.quote(str(trial.log))} --verify" for trial in result.trials if trial.log]
+    return page.table(head, rows) + page.paragraph("Every best is a log that replays:") + page.preformatted("\n".join(commands))

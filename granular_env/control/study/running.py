@@ -1,0 +1,250 @@
+"""Running a study: every method with every seed, kept at every moment, judged in the same episodes."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from granular_env.components.errors import ExperimentError, GranularError, ParameterError
+from granular_env.experiments.faults import blamed
+from granular_env.running import Interrupt
+from granular_env.writing import write_files
+
+from ..drive import DriveShape
+from ..problem import Actor, Problem
+from .load import Source, as_toml, load_study
+from .methods import MethodTable
+from .outcome import Score, StudyResult, Trial
+from .results import safe_name, write_results
+from .schema import Study
+from .search import BudgetSpentError, InterruptedByUserError, Search
+from .track import Track, checked
+
+# Between two writes of a trial's record, and of the log of its best [s].
+_SAVED_EVERY, _LOGGED_EVERY = 1.0, 30.0
+_OURS = ("checkpoints", "logs")
+
+Told = Callable[[str, int, float], None]
+"""Called with a trial's name, the control steps it has simulated, and the best return so far."""
+
+
+def run_study(
+    source: Source,
+    folder: str | os.PathLike[str] | None = None,
+    *,
+    overrides: Iterable[str] = (),
+    overwrite: bool = False,
+    told: Told = lambda trial, spent, best: None,
+    problem: Problem | None = None,
+) -> StudyResult:
+    """Run a study, or go on with one that was interrupted, killed, or given a larger budget.
+
+        result = run_study("pulse-forming", "studies/pulse", overrides=["budget=100000"])
+
+    The folder gets the study as it was run, a record of every trial (`checkpoints/`), a log of the best of each (`logs/`),
+    ``results.json``, ``curves.csv``, the figures, and ``report.html``.
+
+    Args:
+        source: a shipped study's name, the path of a TOML file, the content of one, or a loaded study.
+        folder: where to; default: ``studies/`` and the study's name.
+        overrides: ``"a.b=value"`` each, as in `load_study`.
+        overwrite: whether to start anew where the folder holds another study, or results of this one.
+        told: is told how far it is.
+        problem: what is asked, where it is not the environment of the study's task.
+
+    Raises:
+        ExperimentError: the study is not valid, the folder belongs to another one, or a return was not finite; then the other
+            methods have run, and what came before it is kept.
+        MissingExtraError: a method needs a package that is not installed.
+        ParameterError: the task does not take these arguments.
+    """
+    study = load_study(source, overrides)
+    for method in study.method:
+        method.refuse_unless_installed()
+    where = Path(folder) if folder is not None else Path("studies") / safe_name(study.name)
+    problem, shape = prepared(study, problem)
+    _claim(where, study, overwrite)
+    trials, interrupted = [], False
+    with contextlib.ExitStack() as stack:
+        interrupt = stack.enter_context(Interrupt())
+        for method in study.method:
+            for seed in study.seeds:
+                attempt = _Attempt(study, method, seed, problem, shape, where, interrupt, told)
+                interrupted = interrupted or interrupt.pressed
+                trials.append(attempt.finish() if interrupted else attempt.run())
+                interrupted = interrupted or attempt.interrupted
+    baselines = {name: judged(actor, problem, study) for name, actor in problem.baselines().items()}
+    result = StudyResult(study, where, trials, baselines, problem.gradient_runs, interrupted)
+    write_results(result)
+    _raise_failures(result)
+    return result
+
+
+def _raise_failures(result: StudyResult) -> None:
+    failed = [f"{trial.name}: {trial.failure}" for trial in result.trials if trial.failure]
+    if failed:
+        error = ExperimentError("\n".join(failed))
+        error.add_note(f"results so far: {result.folder}")
+        raise error
+
+
+def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
+    """What a study asks, and how its points become drives; errors as in `run_study`."""
+    if problem is None:
+        from ..task_problem import TaskProblem
+
+        with blamed(study.origin, "task"):
+            problem = TaskProblem(study.task.name, study.task.arguments)
+    table = study.drive
+    if (driven := table.driven or problem.steps) > problem.steps:
+        raise ExperimentError(
+            f"{study.origin}: drive.driven: got {driven}, expected at most {problem.steps}, the control steps of an episode"
+        )
+    knots = {"drive": table.knots} | {f"method.{place}": one.knots for place, one in enumerate(study.method) if one.knots}
+    for where, number in knots.items():
+        if number > driven:
+            raise ExperimentError(
+                f"{study.origin}: {where}.knots: got {number}, expected at most {driven}, one for every driven control step"
+            )
+    limits = [rate for rate in (table.rate, problem.rate) if rate is not None]
+    return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": min(limits, default=None)})
+
+
+def judged(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:
+    """How an actor does in the test episodes; the first is recorded where a path is given."""
+    episodes = []
+    for place, seed in enumerate(study.test_seeds):
+        episodes.append(problem.play(actor, seed, log if place == 0 else None))
+    values = np.array([episode.value for episode in episodes])
+    return Score(float(values.mean()), float(values.std()), episodes[0])
+
+
+# -- a trial --------------------------------------------------------------------------------------------------------------
+
+
+class _Attempt:
+    """A trial while it runs."""
+
+    def __init__(
+        self,
+        study: Study,
+        method: MethodTable,
+        seed: int,
+        problem: Problem,
+        shape: DriveShape,
+        folder: Path,
+        interrupt: Interrupt,
+        told: Told,
+    ) -> None:
+        self._study, self._method, self._seed, self._problem, self._folder = study, method, seed, problem, folder
+        self._interrupt, self._told = interrupt, told
+        self.interrupted, self._failure = False, ""
+        self._name = f"{method.label}-{seed}"
+        self._path = folder / "checkpoints" / f"{self._name}.trial"
+        self._owner = {"study": study.identity, "method": method.label, "seed": seed}
+        shape = dataclasses.replace(shape, knots=method.knots or shape.knots)
+        self._track = checked(self._path, self._owner)
+        if self._track.spent > study.budget:
+            raise ExperimentError(
+                f"{study.origin}: budget: got {study.budget}, but {self._name} has simulated {self._track.spent} control steps "
+                "already; give at least that, or pass overwrite=True to start anew"
+            )
+        self._search = Search(problem, shape, seed, study.search_seeds, study.budget, self._track, self._watch)
+        self._saved = self._logged = perf_counter()
+        self._wait, self._logged_best = _SAVED_EVERY, -np.inf
+
+    def run(self) -> Trial:
+        """Search, unless that has been done."""
+        track = self._track
+        if track.finished and track.notes.get("budget") == self._study.budget:
+            self._told(self._name, self._study.budget, track.best_return)
+            return self.finish()
+        track.finished = False
+        self._told(self._name, track.spent, track.best_return)
+        try:
+            with contextlib.suppress(BudgetSpentError):
+                self._method.run(self._search)
+            track.finished, track.notes = True, {**track.notes, "budget": self._study.budget}
+        except (InterruptedByUserError, KeyboardInterrupt):
+            self.interrupted = True
+        except GranularError as error:
+            self._failure = str(error)
+        self._save()
+        return self.finish()
+
+    def finish(self) -> Trial:
+        """Judge the best so far, and record it."""
+        score = self._record() if self._track.best else None
+        log = self._log if score is not None and self._log.exists() else None
+        return Trial(self._method.label, self._seed, self._track, score, log, self._failure)
+
+    @property
+    def _log(self) -> Path:
+        return self._folder / "logs" / f"{self._name}.mcap"
+
+    def _watch(self, track: Track) -> None:
+        self._told(self._name, track.spent, track.best_return)
+        if self._interrupt.pressed:
+            raise InterruptedByUserError
+        now = perf_counter()
+        if now - self._saved > self._wait:
+            self._save()
+            # A long record is written less often: at most a fiftieth of the time goes into it.
+            self._saved = perf_counter()
+            self._wait = max(_SAVED_EVERY, 50.0 * (self._saved - now))
+        if now - self._logged > _LOGGED_EVERY and track.best_return > self._logged_best:
+            self._record()
+            self._logged, self._logged_best = perf_counter(), track.best_return
+
+    def _save(self) -> None:
+        self._track.save(self._path, self._owner)
+
+    def _record(self) -> Score:
+        actor = self._method.actor(self._track.best, self._search, self._problem)
+        self._log.parent.mkdir(parents=True, exist_ok=True)
+        return judged(actor, self._problem, self._study, self._log)
+
+
+# -- the folder -----------------------------------------------------------------------------------------------------------
+
+
+def _claim(folder: Path, study: Study, overwrite: bool) -> None:
+    """Make the folder this study's, or find that it is."""
+    if os.path.lexists(folder) and not folder.is_dir():
+        raise ParameterError(f"{str(folder)!r} is a file, expected a folder; the study's results go into it")
+    file = folder / "study.toml"
+    if not file.is_file() and folder.is_dir() and any(folder.iterdir()):
+        raise ExperimentError(f"{folder}: it holds files and no study; choose another folder")
+    if file.is_file() and overwrite:
+        _clear(folder)
+    elif file.is_file() and (found := load_study(file)).identity != study.identity:
+        raise ExperimentError(
+            f"{folder}: it holds another study, {found.name!r}, or this one with other keys; choose another folder, "
+            "or pass overwrite=True to replace its results"
+        )
+    for part in _OURS:
+        _made(folder / part)
+    write_files({file: as_toml(study).encode("utf-8")}, ExperimentError)
+
+
+def _clear(folder: Path) -> None:
+    """Remove the records of trials and their logs, and nothing else."""
+    for record in (folder / "checkpoints").glob("*.trial"):
+        try:
+            record.unlink(missing_ok=True)
+            (folder / "logs" / f"{record.stem}.mcap").unlink(missing_ok=True)
+        except OSError as error:
+            raise ExperimentError(f"{record}: cannot be removed: {error.strerror or error}") from error
+
+
+def _made(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExperimentError(f"{folder}: cannot be made: {error.strerror or error}; choose another folder") from error

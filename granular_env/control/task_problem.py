@@ -1,0 +1,195 @@
+"""An environment's task as a study sees it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.errors import ParameterError
+
+from .drive import Drive
+from .problem import Actor, Counts, Episode, FloatArray, Policies
+from .task_names import make_environment, registered_name
+
+# What an objective with its slopes counts as, in forward runs: a run forward, one again from the checkpoints, and the sweep
+# back, which differentiates every force of a run and transposes it: counted as two.
+GRADIENT_RUNS = 4.0
+
+
+class TaskProblem:
+    """A task: its batch for searching, its single environment for judging and recording, its objective for slopes.
+
+    Args:
+        name: of the environment, short or as registered.
+        arguments: the environment's arguments.
+
+    Raises:
+        ParameterError: there is no such environment, it does not take an argument, or its episodes have no end.
+    """
+
+    def __init__(self, name: str, arguments: Mapping[str, Any]) -> None:
+        self.name, self._arguments = registered_name(name), dict(arguments)
+        self.env = make_environment(name, arguments)
+        if math.isinf(self.env.deadline):
+            raise ParameterError("deadline: got none, expected a number of control steps; a study needs episodes that end")
+        # Where chains are drawn, an episode's seed is the index of its chain too.
+        self._draws_chains = bool(set(self._arguments.get("randomise") or {}) - {"velocity", "seed"})
+        self._batches: dict[tuple[int, ...], Any] = {}
+        self._singles: dict[int, Any] = {}
+
+    @property
+    def steps(self) -> int:
+        """Control steps of an episode."""
+        return int(self.env.deadline)
+
+    @property
+    def entries(self) -> int:
+        """Numbers in an action."""
+        return int(self.env.action_space.shape[0])
+
+    @property
+    def observed(self) -> int:
+        """Numbers in an observation."""
+        return int(self.env.observation_space.shape[0])
+
+    @property
+    def rate(self) -> float | None:
+        """The environment's own limit of the action's change per control step."""
+        rate = getattr(getattr(self.env, "actuator", None), "rate", math.inf)
+        return None if math.isinf(rate) else float(rate)
+
+    @property
+    def gradient_runs(self) -> float:
+        """What an objective with its slopes costs, in forward runs."""
+        return GRADIENT_RUNS
+
+    # -- many at a time ---------------------------------------------------------------------------------------------
+
+    def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, Counts]:
+        """Returns averaged over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
+        actions = np.repeat(drives, len(seeds), axis=0)
+        return self._rolled(len(drives), seeds, lambda step, observations: actions[:, step])
+
+    def policy_returns(
+        self, policies: Callable[[int], Policies], members: int, seeds: Sequence[int]
+    ) -> tuple[FloatArray, Counts]:
+        """The same for policies; `policies(episodes)` gives the batch for members x episodes environments, member by member."""
+        batch = policies(len(seeds))
+        batch.reset()
+        return self._rolled(members, seeds, lambda step, observations: batch(observations))
+
+    def _rolled(
+        self, members: int, seeds: Sequence[int], act: Callable[[int, npt.NDArray[Any]], npt.NDArray[Any]]
+    ) -> tuple[FloatArray, Counts]:
+        count = members * len(seeds)
+        all_seeds = tuple(seeds) * members
+        env = self._batch(all_seeds)
+        observations, _ = env.reset(seed=list(all_seeds))
+        totals, steps = np.zeros(count), np.zeros(count, dtype=np.int64)
+        running = np.ones(count, dtype=bool)
+        for step in range(self.steps):
+            actions = np.where(running[:, None], act(step, observations), 0.0)
+            observations, rewards, terminated, truncated, _ = env.step(actions)
+            totals[running] += rewards[running]
+            steps += running
+            running &= ~(terminated | truncated)
+            if not running.any():
+                break
+        shape = (members, len(seeds))
+        return totals.reshape(shape).mean(axis=1), steps.reshape(shape).sum(axis=1)
+
+    def _batch(self, seeds: tuple[int, ...]) -> Any:
+        """The batch for these seeds; the last one is kept, a search asks for the same again and again."""
+        key = seeds if self._draws_chains else (len(seeds),)
+        if key not in self._batches:
+            self._batches = {key: self._vector(seeds)}
+        return self._batches[key]
+
+    def vector(self, count: int) -> Any:
+        """A Gymnasium `VectorEnv` of so many environments; it resets in the same step."""
+        return self._vector(range(count))
+
+    def _vector(self, indices: Sequence[int]) -> Any:
+        from gymnasium.vector import AutoresetMode
+
+        from granular_env.envs.vector import ChainVectorEnv
+
+        def lane(index: int, **arguments: Any) -> Any:
+            return make_environment(self.name, {**arguments, "index": indices[index]})
+
+        arguments = {**self._arguments, "info": "brief"}
+        return ChainVectorEnv(lane, len(indices), autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
+
+    # -- one at a time ----------------------------------------------------------------------------------------------
+
+    def baselines(self) -> Mapping[str, Actor]:
+        """What to compare with; doing nothing is always among them."""
+        known = getattr(self.env.task, "baselines", dict)()
+        return {"nothing": Drive(np.zeros((self.steps, self.entries))), **known}
+
+    def play(self, actor: Actor, seed: int, log: Path | None = None) -> Episode:
+        """One episode in the single environment, recorded where a path is given."""
+        from granular_env.recording import record
+
+        env, actions, total = self._single(seed), [], 0.0
+        with ExitStack() as stack:
+            if log is not None:
+                stack.enter_context(record(env.component, log, overwrite=True))
+            observation, info = env.reset(seed=seed)
+            actor.reset()
+            over = False
+            while not over:
+                action = np.asarray(actor(observation, info), dtype=np.float64)
+                observation, reward, terminated, truncated, info = env.step(action)
+                actions.append(np.clip(action, -1.0, 1.0))
+                total += float(reward)
+                over = terminated or truncated
+        return Episode(total, np.array(actions), env.duration, self._final(env), _numbers(info))
+
+    def _single(self, seed: int) -> Any:
+        if not self._draws_chains:
+            return self.env
+        if seed not in self._singles:
+            self._singles[seed] = make_environment(self.name, {**self._arguments, "index": seed})
+        return self._singles[seed]
+
+    def _final(self, env: Any) -> dict[str, FloatArray]:
+        """The outputs of particles at the end, velocities first."""
+        component, names = env.component, sorted(env.task.observations, reverse=True)
+        values = {f"{name.replace('_', ' ')} [{component.variables[name].unit}]": component.get(name) for name in names}
+        return {name: value for name, value in values.items() if np.ndim(value) == 1}
+
+    # -- slopes -----------------------------------------------------------------------------------------------------
+
+    def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
+        """The smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries).
+
+        Raises:
+            ParameterError: the task has no objective with slopes, or its chain has none.
+            StepError: the drive breaks the physics.
+        """
+        from granular_env.components.chain.adjoint import value_and_bars
+
+        value, slopes, actuator = 0.0, np.zeros_like(drive), self.env.actuator
+        late = max(self.steps - actuator.delay, 0)
+        for seed in seeds:
+            env = self._single(seed)
+            env.reset(seed=seed)
+            inputs = np.zeros((self.steps, 2))
+            inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
+            objective = env.task.objective(env.component, self.steps)
+            bars = value_and_bars(env.component, inputs, env.internal_steps, objective)
+            value += bars.value / len(seeds)
+            slopes[:late] += env.actuator.scales * bars.inputs[actuator.delay :, actuator.sides] / len(seeds)
+        return value, slopes
+
+
+def _numbers(info: Mapping[str, Any]) -> dict[str, float]:
+    """The numbers of an info."""
+    return {name: float(value) for name, value in info.items() if isinstance(value, (int, float, np.number)) and name != "time"}

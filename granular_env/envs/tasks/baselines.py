@@ -1,0 +1,32 @@
+"""The policies that every task is compared with, made of drives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ..chain_task import Policy
+from ..policies import Constant, OpenLoop
+from .shipped import best_drive
+
+
+class _Driven(Protocol):
+    actions: Mapping[str, float]
+    arguments: Mapping[str, Any]
+
+
+def open_loops(task: _Driven, environment: str, theory: npt.NDArray[np.float64]) -> dict[str, Policy]:
+    """ "nothing", "theory" and, where one is known that the scale admits, "best".
+
+    Args:
+        task: with one action.
+        environment: its registered name.
+        theory: the input in each control step [N or m/s], shape (steps,).
+    """
+    scale = next(iter(task.actions.values()))
+    best = best_drive(environment, task.arguments)
+    policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(theory / scale)}
+    return policies if best is None or np.abs(best).max(initial=0.0) > scale else {**policies, "best": OpenLoop(best / scale)}

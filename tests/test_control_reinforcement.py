@@ -1,0 +1,121 @@
+"""PPO and SAC in studies: the batch as stable-baselines3 wants it, weights as arrays, and going on after an end."""
+
+import json
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from granular_env.components.errors import ParameterError
+from granular_env.control.study.methods import METHODS
+from granular_env.control.study.running import run_study
+from granular_env.control.task_problem import TaskProblem
+from granular_env.recording import verify
+
+pytest.importorskip("stable_baselines3")
+pytestmark = pytest.mark.extra
+
+SMALL = {"grains": 6, "deadline": 60, "impulse": 0.005}
+STUDY = {
+    "version": 1, "name": "learning", "budget": 3000, "episodes": 2, "test_episodes": 2,
+    "task": {"name": "force", "randomise": {"velocity": [0.0, 0.5]}, **SMALL},
+    "method": [
+        {"type": "ppo", "environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "layers": [16]},
+        {"type": "sac", "environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "first": 24, "batch": 32, "layers": [16]},
+    ],
+}  # fmt: skip
+
+
+def batch(count: int = 3, mode: AutoresetMode = AutoresetMode.SAME_STEP, **changes) -> gymnasium.vector.VectorEnv:
+    return gymnasium.make_vec("granular_env/Force-v0", count, autoreset_mode=mode, **{**SMALL, **changes})
+
+
+def test_the_batch_gives_stable_baselines_what_it_gives_itself():
+    from granular_env.control.sb3 import Sb3VecEnv
+
+    ours, theirs = batch(), Sb3VecEnv(batch())
+    theirs.seed(5)
+    assert np.array_equal(theirs.reset(), ours.reset(seed=5)[0])
+    draw, ended = np.random.default_rng(0), 0
+    for _ in range(130):
+        actions = draw.uniform(-1.0, 1.0, (3, 1)).astype(np.float32)
+        observations, rewards, terminated, truncated, infos = ours.step(actions)
+        seen, gained, over, told = theirs.step(actions)
+        assert np.array_equal(seen, observations)
+        assert np.array_equal(gained, rewards.astype(np.float32))
+        assert np.array_equal(over, terminated | truncated)
+        for place in np.flatnonzero(over):
+            assert np.array_equal(told[place]["terminal_observation"], infos["final_obs"][place])
+            assert told[place]["TimeLimit.truncated"] == bool(truncated[place])
+            ended += 1
+    assert ended >= 6
+
+
+def test_a_held_action_adds_up_its_rewards_and_an_episode_that_begins_meanwhile_rests():
+    from granular_env.control.sb3 import Sb3VecEnv
+
+    ours, theirs = batch(1, deadline=7), Sb3VecEnv(batch(1, deadline=7), hold=5)
+    ours.reset(seed=1)
+    theirs.seed(1)
+    theirs.reset()
+    for decision, ends in ((0.6, False), (0.9, True)):
+        seen, gained, over, _ = theirs.step(np.array([[decision]], np.float32))
+        total, running = 0.0, True
+        for _ in range(5):
+            observations, rewards, terminated, truncated, _ = ours.step(np.array([[decision if running else 0.0]], np.float32))
+            total += float(rewards[0]) * running
+            running = running and not (terminated | truncated)[0]
+        assert np.array_equal(seen, observations) and over[0] == ends == (not running)
+        assert gained[0] == np.float32(total)
+    assert theirs.control_steps == 10
+
+
+def test_a_batch_that_resets_otherwise_is_refused():
+    from granular_env.control.sb3 import Sb3VecEnv
+
+    with pytest.raises(ParameterError, match="its autoreset_mode is .*, expected AutoresetMode.SAME_STEP"):
+        Sb3VecEnv(batch(mode=AutoresetMode.NEXT_STEP))
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_weights_and_optimisers_come_back_from_arrays(place):
+    from granular_env.control.sb3 import Sb3VecEnv
+    from granular_env.control.study.methods.reinforcement import arrays_of, put_arrays
+
+    method = METHODS[STUDY["method"][place]["type"]](**STUDY["method"][place])
+    trained, fresh = (method.algorithm(Sb3VecEnv(batch(4), 5), seed) for seed in (0, 1))
+    trained.learn(96)
+    arrays = arrays_of(trained)
+    assert any("optimizer" in name and "exp_avg" in name for name in arrays)
+    put_arrays(fresh, arrays)
+    again = arrays_of(fresh)
+    assert again.keys() == arrays.keys()
+    assert all(np.array_equal(again[name], arrays[name]) for name in arrays)
+    seen = np.random.default_rng(0).normal(size=(5, 12)).astype(np.float32)
+    assert np.array_equal(trained.predict(seen, deterministic=True)[0], fresh.predict(seen, deterministic=True)[0])
+    fresh.learn(96, reset_num_timesteps=False)
+    assert any(not np.array_equal(array, arrays[name]) for name, array in arrays_of(fresh).items())
+
+
+def test_a_study_trains_counts_every_control_step_and_goes_on(tmp_path):
+    result = run_study(STUDY, tmp_path)
+    for trial in result.trials:
+        assert trial.track.finished and trial.score is not None and verify(trial.log).identical
+        training = 4 * 5 * 12
+        assert 3000 - training - 2 * 60 < trial.track.spent <= 3000
+    before = json.loads((tmp_path / "results.json").read_text())
+    longer = run_study({**STUDY, "budget": 4000}, tmp_path)
+    for trial, old in zip(longer.trials, before["trials"], strict=True):
+        assert old["control_steps"] < trial.track.spent <= 4000
+        assert trial.track.best_return >= old["search_return"]
+
+
+def test_a_trained_policy_acts_alike_alone_and_in_a_batch(tmp_path):
+    result = run_study({**STUDY, "method": STUDY["method"][:1]}, tmp_path)
+    problem = TaskProblem(STUDY["task"]["name"], {key: value for key, value in STUDY["task"].items() if key != "name"})
+    method = METHODS["ppo"](**STUDY["method"][0])
+    actor = method.actor(result.trials[0].track.best, None, problem)
+    batched, _ = problem.policy_returns(lambda episodes: actor._policies, 1, [3, 4, 5])
+    alone = [problem.play(actor, seed).value for seed in (3, 4, 5)]
+    assert batched[0] == np.mean(alone)
