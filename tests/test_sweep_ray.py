@@ -59,10 +59,11 @@ class Processes:
         }
         self.environment.pop("RAY_ADDRESS", None)
 
-    def start(self, command: list[str], cwd: Path | None = None, **more: str) -> subprocess.Popen:
-        environment = {**self.environment, **more}
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL}
-        return subprocess.Popen(command, cwd=cwd, env=environment, text=True, start_new_session=True, **pipes)
+    def start(
+        self, command: list[str], cwd: Path | None = None, output: int = subprocess.PIPE, **more: str
+    ) -> subprocess.Popen:
+        pipes = {"stdout": output, "stderr": output, "stdin": subprocess.DEVNULL, "text": True}
+        return subprocess.Popen(command, cwd=cwd, env={**self.environment, **more}, start_new_session=True, **pipes)
 
     def sweep(self, folder: Path, *arguments: str, **more: str) -> subprocess.Popen:
         command = [sys.executable, "-m", "granular_env", "sweep", "plan.toml", "--out", "ray", "--engine", "ray", *arguments]
@@ -181,10 +182,8 @@ class Cluster:
         self._wait(lambda: self.has_nodes(2))
 
     def _start(self, arguments: list[str]) -> subprocess.Popen:
-        program = self._processes.start([*RAY, *arguments, f"--dashboard-agent-listen-port={free_port()}"])
-        for pipe in (program.stdout, program.stderr):
-            pipe.close()
-        return program
+        command = [*RAY, *arguments, f"--dashboard-agent-listen-port={free_port()}"]
+        return self._processes.start(command, output=subprocess.DEVNULL)
 
     def _wait(self, tried) -> None:
         limit = time.monotonic() + 90.0

@@ -44,8 +44,11 @@ def check_cluster(address: str | None) -> None:
         SweepError: nobody answers at the address, or not as a Ray cluster of this version does.
     """
     os.environ.update({name: os.environ.get(name, value) for name, value in _QUIET.items()})
-    needed("ray", "the engine 'ray'")
     place = _place(address)
+    if place is None and "RAY_AUTH_MODE" not in os.environ and "ray" not in sys.modules:
+        # Nobody else on this machine shall use our cluster. Ray reads this once; left alone it would write a token at home.
+        os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
+    needed("ray", "the engine 'ray'")
     if place is None:
         return
     host, port = place
@@ -104,10 +107,6 @@ def _join(ray: Any, workers: int | None, address: str | None) -> None:
     options: dict[str, Any] = {"log_to_driver": False, "logging_level": "ERROR"}
     if place is None:
         options |= {"address": "local", "num_cpus": workers or available_cores(), "include_dashboard": False}
-        if (
-            "RAY_AUTH_MODE" not in os.environ
-        ):  # nobody else on this machine shall use it; Ray itself would leave a token at home
-            os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
     else:
         options["address"] = f"{place[0]}:{place[1]}"
     try:
