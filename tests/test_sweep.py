@@ -338,6 +338,16 @@ def test_processes_give_the_bits_of_one_process(tmp_path):
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.slow
+def test_ten_thousand_short_chains_have_the_same_bits(tmp_path):
+    sizes, speeds = {"from": 3, "to": 102, "count": 100}, {"from": 0.5, "to": 1.0, "count": 100}
+    content = plan(grid={"component.grains": sizes, "start.velocity.0": speeds})
+    one = run_sweep(content, tmp_path / "one", engine="serial")
+    run_sweep(content, tmp_path / "many", workers=4)
+    assert one.done == 10_000
+    assert (tmp_path / "one" / "table.parquet").read_bytes() == (tmp_path / "many" / "table.parquet").read_bytes()
+
+
 def long_plan(count: int = 300):
     return plan(
         grid={"start.velocity.0": {"from": 0.5, "to": 1.0, "count": count}, "component.grains": [60]}, set={"duration": 2e-4}

@@ -145,6 +145,16 @@ def test_a_cluster_of_our_own_gives_the_bits_of_one_process_and_is_gone_afterwar
     assert logs and all(ge.verify(tmp_path / "ray" / name).identical for name in logs)
 
 
+@pytest.mark.slow
+def test_ten_thousand_short_chains_have_the_same_bits(tmp_path, started):
+    written(tmp_path, 5000)
+    program = started.sweep(tmp_path, "--set", "duration=4e-5", "--workers", "2")
+    told, errors = program.communicate(timeout=900)
+    assert told.startswith("10000 tasks: 5000 done, 5000 failed\n"), errors
+    run_sweep(tmp_path / "plan.toml", tmp_path / "serial", engine="serial", overrides=["duration=4e-5"])
+    assert (tmp_path / "serial" / "table.parquet").read_bytes() == (tmp_path / "ray" / "table.parquet").read_bytes()
+
+
 def test_an_address_at_which_no_cluster_is(monkeypatch):
     monkeypatch.setattr(on_ray, "_ANSWER_SECONDS", 4.0)
     with pytest.raises(ge.SweepError, match="no Ray cluster can be reached at 127.0.0.1:"):
