@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic, perf_counter
@@ -92,13 +93,15 @@ def _last_line(text: str) -> str:
 def on_ray(job: Job, orders: Sequence[Order], folder: Path, workers: int | None, address: str | None) -> Iterator[list[Result]]:
     """The results, as they come; logs come with them, since a node may have another disk."""
     ray = needed("ray", "the engine 'ray'")
-    _join(ray, workers, address)
-    try:
-        shared = ray.put(job)
-        remote = ray.remote(max_retries=0, num_cpus=1)(_bundle)
-        yield from _watched(ray, remote, shared, orders, folder, workers)
-    finally:
-        ray.shutdown()
+    # Ray prints what it has to say of a node that ended; a program's output is no place for it.
+    with redirect_stdout(sys.stderr):
+        _join(ray, workers, address)
+        try:
+            shared = ray.put(job)
+            remote = ray.remote(max_retries=0, num_cpus=1)(_bundle)
+            yield from _watched(ray, remote, shared, orders, folder, workers)
+        finally:
+            ray.shutdown()
 
 
 def _join(ray: Any, workers: int | None, address: str | None) -> None:
