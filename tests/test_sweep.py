@@ -54,6 +54,7 @@ def test_ranges_are_even_and_meet_their_ends():
     assert values(**{"from": 10, "to": 40, "count": 4}) == [10, 20, 30, 40]
     assert all(isinstance(value, int) for value in values(**{"from": 10, "to": 40, "count": 4}))
     assert values(**{"from": 0.1, "to": 0.3, "count": 3}) == [0.1, 0.2, 0.3]
+    assert values(**{"from": 3, "to": 102, "count": 100}) == list(range(3, 103))
     assert values(**{"from": 1.0, "to": 100.0, "count": 3, "spacing": "log"}) == [1.0, 10.0, 100.0]
     assert values(**{"from": 2.0, "to": 2.0, "count": 1}) == [2]
 
