@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from . import calls, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer
+from . import calls, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer, sweeps
 from .facts import facts
 from .figures import Figure, table
 
@@ -20,6 +20,7 @@ OURS: dict[str, Benchmark] = {
     "calls": calls.measure,
     "recording": recording.measure,
     "replay": replay.measure,
+    "sweeps": sweeps.measure,
 }
 PEERS: dict[str, Benchmark] = {"lammps": lammps_peer.measure}
 

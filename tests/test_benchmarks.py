@@ -9,7 +9,7 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parent.parent))
 
 from benchmarks import __main__ as program  # noqa: E402
-from benchmarks import calls, chains, facts, kernel, lammps_peer, laws, numpy_peer, recording, replay, roof, scipy_peer  # noqa: E402
+from benchmarks import calls, chains, facts, kernel, lammps_peer, laws, numpy_peer, recording, replay, roof, scipy_peer, sweeps  # noqa: E402
 from benchmarks.figures import Figure, table  # noqa: E402
 from benchmarks.timing import interleaved, ratio  # noqa: E402
 from granular_env.components.chain.laws import LAWS  # noqa: E402
@@ -22,6 +22,7 @@ SMALL = {
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "replay": (lambda: replay.measure(grains=40, steps=20, rounds=2), 2),
+    "sweeps": (lambda: sweeps.measure(tasks=3, task_seconds=0.001, rounds=1, least_tasks=3), 2),
 }
 
 

@@ -54,6 +54,7 @@ def test_ranges_are_even_and_meet_their_ends():
     assert values(**{"from": 10, "to": 40, "count": 4}) == [10, 20, 30, 40]
     assert all(isinstance(value, int) for value in values(**{"from": 10, "to": 40, "count": 4}))
     assert values(**{"from": 0.1, "to": 0.3, "count": 3}) == [0.1, 0.2, 0.3]
+    assert values(**{"from": 3, "to": 102, "count": 100}) == list(range(3, 103))
     assert values(**{"from": 1.0, "to": 100.0, "count": 3, "spacing": "log"}) == [1.0, 10.0, 100.0]
     assert values(**{"from": 2.0, "to": 2.0, "count": 1}) == [2]
 
@@ -336,6 +337,16 @@ def test_processes_give_the_bits_of_one_process(tmp_path):
     assert (tmp_path / "one" / "table.parquet").read_bytes() == (tmp_path / "many" / "table.parquet").read_bytes()
     assert many.table.equals(one.table)
     assert multiprocessing.active_children() == []
+
+
+@pytest.mark.slow
+def test_ten_thousand_short_chains_have_the_same_bits(tmp_path):
+    sizes, speeds = {"from": 3, "to": 102, "count": 100}, {"from": 0.5, "to": 1.0, "count": 100}
+    content = plan(grid={"component.grains": sizes, "start.velocity.0": speeds})
+    one = run_sweep(content, tmp_path / "one", engine="serial")
+    run_sweep(content, tmp_path / "many", workers=4)
+    assert one.done == 10_000
+    assert (tmp_path / "one" / "table.parquet").read_bytes() == (tmp_path / "many" / "table.parquet").read_bytes()
 
 
 def long_plan(count: int = 300):

@@ -59,10 +59,11 @@ class Processes:
         }
         self.environment.pop("RAY_ADDRESS", None)
 
-    def start(self, command: list[str], cwd: Path | None = None, **more: str) -> subprocess.Popen:
-        environment = {**self.environment, **more}
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL}
-        return subprocess.Popen(command, cwd=cwd, env=environment, text=True, start_new_session=True, **pipes)
+    def start(
+        self, command: list[str], cwd: Path | None = None, output: int = subprocess.PIPE, **more: str
+    ) -> subprocess.Popen:
+        pipes = {"stdout": output, "stderr": output, "stdin": subprocess.DEVNULL, "text": True}
+        return subprocess.Popen(command, cwd=cwd, env={**self.environment, **more}, start_new_session=True, **pipes)
 
     def sweep(self, folder: Path, *arguments: str, **more: str) -> subprocess.Popen:
         command = [sys.executable, "-m", "granular_env", "sweep", "plan.toml", "--out", "ray", "--engine", "ray", *arguments]
@@ -144,6 +145,16 @@ def test_a_cluster_of_our_own_gives_the_bits_of_one_process_and_is_gone_afterwar
     assert logs and all(ge.verify(tmp_path / "ray" / name).identical for name in logs)
 
 
+@pytest.mark.slow
+def test_ten_thousand_short_chains_have_the_same_bits(tmp_path, started):
+    written(tmp_path, 5000)
+    program = started.sweep(tmp_path, "--set", "duration=4e-5", "--workers", "2")
+    told, errors = program.communicate(timeout=900)
+    assert told.startswith("10000 tasks: 5000 done, 5000 failed\n"), errors
+    run_sweep(tmp_path / "plan.toml", tmp_path / "serial", engine="serial", overrides=["duration=4e-5"])
+    assert (tmp_path / "serial" / "table.parquet").read_bytes() == (tmp_path / "ray" / "table.parquet").read_bytes()
+
+
 def test_an_address_at_which_no_cluster_is(monkeypatch):
     monkeypatch.setattr(on_ray, "_ANSWER_SECONDS", 4.0)
     with pytest.raises(ge.SweepError, match="no Ray cluster can be reached at 127.0.0.1:"):
@@ -181,10 +192,8 @@ class Cluster:
         self._wait(lambda: self.has_nodes(2))
 
     def _start(self, arguments: list[str]) -> subprocess.Popen:
-        program = self._processes.start([*RAY, *arguments, f"--dashboard-agent-listen-port={free_port()}"])
-        for pipe in (program.stdout, program.stderr):
-            pipe.close()
-        return program
+        command = [*RAY, *arguments, f"--dashboard-agent-listen-port={free_port()}"]
+        return self._processes.start(command, output=subprocess.DEVNULL)
 
     def _wait(self, tried) -> None:
         limit = time.monotonic() + 90.0

@@ -17,6 +17,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from decimal import Context, Decimal
+from fractions import Fraction
 from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -47,15 +48,17 @@ class Range(Table):
     def values(self) -> list[float | int]:
         """All of them; whole numbers where the ends and the step are."""
         steps = max(self.count - 1, 1)
-        found: list[float | int] = [self._value(i / steps) for i in range(1, self.count - 1)]
+        found: list[float | int] = [self._value(i, steps) for i in range(1, self.count - 1)]
         found = [self.begin, *found, self.end][: self.count]
         whole = self.spacing == "linear" and all(float(value).is_integer() for value in found)
         return [int(value) for value in found] if whole else [float(value) for value in found]
 
-    def _value(self, part: float) -> float:
+    def _value(self, place: int, steps: int) -> float:
         if self.spacing == "log":
-            return between_by_ratio(self.begin, self.end, part)
-        return self.begin + part * (self.end - self.begin)
+            return between_by_ratio(self.begin, self.end, place / steps)
+        # Correctly rounded: whole numbers come out whole.
+        first = Fraction(self.begin)
+        return float(first + (Fraction(self.end) - first) * place / steps)
 
 
 class Distribution(Table):

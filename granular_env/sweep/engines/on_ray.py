@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic, perf_counter
@@ -44,8 +45,11 @@ def check_cluster(address: str | None) -> None:
         SweepError: nobody answers at the address, or not as a Ray cluster of this version does.
     """
     os.environ.update({name: os.environ.get(name, value) for name, value in _QUIET.items()})
-    needed("ray", "the engine 'ray'")
     place = _place(address)
+    if place is None and "RAY_AUTH_MODE" not in os.environ and "ray" not in sys.modules:
+        # Nobody else on this machine shall use our cluster. Ray reads this once; left alone it would write a token at home.
+        os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
+    needed("ray", "the engine 'ray'")
     if place is None:
         return
     host, port = place
@@ -89,13 +93,15 @@ def _last_line(text: str) -> str:
 def on_ray(job: Job, orders: Sequence[Order], folder: Path, workers: int | None, address: str | None) -> Iterator[list[Result]]:
     """The results, as they come; logs come with them, since a node may have another disk."""
     ray = needed("ray", "the engine 'ray'")
-    _join(ray, workers, address)
-    try:
-        shared = ray.put(job)
-        remote = ray.remote(max_retries=0, num_cpus=1)(_bundle)
-        yield from _watched(ray, remote, shared, orders, folder, workers)
-    finally:
-        ray.shutdown()
+    # Ray prints what it has to say of a node that ended; a program's output is no place for it.
+    with redirect_stdout(sys.stderr):
+        _join(ray, workers, address)
+        try:
+            shared = ray.put(job)
+            remote = ray.remote(max_retries=0, num_cpus=1)(_bundle)
+            yield from _watched(ray, remote, shared, orders, folder, workers)
+        finally:
+            ray.shutdown()
 
 
 def _join(ray: Any, workers: int | None, address: str | None) -> None:
@@ -104,10 +110,6 @@ def _join(ray: Any, workers: int | None, address: str | None) -> None:
     options: dict[str, Any] = {"log_to_driver": False, "logging_level": "ERROR"}
     if place is None:
         options |= {"address": "local", "num_cpus": workers or available_cores(), "include_dashboard": False}
-        if (
-            "RAY_AUTH_MODE" not in os.environ
-        ):  # nobody else on this machine shall use it; Ray itself would leave a token at home
-            os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
     else:
         options["address"] = f"{place[0]}:{place[1]}"
     try:
