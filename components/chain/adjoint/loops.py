@@ -21,11 +21,6 @@ PULL = (
 
 _advance, _note, _pull = caller(SIGNATURE), caller(NOTE), caller(PULL)
 
-FORWARD = (
-    "UniTuple(int64, 2)(float64[:, ::1], int64, int64, float64[:, ::1], float64[:, ::1], int64, float64[::1], float64[::1], "
-    "float64[:, :, ::1], int64)"
-)
-
 # How a run ends, beside the control step in which it does.
 DONE, STEP_FAILED, NOTE_FAILED, PULL_FAILED, UNDO_FAILED = range(5)
 _LARGEST = np.finfo(np.float64).max
@@ -56,14 +51,14 @@ def _unsound(bar):
 
 
 @jit
-def forward(a, advance, note, drive, no_pieces, ticks, constants, sums, saved, interval):
+def forward(a, advance, note, drive, no_pieces, tick, ticks, constants, sums, saved, interval):
     """Run all control steps, the state kept in `saved` every `interval` of them; returns (control step, how it ended)."""
-    steps, tick = drive.shape[0], np.int64(0)
+    steps, no_piece = drive.shape[0], np.int64(0)
     for step in range(steps):
         if saved.shape[0] > 0 and step % interval == 0:
             _keep_state(a, saved, step // interval)
         left, right = drive[step, 0], drive[step, 1]
-        if _advance(advance, (a, no_pieces, tick, left, right, tick, ticks)) != ticks:
+        if _advance(advance, (a, no_pieces, no_piece, left, right, tick + step * ticks, ticks)) != ticks:
             return step, STEP_FAILED
         _note(note, (a, step, steps, drive[step], constants, sums))
         if not _finite(sums):
