@@ -59,7 +59,9 @@ class Objective:
         try:
             constants = np.ascontiguousarray(self.constants, dtype=np.float64).reshape(-1)
         except (TypeError, ValueError):
-            raise ParameterError(f"objective.constants: got {shortened(self.constants)}, expected an array of numbers") from None
+            raise ParameterError(
+                f"objective.constants: got {shortened(self.constants)}, expected an array of numbers"
+            ) from None
         object.__setattr__(self, "constants", constants)
         for name in ("note", "value", "pull"):
             if not callable(getattr(self, name)):

@@ -232,7 +232,14 @@ class ChainEnv(ComponentEnv):
     def _observation(self) -> Observation:
         out, plan, memory = np.empty(self.observation_size, np.float32), self.observing, self._memory
         self._look(
-            self.component.table, plan.blocks, plan.factors, plan.limit, plan.noise, int(memory[SEED]), int(memory[ELAPSED]), out
+            self.component.table,
+            plan.blocks,
+            plan.factors,
+            plan.limit,
+            plan.noise,
+            int(memory[SEED]),
+            int(memory[ELAPSED]),
+            out,
         )
         if len(self._goal_scales):
             show_goal(self._counters, self._goal_scales, plan.limit, out)

@@ -155,7 +155,8 @@ def _made(
     arguments: Mapping[str, Any],
 ) -> list[ChainEnv]:
     """The environments that differ: one where all are alike."""
-    drawn = set(arguments.get("randomise") or ()) - {"seed", "velocity"}
+    randomise = arguments.get("randomise")
+    drawn = set(randomise if isinstance(randomise, Mapping) else ()) - {"seed", "velocity"}
     if parameters is None:
         return [environment(**{**arguments, "index": k}) for k in range(count if drawn else 1)]
     if isinstance(parameters, (str, Mapping)) or not isinstance(parameters, Sequence) or len(parameters) != count:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -150,7 +151,7 @@ def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, in
     if len(set(columns)) < len(columns):
         raise ParameterError(f"observe.{name}: got {shortened(places)}, expected each place once")
     starts = [i for i, column in enumerate(columns) if i == 0 or column != columns[i - 1] + 1]
-    return [(kind, columns[a], b - a) for a, b in zip(starts, [*starts[1:], len(columns)], strict=True)]
+    return [(kind, columns[a], b - a) for a, b in pairwise([*starts, len(columns)])]
 
 
 def _index(name: str, place: Any, count: int) -> int:

@@ -99,9 +99,7 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         self._begun = True
         return self._lanes.observe(), self._infos(mask)
 
-    def step(
-        self, actions: npt.ArrayLike
-    ) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, actions: npt.ArrayLike) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step of all environments; those that have ended are treated as `autoreset_mode` says.
 
         Raises:
