@@ -16,7 +16,7 @@ from ..components.jit import entry_point
 from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
 from .chain_task import BEGIN, JUDGE, ChainTask
-from .environment import ComponentEnv, Observation, _checked_scales, _count
+from .environment import ComponentEnv, Observation, _count
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .observing import OBSERVE, Observing, show_goal
 from .observing import observe as observe_kernel
@@ -65,7 +65,7 @@ class ChainEnv(ComponentEnv):
     ## Arguments
     * `component`, `task`: a `Chain` and a `ChainTask` whose inputs it has.
     * `internal_steps` (3), `deadline` (None), `step_error_reward` (-10.0), `render_mode` (None): as for `ComponentEnv`.
-    * `action_rate` (None): largest change of an entry of the action in a control step, in units of the scale; None for no limit.
+    * `action_rate` (None): largest change of an entry of the action in a control step, in scales; None for no limit.
       It begins at the input that holds at the start.
     * `control_delay` (0): control steps between an action and its effect; before, the start's input holds.
     * `observe` ("full"): displacement and velocity of every grain; or sensor -> places, in that order, e.g.
@@ -132,7 +132,7 @@ class ChainEnv(ComponentEnv):
     def lane(self, table: FloatArray, memory: FloatArray) -> Self:
         """An environment like this one, before its first reset, whose chain and episode live in the memory given."""
         twin = object.__new__(type(self))
-        twin.__dict__.update(self.__dict__)
+        vars(twin).update(vars(self))
         twin.component = self.component.twin(table)
         twin._np_random = twin._np_random_seed = twin._random_state = None
         twin._action = np.zeros_like(self._action)

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import config
 
 from ..components.chain import Chain, readings
 from ..components.chain.table import U, V
 from ..components.counter_random import normal, stream_key
 from ..components.errors import ParameterError, nearest, shortened
-from ..components.jit import inlined, jit
+from ..components.jit import JIT, inlined, jit
 from ..components.profiles import finite_number
 
 FloatArray = npt.NDArray[np.float64]
@@ -75,7 +74,7 @@ def _read_row(a, row, first, count, factor, edge, place, out):
 
 # observe(a, blocks, factors, limit, noise, seed, step, out): readings times factors, blurred and clipped, into `out`.
 # With the JIT off, numpy's scalars would warn of the wrapping products of the noise.
-observe = np.errstate(over="ignore")(_observe) if config.DISABLE_JIT else _observe
+observe = np.errstate(over="ignore")(_observe) if not JIT else _observe
 
 
 @dataclass(frozen=True, eq=False)
