@@ -101,7 +101,7 @@ class ForceEnv(ChainEnv):
     * `deadline` (700): control steps, 1.05 ms.
     * `impulse` (.05 N s), `peak_scale` (1000.0 N), `force_scale` (500.0 N), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`.
-    * `render_mode`: None or "rgb_array".
+    * Further: sensors, noise, action rate, control delay, infos, randomisation, `render_mode`: see `ChainEnv`.
 
     ## Version history
     * v0: first version.
