@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Self, SupportsFloat, TypedDict
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
+from numba.core.errors import NumbaError
 
 from ..components.chain import Chain
 from ..components.errors import ParameterError, StepError, shortened
@@ -118,8 +119,8 @@ class ChainEnv(ComponentEnv):
         self.observation_space = gymnasium.spaces.Box(-limit, limit, (self.observation_size,), np.float32)
         self._steps = 0 if deadline is None else _count("deadline", deadline)
         self._action = np.zeros(len(self.actuator.names))
-        self._begin_task = entry_point(type(task).begin_kernel, BEGIN)
-        self._judge = entry_point(type(task).judge_kernel, JUDGE)
+        self._begin_task = _compiled(task, "begin_kernel", BEGIN)
+        self._judge = _compiled(task, "judge_kernel", JUDGE)
         self._actuate, self._look = entry_point(actuate, ACTUATE), entry_point(observe_kernel, OBSERVE)
         self._lay_out(np.zeros(COUNTERS + len(task.counter_names) + self.actuator.memory_size))
 
@@ -258,3 +259,13 @@ class ChainEnv(ComponentEnv):
         info = self._info(self._see())
         info["step_error"] = str(error)
         return self._observation(), self.step_error_reward, True, False, info
+
+
+def _compiled(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
+    function = getattr(type(task), kernel, None)
+    if function is None:
+        raise ParameterError(f"task {task.name!r}: it has no {kernel}; give it a jitted function, see ChainTask")
+    try:
+        return entry_point(function, signature)
+    except (NumbaError, TypeError) as error:
+        raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None
