@@ -70,8 +70,8 @@ class Chain(Component):
         self._weight = p.gravity * self._table[table.MASS, self._grains]
         self._wanted_overlap, self._refused_overlap = self._overlap_limits()
         self._table[table.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
-        self._left_input = "left_velocity" if p.left == "piston" else "left_force"
-        self._right_input = "right_velocity" if p.right == "piston" else "right_force"
+        self.left_input = "left_velocity" if p.left == "piston" else "left_force"
+        self.right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
 
     def _live_in(self, memory: FloatArray) -> None:
@@ -208,7 +208,7 @@ class Chain(Component):
             "left_velocity": float(self._table[table.V, 1]),
             "right_velocity": float(self._table[table.V, self.parameters.grains]),
         }
-        return {name: speed for name, speed in ends.items() if name in (self._left_input, self._right_input)}
+        return {name: speed for name, speed in ends.items() if name in (self.left_input, self.right_input)}
 
     def _refuse_start(self) -> None:
         """A start that the first step would refuse is refused at once."""
@@ -220,7 +220,7 @@ class Chain(Component):
 
     def _apply(self, held: Mapping[str, Held]) -> None:
         """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""
-        left, right = held.get(self._left_input, 0.0), held.get(self._right_input, 0.0)
+        left, right = held.get(self.left_input, 0.0), held.get(self.right_input, 0.0)
         pieces = [_pieces(left), _pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
         self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
@@ -232,7 +232,7 @@ class Chain(Component):
         if self._profiled:
             done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         else:
-            left, right = self._held.get(self._left_input, 0.0), self._held.get(self._right_input, 0.0)
+            left, right = self._held.get(self.left_input, 0.0), self._held.get(self.right_input, 0.0)
             done = self._kernel(self._table, _NO_PIECES, 0, left, right, self._tick, ticks)
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 

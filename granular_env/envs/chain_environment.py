@@ -204,11 +204,12 @@ class ChainEnv(ComponentEnv):
         return {**start, **given}
 
     def _begin(self, seed: int) -> None:
-        memory, held = self._memory, self.component._held
+        memory, chain = self._memory, self.component
         memory[:] = 0.0
-        memory[RUNNING], memory[SEED], memory[START] = 1.0, seed, self.component.tick
-        for side, name in ((LEFT, self.component._left_input), (RIGHT, self.component._right_input)):
-            memory[side] = held.get(name, 0.0)
+        memory[RUNNING], memory[SEED], memory[START] = 1.0, seed, chain.tick
+        for side, name in ((LEFT, chain.left_input), (RIGHT, chain.right_input)):
+            # Where a log goes on, it may be a profile's value.
+            memory[side] = chain.peek(name) if name in chain.variables else 0.0
         self.actuator.begin(self._commands, self._applied)
         self._counters[: len(self._goal_scales)] = self._goal
         self._begin_task(self.component.table, self._counters, self.constants)

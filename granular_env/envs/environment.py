@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from typing import Any, ClassVar, SupportsFloat
 
@@ -160,6 +161,35 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if state.random is not self._random_state:
             self.np_random.bit_generator.state = state.random
             self._random_state = state.random
+
+    def branch(
+        self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode at an instant of a recorded log: the component goes on from there, the task begins anew.
+
+        Args:
+            log: path of a log whose component has this one's parameters.
+            at: time of the log [s]; a time between two internal steps is moved to the nearest.
+            seed: as for `reset`.
+            options: as for `reset`, but for start values.
+
+        Raises:
+            ParameterError: the log's component has other parameters, or the time is outside of the log; nothing has changed.
+            LogError: it is no log, or cannot be re-run.
+        """
+        from .branching import snapshot_at
+
+        snapshot = snapshot_at(self.component, log, at)
+        start = set(options or {}) & {variable.name for variable in self.component.variables.values() if variable.state}
+        if start:
+            raise ParameterError(f"options: got start values of {', '.join(sorted(start))}, but the log gives the start")
+        super().reset(seed=seed)
+        self._start(options or {})
+        number = int(self.np_random.integers(2**31))
+        self.component.restore(snapshot)
+        self._random_state = None
+        self._begin(number)
+        return self.observe()
 
     # -- what an environment of a chain does otherwise ------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from .batch import observe_lanes, step_lanes
 from .chain_environment import ChainEnv
 from .chain_task import JUDGE
 from .memory import COUNTERS, ELAPSED, LEFT, START
+from .state import EnvState
 
 _NO_DRIVE = np.zeros((0, 2))
 
@@ -84,23 +85,25 @@ class Lanes:
 
     def step(self, actions: np.ndarray, going: np.ndarray, *results: np.ndarray) -> int:
         """One control step of those that are going; see `step_lanes` for the results."""
-        watched = [k for k in self._lent if going[k] and self.single[k].component._observers]
-        if not watched:
-            return step_lanes(
-                self.tables, self.memories, actions, going, *self._judging, *self._seeing, *self._room, *results
-            )
-        # Those that somebody records step by themselves.
-        going = going.copy()
-        going[watched] = False
-        refused = results[-1]
+        watched = [k for k in self._lent if going[k] and _goes_alone(self.single[k])]
+        if watched:
+            # Those that somebody records, or whose other end follows a profile, step by themselves.
+            going = going.copy()
+            going[watched] = False
         special = step_lanes(self.tables, self.memories, actions, going, *self._judging, *self._seeing, *self._room, *results)
-        refused[watched] = True
+        if watched:
+            refused = results[-1]
+            refused[watched] = True
+        for k in self._lent:
+            self.synchronised(k)
         return special + len(watched)
 
     def synchronised(self, k: int) -> ChainEnv:
         """Environment k, its chain's time and inputs as the batch has left them."""
         lane, memory = self.single[k], self.memories[k]
         chain = lane.component
+        if _goes_alone(lane):
+            return lane
         chain._tick = int(memory[START] + memory[ELAPSED] * lane.internal_steps)
         applied = memory[LEFT:COUNTERS].tolist()
         driven = {name: applied[side] for name, side in zip(self._names, self._sides, strict=True)}
@@ -112,6 +115,12 @@ class Lanes:
         """Environment k for somebody who may observe its component."""
         self._lent.add(k)
         return self.synchronised(k)
+
+    def restore(self, k: int, state: EnvState) -> None:
+        """Let environment k go on from a saved state."""
+        self.single[k].restore(state)
+        if _goes_alone(self.single[k]):
+            self._lent.add(k)
 
     def observe(self) -> npt.NDArray[np.float32]:
         """What all of them see."""
@@ -132,6 +141,11 @@ class Lanes:
         for place, name in enumerate(self.single[0].task.counter_names):
             told[name] = memories[:, COUNTERS + place].copy()
         return told
+
+
+def _goes_alone(lane: ChainEnv) -> bool:
+    """Whether its chain does what the batch knows nothing of."""
+    return bool(lane.component._observers) or lane.component._profiled
 
 
 def _made(

@@ -184,7 +184,7 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         if len(states) != len(numbers):
             raise ParameterError(f"states: got {len(states)}, expected {len(numbers)}, one for each environment")
         for k, state in zip(numbers, states, strict=True):
-            self._lanes.single[k].restore(state)
+            self._lanes.restore(k, state)
             self._ended[k] = not self._lanes.memories[k, RUNNING]
         self._begun = True
 

@@ -30,8 +30,8 @@ def _closeness(a, target):
 
 @jit
 def _begin(a, counters, constants):
-    """No work is done, and the last grain moves as it was started."""
-    counters[_CLOSENESS] = _closeness(a, constants[_TARGET])
+    """The last grain moves as it was started; what work was done before, in a log that goes on, is not charged."""
+    counters[_CLOSENESS], counters[_WORK] = _closeness(a, constants[_TARGET]), input_work(a)
 
 
 @jit
