@@ -1,13 +1,15 @@
 """Exact gradients of driven chains: the discrete adjoint of the compositions that integrate them.
 
-A control step is a chain of drifts and kicks, each linear in velocities and displacements but for the contact forces. Transposed
-and taken in reverse order they carry the derivative of a number at the end back to everything that it came from: the inputs, the
-start, and the constants of the table. What a contact force was differentiated at is recomputed from checkpoints, so that memory
-grows with the square root of the horizon (A. Griewank, Optim. Methods Softw. 1 (1992) 35, with one level).
+A control step is a chain of drifts and kicks, each linear in velocities and displacements but for the contact forces.
+Transposed and taken in reverse order they carry the derivative of a number at the end back to everything that it came from: the
+inputs, the start, and the constants of the table. What a contact force was differentiated at is recomputed from checkpoints, so
+that memory grows with the square root of the horizon (A. Griewank, Optim. Methods Softw. 1 (1992) 35, with one level).
 """
 
 from __future__ import annotations
 
+from .contact_states import contact_states
 from .gradient import Bars, evaluate, value_and_bars
+from .parameters import KNOWN, natural_mass, parameter_gradient
 
-__all__ = ["Bars", "evaluate", "value_and_bars"]
+__all__ = ["KNOWN", "Bars", "contact_states", "evaluate", "natural_mass", "parameter_gradient", "value_and_bars"]

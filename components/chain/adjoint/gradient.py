@@ -3,25 +3,41 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba.core import config
+from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
-from ...jit import address
+from ...jit import address, jit
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
 from ..laws import Dissipative
 from ..objective import Objective
-from ..table import FREE, FREE_ROW, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
+from ..table import FREE, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
 from . import loops
 from .tape import rows_per_tick
 
 FloatArray = npt.NDArray[np.float64]
 _NO_PIECES = np.zeros((0, 2))
 _NO_STATES = np.zeros((0, 2, 0))
+
+
+@lru_cache(maxsize=64)
+def _called(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
+    """Where compiled code finds a function, and what has to live meanwhile. Looking it up takes longer than many a run."""
+    compiled = function if hasattr(function, "compile") or config.DISABLE_JIT else jit(function)
+    try:
+        return address(compiled, signature), compiled
+    except (NumbaError, TypeError) as error:
+        reason = " ".join(str(error).split())
+        raise ParameterError(f"{name}: it does not compile as {signature}: {shortened(reason, 400)}") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,16 +76,16 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
         ParameterError: a drive that does not fit, or an objective that is not a number.
         StepError: the physics breaks down; it names the control step.
     """
-    given = np.asarray(drives, dtype=np.float64)
+    given = _numbers("drives", drives)
     if given.ndim != 3:
         raise ParameterError(f"drives: got the shape {given.shape}, expected (members, control steps, 2)")
-    ticks = _checked_ticks(ticks)
+    ticks = checked_ticks(ticks)
     a = chain.detached_table()
     start = a[U:].copy(), a[:U].copy()
     values = np.empty(len(given))
     for member, drive in enumerate(given):
         a[U:], a[:U] = start
-        sums, _ = _run(chain, a, _checked_drive(chain, drive), ticks, objective, 0)
+        sums, _ = _run(chain, a, checked_drive(chain, drive), ticks, objective, 0)
         values[member], _ = _valued(objective, sums)
     return values
 
@@ -90,8 +106,8 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
         ParameterError: there is no adjoint of this chain, the drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
-    composition, damped = _composition(chain)
-    ticks, inputs = _checked_ticks(ticks), _checked_drive(chain, np.asarray(drive, dtype=np.float64))
+    composition, damped = composition_of(chain)
+    ticks, inputs = checked_ticks(ticks), checked_drive(chain, drive)
     steps = len(inputs)
     step_rows = ticks * rows_per_tick(len(composition.kicks), damped) + 2
     interval = checkpoint_interval(steps, step_rows)
@@ -99,17 +115,21 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
     sums, saved = _run(chain, a, inputs, ticks, objective, interval)
     value, slopes = _valued(objective, sums)
     bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
-    loops.backward(
-        a, bar, address(objective.pull, loops.PULL), inputs, ticks, objective.constants, slopes, saved, interval, damped,
+    pull, kept = _called(objective.pull, loops.PULL, "objective.pull")
+    step, ended = loops.backward(
+        a, bar, pull, inputs, ticks, objective.constants, slopes, saved, interval, damped,
         composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
     )  # fmt: skip
+    del kept  # only now may its machine code go
+    if ended != loops.DONE:
+        _explain_derivative(bar, step, steps, ended)
     _keep_to_inputs(chain, input_bars)
     grains = slice(1, chain.parameters.grains + 1)
     return Bars(value, input_bars, bar, bar[U, grains].copy(), bar[V, grains].copy())
 
 
 def checkpoint_interval(steps: int, step_rows: int) -> int:
-    """Control steps from checkpoint to checkpoint for the least memory: steps/interval states of two rows, one interval's tape."""
+    """Control steps from checkpoint to checkpoint for the least memory: that of the states, two rows each, and of one tape."""
     return max(1, min(steps, round(math.sqrt(2.0 * steps / step_rows))))
 
 
@@ -120,10 +140,13 @@ def _run(
     count = -(-len(drive) // interval) if interval else 0
     saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
     sums = np.zeros(objective.count)
+    advance, _ = _called(_kernel(chain), SIGNATURE, "integrator")
+    note, kept = _called(objective.note, loops.NOTE, "objective.note")
     step, ended = loops.forward(
-        a, address(_kernel(chain), SIGNATURE), address(objective.note, loops.NOTE), drive, _NO_PIECES, ticks,
+        a, advance, note, drive, _NO_PIECES, ticks,
         objective.constants, sums, saved, max(interval, 1),
     )  # fmt: skip
+    del kept  # only now may its machine code go
     if ended == loops.STEP_FAILED:
         _explain_failure(chain, drive, ticks, step)
     if ended == loops.NOTE_FAILED:
@@ -146,12 +169,12 @@ def _valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
     return value, slopes
 
 
-def _kernel(chain: Chain):  # noqa: ANN202
+def _kernel(chain: Chain) -> Callable[..., Any]:
     scheme = SCHEMES[chain.parameters.integrator]
     return scheme.advance_damped if isinstance(chain.parameters.law, Dissipative) else scheme.advance
 
 
-def _composition(chain: Chain) -> tuple[Composition, bool]:
+def composition_of(chain: Chain) -> tuple[Composition, bool]:
     """The drifts and kicks of a chain that has an adjoint, and whether it is damped."""
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if law.has_history:
@@ -166,14 +189,23 @@ def _composition(chain: Chain) -> tuple[Composition, bool]:
     return composition, damped
 
 
-def _checked_ticks(ticks: int) -> int:
+def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
+    try:
+        return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name}: got {shortened(given)}, expected an array of numbers") from None
+
+
+def checked_ticks(ticks: int) -> int:
+    """Internal steps of a control step."""
     if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
         raise ParameterError(f"ticks: got {shortened(ticks)}, expected the internal steps of a control step, at least 1")
     return int(ticks)
 
 
-def _checked_drive(chain: Chain, drive: FloatArray) -> FloatArray:
-    """A copy, contiguous and finite, with zeros where an end takes no input."""
+def checked_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
+    """A copy, contiguous and finite, with zeros where an end takes no input, shape (steps, 2)."""
+    drive = _numbers("drive", given)
     if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):
         raise ParameterError(f"drive: got the shape {drive.shape}, expected (control steps, 2): left and right input")
     wrong = ~np.isfinite(drive)
@@ -190,6 +222,20 @@ def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
     for side, kind in enumerate((LEFT_KIND, RIGHT_KIND)):
         if chain.table[SCALARS, kind] not in (FREE, PISTON):
             columns[:, side] = 0.0
+
+
+def _explain_derivative(bar: FloatArray, step: int, steps: int, ended: int) -> None:
+    name, row = ("U", U) if not np.isfinite(bar[U]).all() else ("V", V)
+    column = int(np.argmin(np.isfinite(bar[row])))
+    if ended == loops.PULL_FAILED:
+        raise ParameterError(
+            f"objective.pull: bar[{name}, {column}] became {bar[row, column]} at control step {step} of {steps}; mend the "
+            "derivative, or check its constants"
+        )
+    raise ParameterError(
+        f"objective: its derivative by {name}[{column}] became {bar[row, column]} in control step {step} of {steps}, on the "
+        "way back; the run is too long or too chaotic for a gradient, so shorten it"
+    )
 
 
 def _explain_failure(chain: Chain, drive: FloatArray, ticks: int, failed: int) -> None:

@@ -26,8 +26,9 @@ FORWARD = (
     "float64[:, :, ::1], int64)"
 )
 
-# How a forward run ends, beside the control step in which it does.
-DONE, STEP_FAILED, NOTE_FAILED = range(3)
+# How a run ends, beside the control step in which it does.
+DONE, STEP_FAILED, NOTE_FAILED, PULL_FAILED, UNDO_FAILED = range(5)
+_LARGEST = np.finfo(np.float64).max
 
 
 @jit
@@ -43,6 +44,15 @@ def _finite(values):
         if not np.isfinite(values[i]):
             return False
     return True
+
+
+@jit
+def _unsound(bar):
+    """Whether a derivative by the state is infinite or not a number."""
+    found = False
+    for i in range(np.uint64(bar.shape[1])):
+        found |= not (abs(bar[U, i]) <= _LARGEST and abs(bar[V, i]) <= _LARGEST)
+    return found
 
 
 @jit
@@ -65,7 +75,7 @@ def forward(a, advance, note, drive, no_pieces, ticks, constants, sums, saved, i
 def backward(
     a, bar, pull, drive, ticks, constants, slopes, saved, interval, damped, drifts, kicks, passed, input_bars, bases
 ):  # fmt: skip
-    """From the last checkpoint to the first: record an interval on the tape, then undo it.
+    """From the last checkpoint to the first: record an interval on the tape, then undo it; (control step, how it ended).
 
     The tape lies in `a` behind the chain's own rows: for each control step that of the integrator, then the state at its end.
     """
@@ -89,9 +99,14 @@ def backward(
                 a[U, i], a[V, i] = a[row, i], a[row + 1, i]
             inputs, input_bar = drive[step], input_bars[step]
             _pull(pull, (a, bar, step, steps, inputs, input_bar, constants, slopes))
+            if _unsound(bar):
+                return step, PULL_FAILED
             undo(a, bar, drive[step, 0], drive[step, 1], ticks, row, damped, drifts, kicks, passed, input_bar, bases)
             row -= step_rows
+            if _unsound(bar):
+                return step, UNDO_FAILED
     _settle(a, bar)
+    return steps, DONE
 
 
 @jit

@@ -95,7 +95,7 @@ def record(a, left, right, ticks, row, damped, drifts, kicks, passed):
     n, stages, h = int(a[SCALARS, GRAINS]), len(kicks), a[SCALARS, STEP]
     a[LEFT_DRIVE, 0], a[RIGHT_DRIVE, 0] = left, right
     here = U
-    for tick in range(ticks):
+    for _ in range(ticks):
         left_base, right_base = a[here, 1], a[here, n]
         _move(a, here, row, drifts[0] * h)
         _place_pistons(a, row, left_base, right_base, drifts[0])

@@ -1,0 +1,79 @@
+"""Which contacts are open, pressed, or cut off in their pull, at every force evaluation of a run: where gradients have kinks.
+
+Two runs between which no contact's state differs anywhere lie on one smooth piece of an objective.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ...jit import jit
+from ..component import Chain
+from ..integrators.dissipation import half_sweep, prepare
+from ..table import BOUND, FREE_ROW, GRAINS, GRIP, REST, SCALARS, SMALLEST_OVERLAP, STEP, V
+from .gradient import checked_drive, checked_ticks, composition_of
+from .tape import record, rows_per_tick
+
+_PRIME = np.uint64(1099511628211)
+_ONE, _TWO = np.uint64(1), np.uint64(2)
+
+
+@jit
+def _mix(mark, bit):
+    return (mark ^ (_TWO if bit else _ONE)) * _PRIME
+
+
+@jit
+def _note_overlaps(a, row, marks):
+    for j in range(int(a[SCALARS, GRAINS]) + 1):
+        marks[j] = _mix(marks[j], a[row, j] - a[row, j + 1] + a[REST, j] >= SMALLEST_OVERLAP)
+
+
+@jit
+def _note_pulls(a, row, marks):
+    """Where the dissipative force is cut off, in each of the three half sweeps."""
+    for i in range(a.shape[1]):
+        a[V, i] = a[row + 1, i]
+    prepare(a, row, a[SCALARS, STEP])
+    for sweep in range(3):
+        parity = sweep % 2
+        for j in range(parity, int(a[SCALARS, GRAINS]) + 1, 2):
+            marks[j] = _mix(marks[j], a[GRIP, j] * (a[V, j] - a[V, j + 1]) > a[BOUND, j])
+        half_sweep(a, np.uint64(parity))
+
+
+@jit
+def _watch(a, drive, ticks, damped, drifts, kicks, passed, marks):
+    steps, stages, n = drive.shape[0], len(kicks), int(a[SCALARS, GRAINS])
+    for step in range(steps):
+        record(a, drive[step, 0], drive[step, 1], ticks, FREE_ROW + 1, damped, drifts, kicks, passed)
+        before = a[V].copy()
+        row = FREE_ROW + 1
+        for _ in range(ticks):
+            for s in range(stages):
+                _note_overlaps(a, row, marks[step])
+                if damped and s == stages // 2:
+                    _note_pulls(a, row, marks[step])
+                    row += 1
+                row += 1
+        for i in range(n + 2):
+            a[V, i] = before[i]
+
+
+def contact_states(chain: Chain, drive: npt.ArrayLike, ticks: int) -> npt.NDArray[np.uint64]:
+    """A mark of what each contact goes through in each control step, shape (steps, n + 1); the chain stays as it is.
+
+    Marks of two runs differ where a contact is open in the one and closed in the other at any force evaluation, or where its
+    dissipative force is cut off in the one and not in the other. Limits are not looked at.
+
+    Raises:
+        ParameterError: there is no adjoint of this chain, or the drive does not fit.
+    """
+    composition, damped = composition_of(chain)
+    inputs, ticks = checked_drive(chain, drive), checked_ticks(ticks)
+    a = chain.detached_table(ticks * rows_per_tick(len(composition.kicks), damped))
+    marks = np.zeros((len(inputs), chain.parameters.grains + 1), dtype=np.uint64)
+    with np.errstate(over="ignore"):  # marks wrap around
+        _watch(a, inputs, ticks, damped, composition.drifts, composition.kicks, composition.passed, marks)
+    return marks

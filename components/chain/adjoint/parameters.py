@@ -1,0 +1,186 @@
+"""From the table's derivatives to those of the parameters that the table was made from: the transpose of `geometry`.
+
+The internal step is held, whatever the parameters would suggest; so are the start displacements and velocities, measured from
+the configuration at rest. A gradient has the shape of the parameter as it was given: one number for all, or one each; radii
+that an arrangement or a draw gives have one each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError, nearest
+from ..arrangements import Uniform
+from ..component import Chain
+from ..laws import Dissipative
+from ..table import CONTACT, GRAVITY, INVERSE_MASS, LEFT_STATIC, MASS, REST, RIGHT_STATIC, SCALARS, STIFFNESS
+from .gradient import Bars
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def parameter_gradient(chain: Chain, bars: Bars, name: str) -> float | FloatArray:
+    """The derivative by the drive, shape (steps, 2), by a start value, shape (n,), or by a parameter, in the parameter's shape.
+
+    Raises:
+        ParameterError: there is no such derivative; says what to do.
+    """
+    if name not in KNOWN:
+        raise ParameterError(f"with_respect_to: {name!r} has no gradient; {nearest(name, KNOWN)}")
+    return KNOWN[name](chain, bars)
+
+
+class _Built:
+    """Derivatives by what `geometry` computes: masses, stiffnesses and static forces, each with all that follows from it."""
+
+    def __init__(self, chain: Chain, bars: Bars) -> None:
+        p, g, n = chain.parameters, chain.geometry, chain.parameters.grains
+        self.real = g.real
+        real = np.zeros(n + 1, dtype=bool)
+        real[g.real] = True
+        rest = np.where(real, bars.table[REST, : n + 1], 0.0)
+        # The overlap at rest is (F / k)^(1 / p).
+        overlap = np.zeros(n + 1)
+        overlap[g.real] = p.law.overlap_at(g.static_force[g.real], g.stiffness[g.real], g.contact[g.real])
+        pressed = overlap > 0.0
+        by_force, by_stiffness = np.zeros(n + 1), np.zeros(n + 1)
+        by_force[pressed] = overlap[pressed] / (p.law.growth * g.static_force[pressed])
+        by_stiffness[pressed] = -overlap[pressed] / (p.law.growth * g.stiffness[pressed])
+        self.unpressed = real & ~pressed
+        self.static = rest * by_force
+        self.static[0] += bars.table[SCALARS, LEFT_STATIC]
+        self.static[n] += bars.table[SCALARS, RIGHT_STATIC]
+        self.stiffness = np.where(real, bars.table[STIFFNESS, : n + 1], 0.0) + rest * by_stiffness
+        self.gap = -rest
+        inner = slice(1, n + 1)
+        self.mass = bars.table[MASS, inner] - bars.table[INVERSE_MASS, inner] / (g.mass * g.mass)
+        # A piston moves as it is told, whatever its mass.
+        self.moved = chain.table[INVERSE_MASS, inner] > 0.0
+        self.weight = _weight_bar(chain, self.static) if _hangs(chain) else np.zeros(n)
+        self.mass = np.where(self.moved, self.mass + p.gravity * self.weight, 0.0)
+
+
+def _hangs(chain: Chain) -> bool:
+    """Whether contacts carry weight at the start: there is gravity, and no gaps."""
+    return chain.parameters.gravity != 0.0 and not np.any(np.asarray(chain.parameters.gap) > 0.0)
+
+
+def _weight_bar(chain: Chain, static: FloatArray) -> FloatArray:
+    """By the weight of each grain, which the contacts on one side of it carry (`equilibrium.static_forces`)."""
+    p = chain.parameters
+    carried = np.cumsum(static[::-1])[::-1][1:]
+    total = p.gravity * float(chain.table[MASS, 1 : p.grains + 1].sum())
+    from_the_left = p.left != "free" and (p.right == "free" or total < 0.0)
+    return carried - static.sum() if from_the_left else carried
+
+
+def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
+    if built.unpressed.any():
+        where = int(np.argmax(built.unpressed[built.real]))
+        raise ParameterError(
+            f"with_respect_to: {name!r} has no derivative here: contact {where} carries no static force, and its overlap at "
+            f"rest grows as (force)^(1/{chain.parameters.law.growth:g}); give precompression, or leave {name!r} out"
+        )
+
+
+def _drive(chain: Chain, bars: Bars) -> FloatArray:
+    return bars.inputs
+
+
+def _velocity(chain: Chain, bars: Bars) -> FloatArray:
+    return bars.velocity
+
+
+def _displacement(chain: Chain, bars: Bars) -> FloatArray:
+    return bars.displacement
+
+
+def _radius(chain: Chain, bars: Bars) -> float | FloatArray:
+    p, g, n, built = chain.parameters, chain.geometry, chain.parameters.grains, _Built(chain, bars)
+    if _hangs(chain):
+        _refuse_unpressed(chain, built, "radius")
+    gradient = np.where(natural_mass(chain), 3.0 * g.mass / g.radius * built.mass, 0.0)
+    if p.contact_stiffness is None:
+        # K ~ sqrt(R*), 1/R* = 1/R_left + 1/R_right.
+        by_curvature = np.zeros(n + 1)
+        by_curvature[g.real] = (0.5 * built.stiffness * g.stiffness * g.reduced_radius)[g.real]
+        gradient += (by_curvature[1:] + by_curvature[:-1]) / (g.radius * g.radius)
+        for end, column, place in ((p.left, 0, 0), (p.right, -1, n)):
+            if end == "fixed_grain":  # it is as large as the grain that it meets
+                gradient[column] += by_curvature[place] / (g.radius[column] * g.radius[column])
+    one_for_all = isinstance(p.radius, float) and isinstance(p.arrangement, Uniform)
+    return float(gradient.sum()) if one_for_all else gradient
+
+
+def natural_mass(chain: Chain) -> npt.NDArray[np.bool_]:
+    """Which grains weigh density x volume, shape (n,)."""
+    p = chain.parameters
+    natural = np.isnan(p.arrangement.masses(np.full(p.grains, np.nan)))
+    if isinstance(p.mass, dict):
+        natural[list(p.mass)] = False
+    elif p.mass is not None:
+        natural[:] = False
+    return natural
+
+
+def _mass(chain: Chain, bars: Bars) -> float | FloatArray:
+    built = _Built(chain, bars)
+    if _hangs(chain):
+        _refuse_unpressed(chain, built, "mass")
+    return float(built.mass.sum()) if isinstance(chain.parameters.mass, float) else built.mass
+
+
+def _contact_stiffness(chain: Chain, bars: Bars) -> float | FloatArray:
+    p, g, built = chain.parameters, chain.geometry, _Built(chain, bars)
+    if isinstance(p.contact_stiffness, float):
+        # Walls' contacts are multiples of it.
+        return float((built.stiffness * g.stiffness)[g.real].sum()) / p.contact_stiffness
+    return built.stiffness[g.real].copy()
+
+
+def _precompression(chain: Chain, bars: Bars) -> float:
+    built = _Built(chain, bars)
+    _refuse_unpressed(chain, built, "precompression")
+    return float(built.static.sum())
+
+
+def _gap(chain: Chain, bars: Bars) -> float | FloatArray:
+    built = _Built(chain, bars)
+    gradient = built.gap[built.real]
+    return gradient.copy() if isinstance(chain.parameters.gap, list) else float(gradient.sum())
+
+
+def _gravity(chain: Chain, bars: Bars) -> float:
+    built = _Built(chain, bars)
+    if chain.parameters.gravity == 0.0:
+        raise ParameterError("with_respect_to: 'gravity' has a gradient only where there is gravity; give the chain some")
+    if _hangs(chain):
+        _refuse_unpressed(chain, built, "gravity")
+    weighed = chain.table[MASS, 1 : chain.parameters.grains + 1]
+    return float(bars.table[SCALARS, GRAVITY] + (weighed * built.weight).sum())
+
+
+def _dissipation(chain: Chain, bars: Bars) -> float | FloatArray:
+    law = chain.parameters.law
+    if not isinstance(law, Dissipative):
+        raise ParameterError(f"with_respect_to: law {law.name!r} has no dissipation; use law viscous or kuwabara_kono")  # type: ignore[attr-defined]
+    gradient = bars.table[CONTACT, : chain.parameters.grains + 1][chain.geometry.real]
+    return gradient.copy() if isinstance(law.dissipation, list) else float(gradient.sum())
+
+
+KNOWN: dict[str, Callable[[Chain, Bars], float | FloatArray]] = {
+    "drive": _drive,
+    "radius": _radius,
+    "mass": _mass,
+    "contact_stiffness": _contact_stiffness,
+    "precompression": _precompression,
+    "dissipation": _dissipation,
+    "gap": _gap,
+    "gravity": _gravity,
+    "velocity": _velocity,
+    "displacement": _displacement,
+}
+"""What there are gradients by."""

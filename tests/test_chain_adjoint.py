@@ -1,0 +1,442 @@
+"""Exact gradients: against central differences, against a closed form, bit by bit against the component's own steps."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tracemalloc
+from typing import Any
+
+import numpy as np
+import pytest
+
+from granular_env import Chain, ParameterError, StepError
+from granular_env.components.chain.adjoint import evaluate, gradient, tape, value_and_bars
+from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.table import FREE_ROW, U, V
+from granular_env.components.jit import jit
+from granular_env.control.differences import central_differences
+from granular_env.control.gradient import value_and_grad
+from granular_env.control.objective import (
+    applied,
+    contact_force,
+    displacement,
+    energy,
+    kinetic_energy,
+    momentum,
+    total,
+    velocity,
+)
+
+# The bound of the gradient's error, as a part of the change that its entries make along a direction.
+BOUND = 1e-7
+TICKS = 3
+
+POWER = {"law": {"name": "power", "exponent": 1.8}, "contact_stiffness": 1e10}
+VISCOUS = {"law": {"name": "viscous", "dissipation": 20.0}}
+KUWABARA_KONO = {"law": {"name": "kuwabara_kono", "dissipation": [2e4, 3e4, 1e4, 2e4, 5e4, 1e3, 2e4, 2e4, 4e4]}}
+CASES: dict[str, dict[str, Any]] = {
+    "free ends, pressed": {"precompression": 50.0},
+    "free ends, at rest": {},
+    "piston and rigid plane": {"left": "piston", "right": "rigid_plane", "precompression": 3.0},
+    "two pistons, leapfrog": {"left": "piston", "right": "piston", "integrator": "leapfrog", "precompression": 5.0},
+    "gaps": {"right": "piston", "gap": [1e-7, 0.0, 3e-7, 0.0, 0.0, 2e-7, 1e-8, 0.0, 0.0]},
+    "fixed grain and plane, one stiffness": {
+        "left": "fixed_grain", "right": "plane", "integrator": "leapfrog", "radius": 3e-3, "contact_stiffness": 6e9,
+        "precompression": 10.0,
+    },
+    "hanging from a plane": {"right": "plane", "gravity": -40.0, "left": "piston", "precompression": 20.0, "mass": {3: 1e-3}},
+    "standing on a plane": {"right": "plane", "gravity": 40.0, "precompression": 20.0},
+    "pushed up by a piston": {"left": "piston", "gravity": 40.0, "precompression": 20.0},
+    "between walls": {"left": "plane", "right": "plane", "gravity": -40.0, "precompression": 2.0},
+    "power": {"right": "plane", "precompression": 30.0, **POWER},
+    "power at rest, leapfrog": {"left": "piston", "integrator": "leapfrog", **POWER},
+    "viscous": {"right": "plane", "precompression": 30.0, **VISCOUS},
+    "viscous, leapfrog": {"left": "piston", "integrator": "leapfrog", "precompression": 30.0, **VISCOUS},
+    "kuwabara_kono": {"right": "piston", "precompression": 30.0, **KUWABARA_KONO},
+    "kuwabara_kono, falling, leapfrog": {
+        "left": "piston", "gravity": 40.0, "precompression": 30.0, "integrator": "leapfrog", **KUWABARA_KONO,
+    },
+    "impurity": {
+        "radius": 3e-3, "precompression": 50.0, "arrangement": {"name": "impurity", "index": 3, "radius": 2e-3, "mass": 4e-4},
+    },
+}  # fmt: skip
+
+
+def task(name: str, seed: int, steps: int = 12) -> tuple[Chain, Any, Any]:
+    """A chain in a random state, a random drive, and an objective that depends on everything."""
+    rng = np.random.default_rng([seed, len(name)])
+    parameters = {"grains": 10, "radius": list(3e-3 * (0.8 + 0.4 * rng.random(10))), "step_size": 5e-7} | CASES[name]
+    chain = Chain(**parameters)
+    pressed = chain.parameters.precompression > 0.0
+    chain.reset(velocity=rng.normal(size=10) * (0.02 if pressed else 0.3), displacement=rng.normal(size=10) * 1e-8 * pressed)
+    sizes = [0.1 if end == "piston" else 20.0 for end in (chain.parameters.left, chain.parameters.right)]
+    drive = (0.5 + rng.random((steps, 2))) * np.array([sizes[0], -sizes[1]])
+    terms = [
+        velocity(-3).at_end(target=0.5), 1e6 * displacement(2).mean(), 1e3 * energy(1, 6).at_end(),
+        1e3 * kinetic_energy().mean(begin=-5), 2e2 * momentum(0, 4).mean(target=1e-3), 1e-3 * applied("left").mean(target=0.3),
+        1e-2 * contact_force(-2).peak(scale=40.0, power=8),
+    ]  # fmt: skip
+    return chain, drive, total(chain, *terms)
+
+
+def derivatives(chain: Chain) -> dict[str, Any]:
+    """What this chain has gradients by, with a size for each at which a change is felt and no limit is passed."""
+    p, g = chain.parameters, chain.geometry
+    sizes: dict[str, Any] = {"drive": 1.0, "radius": 3e-5, "mass": 0.05 * g.mass, "velocity": 0.01, "displacement": 2e-8}
+    sizes["contact_stiffness"] = 0.1 * (p.contact_stiffness or g.stiffness[g.real])
+    if p.precompression > 0.0:
+        sizes["precompression"] = 0.1 * p.precompression
+    if isinstance(p.gap, list):
+        sizes["gap"] = 1e-8 * (np.array(p.gap) > 0.0)
+    if p.gravity != 0.0:
+        sizes["gravity"] = 10.0
+    if hasattr(p.law, "dissipation"):
+        sizes["dissipation"] = 0.3 * np.asarray(p.law.dissipation)  # type: ignore[attr-defined]
+    if "piston" in (p.left, p.right):
+        sizes["drive"] = np.array([0.02 if end == "piston" else 5.0 for end in (p.left, p.right)])
+    return sizes
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("name", CASES)
+def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
+    """Of every parameter along a random direction, wherever no contact changes state between the runs compared."""
+    chain, drive, objective = task(name, seed)
+    sizes = derivatives(chain)
+    value, exact = value_and_grad(objective, chain, drive, ticks=TICKS, with_respect_to=sizes)
+    assert value == evaluate(chain, drive[None], TICKS, objective)[0]
+    rng, compared = np.random.default_rng(seed), 0
+    for key, size in sizes.items():
+        direction = rng.normal(size=exact[key].shape) * size
+        change = exact[key] * direction
+        found = central_differences(objective, chain, drive, {key: direction}, ticks=TICKS, step=0.05)
+        if found.kink is None:
+            scale = float(np.linalg.norm(change))
+            assert abs(found.value - change.sum()) <= BOUND * scale, (key, found, change.sum(), scale)
+            # The difference can tell so much.
+            assert found.error <= BOUND * scale, (key, found, scale)
+            compared += scale > 0.0
+    assert compared >= len(sizes) - 2
+
+
+def test_a_long_disordered_and_dissipative_run() -> None:
+    """Forty grains, two thousand force evaluations, a wave that is reflected: all drive entries and radii at once."""
+    rng = np.random.default_rng(7)
+    chain = Chain(
+        grains=40, radius=list(3e-3 * (0.6 + 0.8 * rng.random(40))), right="plane", step_size=5e-7, precompression=50.0,
+        law={"name": "kuwabara_kono", "dissipation": 5e3},
+    )  # fmt: skip
+    drive = np.zeros((170, 2))
+    drive[:40, 0] = 30.0 * np.sin(np.pi * np.arange(40) / 40)
+    objective = total(chain, kinetic_energy(20, 39).mean(), velocity(-1).at_end(target=0.2))
+    names = ("drive", "radius", "dissipation")
+    _, exact = value_and_grad(objective, chain, drive, ticks=TICKS, with_respect_to=names)
+    for key, size in (("drive", np.array([1.0, 0.0])), ("radius", 3e-5), ("dissipation", 1e3)):
+        direction = rng.normal(size=exact[key].shape) * size
+        change = exact[key] * direction
+        found = central_differences(objective, chain, drive, {key: direction}, ticks=TICKS)
+        assert found.kink is None
+        assert abs(found.value - change.sum()) <= BOUND * np.linalg.norm(change)
+
+
+def test_scalars_and_lists_have_gradients_in_their_own_shape() -> None:
+    """One radius for all has one derivative, the sum of those of a list."""
+    drive = np.full((5, 2), [30.0, 0.0])
+    found = []
+    for radius in (3e-3, [3e-3] * 6):
+        chain = Chain(grains=6, radius=radius, right="plane", precompression=20.0, step_size=5e-7)
+        found.append(
+            value_and_grad(total(chain, energy().at_end()), chain, drive, ticks=2, with_respect_to="radius")[1]["radius"]
+        )
+    assert found[0].shape == ()
+    assert found[1].shape == (6,)
+    assert found[0] == pytest.approx(found[1].sum(), rel=1e-13)
+
+
+@pytest.mark.parametrize("integrator", ["pefrl", "leapfrog"])
+def test_a_linear_chain_has_the_gradient_of_its_matrices(integrator: str) -> None:
+    """Springs (power 1) that stay pressed: a step is a matrix, and the gradient is a product of them."""
+    n, stiffness, h, steps = 6, 2e6, 1e-6, 20
+    chain = Chain(
+        grains=n, law={"name": "power", "exponent": 1.0}, contact_stiffness=stiffness, precompression=500.0, right="plane",
+        step_size=h, integrator=integrator, radius=list(3e-3 + 1e-4 * np.arange(n)),
+    )  # fmt: skip
+    k = chain.geometry.stiffness
+    matrix = np.zeros((n, n))
+    for j in range(1, n):
+        matrix[j - 1 : j + 1, j - 1 : j + 1] += k[j] * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    matrix[-1, -1] += k[n]
+    inverse_mass = np.diag(1.0 / chain.geometry.mass)
+    composition = chain._scheme.composition
+    assert composition is not None
+    one, zero = np.eye(n), np.zeros((n, n))
+    step, push = np.eye(2 * n), np.zeros(2 * n)
+    force = np.concatenate([np.zeros(n), inverse_mass[0]])
+    for s, drift in enumerate(composition.drifts):
+        moved = np.block([[one, drift * h * one], [zero, one]])
+        step, push = moved @ step, moved @ push
+        if s < len(composition.kicks):
+            kick = composition.kicks[s] * h
+            kicked = np.block([[one, zero], [-kick * inverse_mass @ matrix, one]])
+            step, push = kicked @ step, kicked @ push + kick * force
+    drive = np.zeros((steps, 2))
+    drive[:, 0] = 50.0 * np.sin(np.arange(steps))
+    # J = sum of 1000 u^2 / steps over time of the last grain, and v of the first at the end.
+    states, state = [], np.zeros(2 * n)
+    for t in range(steps):
+        for _ in range(TICKS):
+            state = step @ state + push * drive[t, 0]
+        states.append(state)
+    weights = np.zeros((steps, 2 * n))
+    weights[:, n - 1] = 2e6 * np.array(states)[:, n - 1] / steps
+    weights[-1, n] += 1.0
+    expected, bar = np.zeros(steps), np.zeros(2 * n)
+    for t in range(steps - 1, -1, -1):
+        bar = bar + weights[t]
+        for _ in range(TICKS):
+            expected[t] += bar @ push
+            bar = step.T @ bar
+    objective = total(chain, 1e6 * displacement(-1).mean(target=0.0), velocity(0).at_end())
+    value, exact = value_and_grad(objective, chain, drive, ticks=TICKS, with_respect_to=("drive", "displacement", "velocity"))
+    assert value == pytest.approx(1e6 * np.mean(np.array(states)[:, n - 1] ** 2) + states[-1][n], rel=1e-9)
+    assert exact["drive"][:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+    assert np.all(exact["drive"][:, 1] == 0.0)
+    assert exact["displacement"] == pytest.approx(bar[:n], rel=1e-9, abs=1e-9 * np.abs(bar[:n]).max())
+    assert exact["velocity"] == pytest.approx(bar[n:], rel=1e-9, abs=1e-9 * np.abs(bar[n:]).max())
+
+
+# -- the same bits ------------------------------------------------------------------------------------------------------
+
+
+@jit
+def _note_state(a, step, steps, inputs, constants, sums):
+    """The state after the last control step, as it is."""
+    if step == steps - 1:
+        n = len(sums) // 2
+        for i in range(n):
+            sums[i], sums[n + i] = a[U, i + 1], a[V, i + 1]
+
+
+def _pull_nothing(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    slopes[0] = slopes[0]
+
+
+def _state_of_evaluate(chain: Chain, drive: Any) -> Any:
+    seen: list[Any] = []
+
+    def value(sums, constants, slopes):
+        seen.append(sums.copy())
+        return 0.0
+
+    evaluate(chain, drive[None], TICKS, Objective(_note_state, value, _pull_nothing, count=2 * chain.parameters.grains))
+    return seen[0]
+
+
+def _stepped(chain: Chain, drive: Any) -> Any:
+    names = [name for name, variable in chain.variables.items() if variable.causality == "input"]
+    for held in drive:
+        inputs = {name: float(held[0 if name.startswith("left") else 1]) for name in names}
+        chain.step(TICKS * chain.step_size, **inputs)
+    return np.concatenate([chain.get("displacement"), chain.get("velocity")])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_evaluate_and_the_tape_have_the_bits_of_the_component(name: str) -> None:
+    """What is differentiated is the very run that is made: displacements and velocities after every control step."""
+    chain, drive, _ = task(name, seed=3)
+    composition, damped = gradient.composition_of(chain)
+    rows = TICKS * tape.rows_per_tick(len(composition.kicks), damped)
+    a, before = chain.detached_table(rows), chain.save()
+    inputs = gradient.checked_drive(chain, drive)
+    evaluated = _state_of_evaluate(chain, drive)
+    assert chain.save() == before
+    for left, right in inputs:
+        end = tape.record(
+            a, left, right, TICKS, FREE_ROW + 1, damped, composition.drifts, composition.kicks, composition.passed
+        )
+        assert end == FREE_ROW + 1 + rows
+        state = _stepped(chain, np.array([[left, right]]))
+        assert np.array_equal(state, np.concatenate([a[U, 1:11], a[V, 1:11]]))
+    assert np.array_equal(state, evaluated)
+
+
+def test_a_chain_that_is_advanced_in_tiles_has_the_same_bits_on_the_tape() -> None:
+    """More grains than fit the cache."""
+    chain = Chain(grains=16_500, precompression=10.0, step_size=5e-7)
+    objective = total(chain, velocity(3).at_end())
+    drive = np.full((3, 2), [100.0, -5.0])
+    bars = value_and_bars(chain, drive, TICKS, objective)
+    assert bars.value == _stepped(chain, drive)[16_500 + 3]
+    assert bars.inputs[0, 0] > 0.0 == bars.inputs[0, 1]
+
+
+@pytest.mark.parametrize("integrator", ["rk4", "hamming", "dop853"])
+def test_values_without_gradients(integrator: str) -> None:
+    """`evaluate` runs what has no adjoint."""
+    law = {"name": "elastic_plastic", "yield_pressure": 1e9} if integrator == "rk4" else "hertz"
+    chain = Chain(grains=5, integrator=integrator, law=law, step_size=5e-7)
+    drive = np.full((4, 2), [50.0, 0.0])
+    assert np.array_equal(_state_of_evaluate(chain, drive), _stepped(chain, drive))
+
+
+def test_gradients_are_the_same_every_time_and_members_are_independent() -> None:
+    """Twice the same bits; a batch of drives gives what each gives alone; the chain is as it was."""
+    chain, drive, objective = task("kuwabara_kono", seed=5)
+    before = chain.save()
+    one, two = (value_and_bars(chain, drive, TICKS, objective) for _ in range(2))
+    assert np.array_equal(one.table, two.table)
+    assert np.array_equal(one.inputs, two.inputs)
+    members = np.stack([drive, 0.5 * drive, drive])
+    values = evaluate(chain, members, TICKS, objective)
+    assert values[0] == values[2] == one.value
+    assert values[1] == evaluate(chain, members[1:2], TICKS, objective)[0]
+    assert chain.save() == before
+
+
+def test_a_gradient_starts_from_the_present_state() -> None:
+    """Half a run, then the rest, is the whole run."""
+    chain, drive, _ = task("power", seed=4)
+    objective = total(chain, energy(2, 5).at_end())
+    whole = value_and_bars(chain, drive, TICKS, objective)
+    _stepped(chain, drive[:5])
+    rest = value_and_bars(chain, drive[5:], TICKS, objective)
+    assert rest.value == whole.value
+    assert np.array_equal(rest.inputs, whole.inputs[5:])
+
+
+def test_without_the_jit() -> None:
+    """Plain Python gives the same bits."""
+    program = """
+import numpy as np
+from granular_env import Chain
+from granular_env.control.gradient import value_and_grad
+from granular_env.control.objective import contact_force, energy, total
+for law in ("hertz", {"name": "viscous", "dissipation": 20.0}):
+    chain = Chain(grains=4, law=law, right="plane", precompression=20.0, step_size=1e-6)
+    objective = total(chain, 1e3 * energy(1, 2).at_end(), contact_force(-1).peak(scale=20.0))
+    drive = np.array([[30.0, 0.0], [20.0, 0.0], [5.0, 0.0]])
+    value, gradient = value_and_grad(objective, chain, drive, ticks=2, with_respect_to=("drive", "radius"))
+    print(value.hex(), [x.hex() for x in gradient["drive"][:, 0]], float(gradient["radius"]).hex())
+"""
+    runs = []
+    for off in ("0", "1"):
+        environment = os.environ | {"NUMBA_DISABLE_JIT": off}
+        done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+        runs.append(done.stdout)
+    assert runs[0] == runs[1]
+    assert len(runs[0].splitlines()) == 2
+
+
+# -- kinks, limits, refusals --------------------------------------------------------------------------------------------
+
+
+def test_a_kink_is_reported() -> None:
+    """Surfaces that just touch: pushed together they press, pulled apart they do not."""
+    chain = Chain(grains=3, gap=[1e-6, 1e-6], step_size=5e-7)
+    chain.reset(displacement={0: 1e-6})
+    drive, objective = np.zeros((4, 2)), total(chain, 1e9 * velocity(1).at_end())
+    found = central_differences(objective, chain, drive, {"displacement": [1e-9, 0.0, 0.0]}, ticks=1)
+    assert found.kink == (0, 1)
+    # One contact of three; moving the third grain, which nobody touches, changes no contact.
+    apart = central_differences(objective, chain, drive, {"displacement": [0.0, 0.0, 1e-9]}, ticks=1)
+    assert apart.kink is None
+    assert apart.value == 0.0
+
+
+def test_a_pull_that_is_cut_off_is_a_kink() -> None:
+    """With so much dissipation that contacts would stick, the cut-off decides; runs that differ in it are told apart."""
+    chain = Chain(grains=3, law={"name": "viscous", "dissipation": 300.0}, precompression=1.0, step_size=5e-7)
+    chain.reset(velocity={2: 0.05})
+    drive, objective = np.zeros((12, 2)), total(chain, velocity(1).at_end())
+    found = central_differences(objective, chain, drive, {"velocity": [0.0, 0.0, 0.049]}, ticks=TICKS, step=1.0)
+    assert found.step < 1.0
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"integrator": "rk4"}, "integrator: there are no gradients of 'rk4'; build the chain with integrator = 'pefrl' or"),
+        ({"integrator": "hamming"}, "integrator: there are no gradients of 'hamming'"),
+        ({"integrator": "dop853"}, "integrator: there are no gradients of 'dop853'"),
+        ({"law": {"name": "elastic_plastic", "yield_pressure": 1e9}}, "law: there are no gradients of 'elastic_plastic'"),
+    ],
+)
+def test_chains_without_an_adjoint_are_refused_by_name(parameters: dict[str, Any], said: str) -> None:
+    """And are told what to use."""
+    chain = Chain(grains=4, step_size=5e-7, **parameters)
+    with pytest.raises(ParameterError, match=said):
+        value_and_grad(total(chain, velocity(1).at_end()), chain, np.zeros((3, 2)), ticks=1)
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("precompresion", "'precompresion' has no gradient; did you mean 'precompression'"),
+        ("precompression", "'precompression' has no derivative here: contact 0 carries no static force"),
+        ("gravity", "'gravity' has a gradient only where there is gravity"),
+        ("dissipation", "law 'hertz' has no dissipation"),
+    ],
+)
+def test_gradients_that_there_are_not(key: str, said: str) -> None:
+    """Are refused by name."""
+    chain = Chain(grains=4, step_size=5e-7)
+    with pytest.raises(ParameterError, match=said):
+        value_and_grad(total(chain, velocity(1).at_end()), chain, np.zeros((3, 2)), ticks=1, with_respect_to=key)
+
+
+@pytest.mark.parametrize(
+    ("drive", "ticks", "said"),
+    [
+        (np.zeros(3), 1, r"drive: got the shape \(3,\)"),
+        (np.zeros((0, 2)), 1, r"drive: got the shape \(0, 2\)"),
+        (np.array([[0.0, 0.0], [np.nan, 0.0]]), 1, r"drive\[1, 0\]: got nan"),
+        ("push", 1, "drive: got 'push'"),
+        (np.zeros((3, 2)), 0, "ticks: got 0"),
+        (np.zeros((3, 2)), 1.5, "ticks: got 1.5"),
+    ],
+)
+def test_bad_drives(drive: Any, ticks: Any, said: str) -> None:
+    """Are named."""
+    chain = Chain(grains=4, step_size=5e-7)
+    with pytest.raises(ParameterError, match=said):
+        value_and_grad(total(chain, velocity(1).at_end()), chain, drive, ticks=ticks)
+
+
+def test_a_run_that_fails_names_its_control_step_and_leaves_the_chain() -> None:
+    """The account is the component's own."""
+    chain = Chain(grains=4, step_size=5e-7)
+    drive = np.zeros((30, 2))
+    drive[20:, 0] = 1e7
+    before, objective = chain.save(), total(chain, velocity(1).at_end())
+    with pytest.raises(StepError, match=r"control step 2\d of 30: (overlap|velocity)\[\d\] reached") as caught:
+        value_and_grad(objective, chain, drive, ticks=TICKS)
+    assert caught.value.variable in ("overlap", "velocity")
+    with pytest.raises(StepError, match="control step 2"):
+        evaluate(chain, drive[None], TICKS, objective)
+    assert chain.save() == before
+
+
+# -- memory -------------------------------------------------------------------------------------------------------------
+
+
+def test_memory_grows_with_the_root_of_the_horizon() -> None:
+    """Bytes held at a time beyond the drive, its copy and its gradient: at most twice as many for four times the steps."""
+    chain = Chain(grains=64, step_size=5e-7, precompression=10.0)
+    objective = total(chain, velocity(60).at_end())
+
+    def held(steps: int) -> int:
+        drive = np.zeros((steps, 2))
+        value_and_bars(chain, drive, TICKS, objective)
+        tracemalloc.start()
+        value_and_bars(chain, drive, TICKS, objective)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return peak - 2 * drive.nbytes
+
+    sizes = [held(steps) for steps in (1000, 4000, 16_000)]
+    assert sizes[1] <= 2.1 * sizes[0]
+    assert sizes[2] <= 2.1 * sizes[1]
+    # It is a small part of what all states of the run would take.
+    assert sizes[2] < 0.05 * 16_000 * TICKS * 4 * 66 * 8

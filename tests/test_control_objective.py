@@ -1,0 +1,241 @@
+"""Objectives: terms against the chain's own outputs, the check of one's own, and what is said where one is wrong."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from granular_env import Chain, ParameterError
+from granular_env.components.chain.adjoint import evaluate
+from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.table import MASS, PEAK, V
+from granular_env.components.jit import jit
+from granular_env.control.checking import check_objective
+from granular_env.control.gradient import value_and_grad
+from granular_env.control.objective import (
+    Term,
+    applied,
+    contact_force,
+    displacement,
+    energy,
+    kinetic_energy,
+    momentum,
+    total,
+    velocity,
+)
+
+LAWS: list[dict[str, Any]] = [
+    {},
+    {"law": {"name": "power", "exponent": 2.2}, "contact_stiffness": 1e12},
+    {"law": {"name": "viscous", "dissipation": 30.0}},
+    {"law": {"name": "kuwabara_kono", "dissipation": 2e4}},
+]
+DRIVE = np.array([[40.0, 0.0]] * 6 + [[10.0, 0.0]] * 6)
+
+
+def chain_of(**parameters: Any) -> Chain:
+    """Seven grains before a plane."""
+    return Chain(**({"grains": 7, "right": "plane", "precompression": 20.0, "step_size": 5e-7} | parameters))
+
+
+def worth(chain: Chain, term: Term) -> float:
+    """The value of a term along the drive."""
+    return float(evaluate(chain, DRIVE[None], 3, total(chain, term))[0])
+
+
+@pytest.mark.parametrize("parameters", LAWS)
+def test_terms_are_what_the_chain_says(parameters: dict[str, Any]) -> None:
+    """Each quantity at the end, its mean and its peak, against the outputs of the component's own steps."""
+    chain = chain_of(**parameters)
+    twin = chain_of(**parameters)
+    seen: dict[str, list[float]] = {name: [] for name in ("v", "u", "f", "e", "p", "all", "part")}
+    for left, _ in DRIVE:
+        twin.step(3 * twin.step_size, left_force=float(left))
+        v, f = twin.get("velocity"), twin.get("contact_force")
+        mass = twin.geometry.mass
+        ledger = twin.ledger()
+        for name, value in (
+            ("v", v[2]), ("u", twin.get("displacement")[-1]), ("f", f[-1]), ("e", 0.5 * float(mass[1:4] @ v[1:4] ** 2)),
+            ("p", float(mass @ v)), ("all", ledger.kinetic_energy + ledger.potential_energy),
+        ):  # fmt: skip
+            seen[name].append(float(value))
+    quantities = {
+        "v": velocity(2), "u": displacement(-1), "f": contact_force(-1), "e": kinetic_energy(1, 3), "p": momentum(),
+    }  # fmt: skip
+    for name, quantity in quantities.items():
+        values = np.array(seen[name])
+        assert worth(chain, quantity.at_end()) == pytest.approx(values[-1], rel=1e-13)
+        assert worth(chain, quantity.mean()) == pytest.approx(values.mean(), rel=1e-12)
+        assert worth(chain, quantity.mean(target=0.1)) == pytest.approx(np.mean((values - 0.1) ** 2), rel=1e-12)
+        assert worth(chain, quantity.mean(begin=-4, end=-1)) == pytest.approx(values[-4:-1].mean(), rel=1e-12)
+        largest = np.abs(values).max()
+        peak = worth(chain, quantity.peak(scale=largest, power=16))
+        assert peak == pytest.approx(np.sum(np.abs(values) ** 16.0) ** (1 / 16), rel=1e-12)
+        assert largest <= peak <= largest * len(values) ** (1 / 16)
+    # A wall holds the other half of its contact.
+    wall = worth(chain, energy(6, 6).at_end()) - worth(chain, kinetic_energy(6, 6).at_end())
+    assert worth(chain, energy().at_end()) < seen["all"][-1] < worth(chain, energy().at_end()) + 2.0 * wall
+    halves = worth(chain, energy(0, 3).at_end()) + worth(chain, energy(4, 6).at_end())
+    assert worth(chain, energy().at_end()) == pytest.approx(halves, rel=1e-13)
+    assert worth(chain, applied("left").mean()) == pytest.approx(DRIVE[:, 0].mean(), rel=1e-14)
+
+
+@pytest.mark.parametrize("parameters", LAWS)
+def test_terms_have_the_derivatives_of_their_values(parameters: dict[str, Any]) -> None:
+    """Entry by entry of the table."""
+    chain = chain_of(**parameters)
+    terms = (
+        velocity(2).at_end(target=3.0), displacement(-1).mean(), contact_force(-1).peak(scale=60.0), energy(2, 4).mean(),
+        kinetic_energy().at_end(), 2.0 * momentum(1, 3).mean(target=0.1), -1.0 * applied("left").mean(target=0.0),
+    )  # fmt: skip
+    for term in terms:
+        assert check_objective(total(chain, term), chain) < 1e-6
+    assert check_objective(total(chain, *terms), chain) < 1e-6
+
+
+def test_a_task_may_bring_its_objective() -> None:
+    """Whatever has objective(chain, steps)."""
+    chain = chain_of()
+
+    class Task:
+        def objective(self, chain: Chain, steps: int) -> Objective:
+            return total(chain, float(steps) * velocity(1).at_end())
+
+    direct = value_and_grad(total(chain, float(len(DRIVE)) * velocity(1).at_end()), chain, DRIVE, ticks=2)
+    asked = value_and_grad(Task(), chain, DRIVE, ticks=2)
+    assert direct[0] == asked[0]
+    assert np.array_equal(direct[1]["drive"], asked[1]["drive"])
+    with pytest.raises(ParameterError, match="objective: got 3, expected an Objective, or a task that has one"):
+        value_and_grad(3, chain, DRIVE, ticks=2)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("build", "said"),
+    [
+        (lambda chain: total(chain), "terms: got none"),
+        (lambda chain: total(chain, velocity(7).at_end()), r"velocity\[7\]: got 7, expected -7 to 6"),
+        (lambda chain: total(chain, contact_force(7).at_end()), r"contact_force\[7\]: got 7, expected -7 to 6"),
+        (lambda chain: velocity(1).peak(scale=0.0), "scale: got 0.0"),
+        (lambda chain: velocity(1).peak(scale=1.0, power=3), "power: got 3, expected an even number"),
+        (lambda chain: applied("top"), "side: got 'top'"),  # type: ignore[arg-type]
+        (lambda chain: Objective(None, _value, _pull), "objective.note: got None"),  # type: ignore[arg-type]
+        (lambda chain: Objective(_note, _value, _pull, "one"), "objective.constants: got 'one'"),  # type: ignore[arg-type]
+        (lambda chain: Objective(_note, _value, _pull, count=0), "objective.count: got 0"),
+    ],
+)
+def test_bad_terms(build: Any, said: str) -> None:
+    """Are refused when they are put together."""
+    with pytest.raises(ParameterError, match=said):
+        build(chain_of())
+
+
+# -- one's own ----------------------------------------------------------------------------------------------------------
+
+
+@jit
+def _note(a, step, steps, inputs, constants, sums):
+    sums[0] += 0.5 * a[MASS, 6] * a[V, 6] ** 2 / steps
+
+
+@jit
+def _value(sums, constants, slopes):
+    slopes[0] = 2.0 * sums[0]
+    return sums[0] ** 2
+
+
+@jit
+def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    bar[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
+    bar[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
+
+
+@jit
+def _pull_twice(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    bar[V, 6] += slopes[0] * 2.0 * a[MASS, 6] * a[V, 6] / steps
+    bar[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
+
+
+@jit
+def _pull_without_mass(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    bar[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
+
+
+@jit
+def _pull_that_writes(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    a[V, 6] = 0.0
+
+
+@jit
+def _value_of_wrong_slope(sums, constants, slopes):
+    slopes[0] = 1.0
+    return sums[0] ** 2
+
+
+@jit
+def _note_peak(a, step, steps, inputs, constants, sums):
+    if step == steps - 1:
+        sums[0] += a[PEAK, 3]
+
+
+def test_ones_own_objective_is_checked() -> None:
+    """The right one passes; of a wrong one the entry is named."""
+    chain = chain_of()
+    assert check_objective(Objective(_note, _value, _pull), chain) < 1e-6
+    for objective, said in (
+        (Objective(_note, _value, _pull_twice), r"objective.pull: bar\[V, 6\] is .* differences of note give"),
+        (Objective(_note, _value, _pull_without_mass), r"objective.pull: bar\[MASS, 6\] is 0 at step 0"),
+        (Objective(_note, _value, _pull_that_writes), "objective.pull: it changes `a`"),
+        (Objective(_note, _value_of_wrong_slope, _pull), r"objective.value: slopes\[0\] is 1, "),
+        (Objective(_note_peak, _value, _pull), "objective.note: it reads the row PEAK"),
+    ):
+        with pytest.raises(ParameterError, match=said):
+            check_objective(objective, chain)
+
+
+@jit
+def _note_nan_late(a, step, steps, inputs, constants, sums):
+    sums[0] += np.nan if step == 7 else a[V, 1]
+
+
+@jit
+def _value_nan(sums, constants, slopes):
+    slopes[0] = 1.0
+    return np.nan
+
+
+@jit
+def _pull_nan_early(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    bar[V, 3] += np.nan if step == 4 else slopes[0]
+
+
+def test_an_objective_that_is_not_a_number_says_where() -> None:
+    """The control step, or the function."""
+    chain = chain_of()
+    for objective, said in (
+        (Objective(_note_nan_late, _value, _pull), r"objective.note: sums\[0\] became nan after control step 7 of 12"),
+        (Objective(_note, _value_nan, _pull), "objective.value: J is nan"),
+        (Objective(_note, _value, _pull_nan_early), r"objective.pull: bar\[V, 3\] became nan at control step 4 of 12"),
+    ):
+        with pytest.raises(ParameterError, match=said):
+            value_and_grad(objective, chain, DRIVE, ticks=2)
+
+
+def test_plain_functions_are_compiled() -> None:
+    """A decorator that was forgotten does not matter; code that does not compile is named."""
+    chain = chain_of()
+
+    def note(a, step, steps, inputs, constants, sums):
+        sums[0] += a[V, 2] * constants[0]
+
+    def pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+        bar[V, 2] += slopes[0] * constants[0]
+
+    def no_code(a, step, steps, inputs, constants, sums):
+        sums[0] += a.nothing
+
+    found = value_and_grad(Objective(note, _value, pull, np.array([2.0])), chain, DRIVE, ticks=2)
+    assert found[0] > 0.0
+    with pytest.raises(ParameterError, match=r"objective.note: it does not compile"):
+        value_and_grad(Objective(no_code, _value, pull), chain, DRIVE, ticks=2)
