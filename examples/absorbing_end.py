@@ -1,7 +1,7 @@
 """An active end that swallows an unknown wave from its sensors alone, against passive ends.
 
-Six waves, which the end does not know: one or two grains strike a row of 64 with 3, 5 and 8 m/s. What comes back is the energy in
-the chain at 600 us over that of the strikers, less what the strikers carry off to the left in a chain twice as long.
+Six waves, which the end does not know: one or two grains strike a row of 64 with 3, 5 and 8 m/s. What comes back is the energy
+in the chain at 600 us over that of the strikers, less what the strikers carry off to the left in a chain twice as long.
 Run it with `python examples/absorbing_end.py`.
 """
 

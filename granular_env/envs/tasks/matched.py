@@ -133,8 +133,8 @@ class MatchedForce:
 class Dashpot:
     """A passive end for comparison: the end grain is braked by c |v|^p, v half a control step ahead of the last reading.
 
-    p = 1.2 with c = k ((5/4) sqrt(m / 1.5 k))^1.2 is the impedance of a simple wave, whose force goes with the overlap's power 3/2
-    and its grain velocity with the power 5/4; a solitary wave is none, and another c does better.
+    p = 1.2 with c = k ((5/4) sqrt(m / 1.5 k))^1.2 is the impedance of a simple wave, whose force goes with the overlap's power
+    3/2 and its grain velocity with the power 5/4; a solitary wave is none, and another c does better.
 
     Args:
         coefficient: c [N / (m/s)^p].
