@@ -1,7 +1,7 @@
 """Pulse shaping by gradient: which force on the first grain makes exactly the wanted solitary waves, from a drive of zeros?
 
-One wave against the triangular push of Nesterenko (1983), section 3.3; one in a disordered and in a dissipative chain, compared with
-the uniform chain's drive; two waves that follow each other. Run it with `python examples/pulse_shaping.py`.
+One wave against the triangular push of Nesterenko (1983), section 3.3; one in a disordered and in a dissipative chain, compared
+with the uniform chain's drive; two waves that follow each other. Run it with `python examples/pulse_shaping.py`.
 """
 
 import numpy as np
@@ -43,7 +43,7 @@ def shaped(env: PulseFormingEnv, pushed: int | None = None, iterations: int = 60
     First for the waves on their way, which have a slope everywhere, then for their arrival.
     """
     drive = np.zeros(env.task.steps)
-    for way, part in ((1.0, 0.25), (0.0, 1.0)):
+    for way, part in ((1.0, 0.5), (0.3, 0.5), (0.0, 1.0)):
         drive = improved(env, drive, way, pushed or env.task.steps, int(part * iterations))
     return drive
 
