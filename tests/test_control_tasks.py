@@ -270,6 +270,8 @@ def test_the_gradient_of_a_task_agrees_with_differences() -> None:
 RETURNS = {
     ("PulseForming", "force"): (-1.0, -7.26e-4, -1.5e-13),
     ("PulseForming", "piston"): (-1.0, -1.353e-3, -1.5e-13),
+    ("Protection", "force"): (0.0, 0.7923, 0.8456),
+    ("Protection", "piston"): (0.0, 0.7838, 0.8409),
     ("EnergyDelivery", "force"): (0.0, 0.809965, 0.81),
     ("EnergyDelivery", "piston"): (0.0, 0.809942, 0.81),
 }
@@ -283,7 +285,7 @@ def test_nothing_is_less_than_theory_is_less_than_best(name: str, action: str) -
     assert list(returned) == ["nothing", "theory", "best"]
     assert returned["nothing"] == pytest.approx(nothing, abs=1e-12)
     assert returned["theory"] == pytest.approx(theory, rel=1e-3)
-    assert returned["best"] == pytest.approx(best, abs=1e-6)
+    assert returned["best"] == pytest.approx(best, abs=1e-4 if name == "Protection" else 1e-6)
     assert returned["nothing"] < returned["theory"] < returned["best"]
     assert returned["best"] == pytest.approx(best_return(f"granular_env/{name}-v0", env.task.arguments), abs=1e-9)
     other = TASKS[name](20, action=action, **{"PulseForming": {"place": 10}}.get(name, {}))
@@ -349,6 +351,23 @@ def test_the_same_seed_gives_the_same_episode(name: str, action: str) -> None:
         first, second = episode(one, noise(seed), seed), episode(other, noise(seed), seed)
         assert first[0] == second[0]
         assert one.component.save().to_bytes() == other.component.save().to_bytes()
+
+
+@pytest.mark.parametrize("name", list(TASKS))
+def test_the_native_batch_gives_what_single_environments_give(name: str) -> None:
+    made = {"deadline": 60} if name != "SolitonTrain" else {}
+    native, single = (
+        gymnasium.make_vec(f"granular_env/{name}-v0", num_envs=3, vectorization_mode=mode, **made)
+        for mode in ("vector_entry_point", "sync")
+    )
+    np.testing.assert_array_equal(native.reset(seed=3)[0], single.reset(seed=3)[0])
+    random = np.random.default_rng(0)
+    for _ in range(100):
+        chosen = random.uniform(-0.3, 0.5, (3, 1)).astype(np.float32)
+        for one, other in zip(native.step(chosen)[:4], single.step(chosen)[:4], strict=True):
+            np.testing.assert_array_equal(one, other)
+    native.close()
+    single.close()
 
 
 def test_docstrings_tell_what_gymnasium_users_look_for() -> None:
