@@ -270,6 +270,8 @@ def test_the_gradient_of_a_task_agrees_with_differences() -> None:
 RETURNS = {
     ("PulseForming", "force"): (-1.0, -7.26e-4, -1.5e-13),
     ("PulseForming", "piston"): (-1.0, -1.353e-3, -1.5e-13),
+    ("Protection", "force"): (0.0, 0.7923, 0.8456),
+    ("Protection", "piston"): (0.0, 0.7838, 0.8409),
     ("EnergyDelivery", "force"): (0.0, 0.809965, 0.81),
     ("EnergyDelivery", "piston"): (0.0, 0.809942, 0.81),
 }
@@ -283,7 +285,7 @@ def test_nothing_is_less_than_theory_is_less_than_best(name: str, action: str) -
     assert list(returned) == ["nothing", "theory", "best"]
     assert returned["nothing"] == pytest.approx(nothing, abs=1e-12)
     assert returned["theory"] == pytest.approx(theory, rel=1e-3)
-    assert returned["best"] == pytest.approx(best, abs=1e-6)
+    assert returned["best"] == pytest.approx(best, abs=1e-4 if name == "Protection" else 1e-6)
     assert returned["nothing"] < returned["theory"] < returned["best"]
     assert returned["best"] == pytest.approx(best_return(f"granular_env/{name}-v0", env.task.arguments), abs=1e-9)
     other = TASKS[name](20, action=action, **{"PulseForming": {"place": 10}}.get(name, {}))

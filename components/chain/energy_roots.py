@@ -3,8 +3,8 @@
 A contact that stores the energy e above that at rest has the root q = +-sqrt(e), negative where it is less pressed than at
 rest. Two states differ by sum_i m_i (v_i - v'_i)^2 / 2 + sum_j (q_j - q'_j)^2: the energy itself where the second is at rest.
 
-With s = sqrt(d), d the whole overlap, and s0 that at rest, e = k (s - s0)^2 Q, Q = .4 s^3 + .8 s^2 s0 + 1.2 s s0^2 + .6 s0^3: no
-difference of large numbers, whatever the precompression. Without one, q = sqrt(.4 k) d^1.25. A gap stores nothing.
+With s = sqrt(d), d the whole overlap, and s0 that at rest, e = k (s - s0)^2 Q, Q = .4 s^3 + .8 s^2 s0 + 1.2 s s0^2 + .6 s0^3:
+no difference of large numbers, whatever the precompression. Without one, q = sqrt(.4 k) d^1.25. A gap stores nothing.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .table import MASS, REST, SMALLEST_OVERLAP, STIFFNESS, U, V
 
 @inlined
 def _lengths(a, j):
-    """s and s0 of contact j, 0 for a gap."""
+    """S and s0 of contact j, 0 for a gap."""
     d = overlap(a, U, j)
     return math.sqrt(d) if d > SMALLEST_OVERLAP else 0.0, math.sqrt(max(a[REST, j], 0.0))
 
@@ -31,14 +31,14 @@ def _quotient(s, s0):
 
 @inlined
 def energy_root(a, j):
-    """q of contact j [J^.5]."""
+    """Q of contact j [J^.5]."""
     s, s0 = _lengths(a, j)
     return math.sqrt(a[STIFFNESS, j] * _quotient(s, s0)) * (s - s0)
 
 
 @jit
 def pull_energy_root(a, bar, j, slope):
-    """bar += slope dq_j/da."""
+    """Bar += slope dq_j/da."""
     s, s0 = _lengths(a, j)
     quotient = _quotient(s, s0)
     if quotient <= 0.0 or a[STIFFNESS, j] <= 0.0:
@@ -66,7 +66,7 @@ def energy_between(a, first, last):
 
 @jit
 def pull_energy_between(a, bar, first, last, slope):
-    """bar += slope denergy/da of `energy_between`."""
+    """Bar += slope denergy/da of `energy_between`."""
     for i in range(first, last + 1):
         bar[V, i] += slope * a[MASS, i] * a[V, i]
         bar[MASS, i] += slope * 0.5 * (a[V, i] * a[V, i])

@@ -82,7 +82,7 @@ def distance(a, shapes, goal, waves, left):
 
 @jit
 def pull_distance(a, bar, shapes, goal, waves, left, slope):
-    """bar += slope ddistance/da."""
+    """Bar += slope ddistance/da."""
     n, root = int(a[SCALARS, GRAINS]), shapes[GRAIN_MASS] ** 0.5
     for i in range(1, n + 1):
         off = a[V, i] - _wanted(shapes, goal, waves, left, i - 1.0, False)
@@ -231,7 +231,7 @@ def _padded(values: FloatArray, piece: slice, count: int) -> FloatArray:
 
 
 def _energy_roots(wave: LatticeWave) -> FloatArray:
-    """q of a contact, m = A = 1."""
+    """Q of a contact, m = A = 1."""
     s, s0 = np.sqrt(wave.rest_overlap + wave.overlap), np.sqrt(wave.rest_overlap)
     return (s - s0) * np.sqrt(0.4 * s**3 + 0.8 * s**2 * s0 + 1.2 * s * s0**2 + 0.6 * s0**3)
 

@@ -1,4 +1,4 @@
-"""Policies: callables (observation, info) -> action with a memory that `reset` clears. Whatever needs none is a function too."""
+"""Policies: callables (observation, info) -> action with a memory that `reset` clears."""
 
 from __future__ import annotations
 

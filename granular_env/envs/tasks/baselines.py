@@ -19,7 +19,7 @@ class _Driven(Protocol):
 
 
 def open_loops(task: _Driven, environment: str, theory: npt.NDArray[np.float64]) -> dict[str, Policy]:
-    """ "nothing", "theory" and, where one is known that the scale admits, "best".
+    """Doing nothing, "theory" and, where one is known that the scale admits, "best".
 
     Args:
         task: with one action.

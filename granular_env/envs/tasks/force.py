@@ -10,7 +10,7 @@ from .protection import ProtectionEnv, ProtectionTask
 ForceTask = ProtectionTask
 
 
-class ForceEnv(ProtectionEnv):
+class ForceEnv(ProtectionEnv):  # noqa: D101
     __doc__ = f"""`Protection-v0` under its older name: pushed by a force, whose scale is called `force_scale` (500 N) here.
 
     {ProtectionEnv.__doc__}"""

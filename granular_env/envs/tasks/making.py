@@ -42,7 +42,9 @@ def driven_chain(
         ParameterError: the action is unknown, or an argument of the chain is not valid.
     """
     if not isinstance(action, str) or action not in ACTIONS:
-        raise ParameterError(f"action: got {shortened(action)}, expected one of {', '.join(ACTIONS)}; {nearest(str(action), ACTIONS)}")
+        raise ParameterError(
+            f"action: got {shortened(action)}, expected one of {', '.join(ACTIONS)}; {nearest(str(action), ACTIONS)}"
+        )
     boundary, quantity, scale = ACTIONS[action]
     number = scale if action_scale is None else positive_number("action_scale", action_scale)
     given = {"velocity_scale": _VELOCITY, **parameters, side: boundary}
@@ -83,7 +85,8 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
     if law.elastic != table.HERTZ or chain.parameters.grains < 2:
         raise ParameterError(f"chain: task {task!r} wants at least 2 grains and Hertz contacts, got law {law.name!r}")
     inner = slice(1, chain.parameters.grains)
-    # Overlaps at rest that differ from contact to contact (gravity, gaps) have no wave of their own: their mean stands for them.
+    # Overlaps at rest that differ from contact to contact (gravity, gaps) have no wave of their own: their mean stands for
+    # them.
     rest = max(float(geometry.rest_overlap[inner].mean()), 0.0)
     return float(geometry.mass.mean()), float(geometry.stiffness[inner].mean()), rest
 

@@ -130,6 +130,37 @@ class MatchedForce:
         return self.mass * float(self.chain.get("velocity")[1:].sum())
 
 
+class Dashpot:
+    """A passive end for comparison: the end grain is braked by c |v|^p, v half a control step ahead of the last reading.
+
+    p = 1.2 with c = k ((5/4) sqrt(m / 1.5 k))^1.2 is the impedance of a simple wave, whose force goes with the overlap's power
+    3/2 and its grain velocity with the power 5/4; a solitary wave is none, and another c does better.
+
+    Args:
+        coefficient: c [N / (m/s)^p].
+        exponent: p.
+        duration: of a control step [s].
+        scale: force at action 1 [N].
+        sensors: scales of the observation.
+    """
+
+    def __init__(self, coefficient: float, exponent: float, duration: float, scale: float, sensors: Sensors) -> None:
+        self.coefficient, self.exponent, self.duration, self.scale = coefficient, exponent, duration, scale
+        self.sensors = sensors
+        self.reset()
+
+    def reset(self) -> None:
+        """The last reading is forgotten."""
+        self.before: float | None = None
+
+    def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
+        """The force on the end grain over the next control step."""
+        speed = self.sensors.read(observation)[2]
+        coming = speed + (0.5 * (speed - self.before) if self.before is not None else 0.0)
+        self.before = speed
+        return np.array([np.clip(-np.sign(coming) * self.coefficient * abs(coming) ** self.exponent / self.scale, -1.0, 1.0)])
+
+
 def _chain(left: str, mass: float, stiffness: float, step_size: float) -> Chain:
     return Chain(
         grains=_VIRTUAL_GRAINS, mass=mass, contact_stiffness=stiffness, step_size=step_size, left=left, velocity_scale=10.0

@@ -20,7 +20,7 @@ _FOLDER = "best"
 
 @cache
 def _all() -> tuple[dict[str, Any], ...]:
-    folder = files(__package__).joinpath(_FOLDER)
+    folder = files(__name__.rpartition(".")[0]).joinpath(_FOLDER)
     names = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".json"))
     return tuple(json.loads(folder.joinpath(name).read_text("utf-8")) for name in names)
 

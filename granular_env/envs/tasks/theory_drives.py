@@ -14,9 +14,7 @@ _FINE = 16
 _RISE = 0.29
 
 
-def passing_waves(
-    shapes: FloatArray, goal: FloatArray, horizon: float, duration: float, steps: int, action: str
-) -> FloatArray:
+def passing_waves(shapes: FloatArray, goal: FloatArray, horizon: float, duration: float, steps: int, action: str) -> FloatArray:
     """What a left end feels and does while solitary waves pass through it on their way to their places, shape (steps,).
 
     A force: the mean over each control step of the force of the missing grain -1 on grain 0. Grains i >= 0 carry the momentum
@@ -68,7 +66,11 @@ def ramped_push(chain: Chain, impulse: float, duration: float, steps: int, actio
         steps: how many.
         action: the input, "left_force" or "left_velocity".
     """
-    mass, stiffness, grains = float(chain.geometry.mass.mean()), float(chain.geometry.stiffness[1:-1].mean()), len(chain.geometry.mass)
+    mass, stiffness, grains = (
+        float(chain.geometry.mass.mean()),
+        float(chain.geometry.stiffness[1:-1].mean()),
+        len(chain.geometry.mass),
+    )
     force = np.geomspace(1e-3, 1e6, 20_000) * impulse / (duration * steps)
     speed = (force * stiffness**2) ** (1.0 / 6.0) / mass**0.5
     rise = _RISE * duration * steps

@@ -1,0 +1,89 @@
+"""An active end that swallows an unknown wave from its sensors alone, against passive ends.
+
+Six waves, which the end does not know: one or two grains strike a row of 64 with 3, 5 and 8 m/s. What comes back is the energy
+in the chain at 600 us over that of the strikers, less what the strikers carry off to the left in a chain twice as long.
+Run it with `python examples/absorbing_end.py`.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from granular_env.envs.tasks.absorption import AbsorptionEnv
+from granular_env.envs.tasks.matched import Dashpot, Sensors
+
+WAVES = [(strikers, speed) for strikers in (1, 2) for speed in (3.0, 5.0, 8.0)]
+
+
+def left_over(env: AbsorptionEnv, policy: Callable, strikers: int, speed: float) -> float:
+    """Energy in the chain at the end of an episode, over that of the strikers."""
+    env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
+    policy.reset()
+    observation, info = env.observe()
+    over = False
+    while not over:
+        observation, _, terminated, truncated, info = env.step(policy(observation, info))
+        over = terminated or truncated
+    return info["returned"]
+
+
+def rebound(strikers: int, speed: float) -> float:
+    """What the strikers carry off, which no end sees: the energy left of grain 30, after 600 us in a long chain."""
+    env = AbsorptionEnv(160)
+    env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
+    for _ in range(300):
+        *_, info = env.step([0.0])
+    speeds = info["velocity"][:30]
+    return float((speeds**2).sum() / (strikers * speed**2))
+
+
+def returned(env: AbsorptionEnv, policy: Callable) -> float:
+    """The mean over the six waves."""
+    return float(np.mean([left_over(env, policy, *wave) - CARRIED[wave] for wave in WAVES]))
+
+
+CARRIED = {wave: rebound(*wave) for wave in WAVES}
+
+
+def free_end() -> float:
+    """The last grain flies off and is caught: what is left is the energy of the others."""
+    left = []
+    env = AbsorptionEnv(action="force")
+    for strikers, speed in WAVES:
+        env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
+        for _ in range(300):
+            *_, info = env.step([0.0])
+        left.append((info["velocity"][:-1] ** 2).sum() / (strikers * speed**2) - CARRIED[strikers, speed])
+    return float(np.mean(left))
+
+
+def best_dashpot(exponent: float, low: float, high: float, mass: float | None = None) -> tuple[float, float]:
+    """The dashpot on the end grain (of a mass, where one is given) that lets least come back: its constant, and how much."""
+    from scipy.optimize import minimize_scalar
+
+    chain = {} if mass is None else {"mass": {63: mass}}
+    env = AbsorptionEnv(action="force", chain=chain, internal_steps=2, deadline=600)
+    task = env.task
+    sensors = Sensors(task.observations["displacement"], task.observations["velocity"], task.observed_force)
+
+    def cost(logarithm: float) -> float:
+        return returned(env, Dashpot(float(np.exp(logarithm)), exponent, env.duration, 1000.0, sensors))
+
+    found = minimize_scalar(cost, bounds=(np.log(low), np.log(high)), method="bounded", options={"xatol": 0.02})
+    return float(np.exp(found.x)), float(found.fun)
+
+
+def main() -> dict[str, float]:
+    numbers = {"wall": returned(AbsorptionEnv(), AbsorptionEnv().task.baselines()["nothing"])}
+    numbers["free end, last grain caught"] = free_end()
+    constant, numbers["best linear dashpot"] = best_dashpot(1.0, 20.0, 500.0)
+    numbers["its constant [N s/m]"] = constant
+    for action in ("piston", "force"):
+        env = AbsorptionEnv(action=action)
+        numbers[f"matched {action}"] = returned(env, env.task.baselines()["theory"])
+    return numbers
+
+
+if __name__ == "__main__":
+    for name, value in main().items():
+        print(f"{name}: {value:.3g}")
