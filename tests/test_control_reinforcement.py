@@ -17,12 +17,13 @@ pytest.importorskip("stable_baselines3")
 pytestmark = pytest.mark.extra
 
 SMALL = {"grains": 6, "deadline": 60, "impulse": 0.005}
+QUICK = {"environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "layers": [16]}
 STUDY = {
     "version": 1, "name": "learning", "budget": 3000, "episodes": 2, "test_episodes": 2,
     "task": {"name": "force", "randomise": {"velocity": [0.0, 0.5]}, **SMALL},
     "method": [
-        {"type": "ppo", "environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "layers": [16]},
-        {"type": "sac", "environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "first": 24, "batch": 32, "layers": [16]},
+        {"type": "ppo", **QUICK},
+        {"type": "sac", **QUICK, "first": 24, "batch": 32},
     ],
 }  # fmt: skip
 
