@@ -243,7 +243,7 @@ def run_study(args: argparse.Namespace) -> int:
     if args.study is None:
         raise ExperimentError("study: no study was named; `granular-env study --list` names those that come with the package")
     study = load_study(args.study, args.overrides)
-    with telling.telling(study, args.quiet) as told:
+    with _told_by_us(), telling.telling(study, args.quiet) as told:
         result = running.run_study(study, args.out, overwrite=args.overwrite, told=told)
     print(result.folder / "report.html" if args.quiet else telling.closing(result))
     return _INTERRUPTED if result.interrupted else 0

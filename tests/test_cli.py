@@ -50,7 +50,20 @@ def test_help_needs_none_of_the_heavy_packages():
     )
     ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert ended.stdout.splitlines()[-1] == "[]"
-    for command in ("list", "describe", "new", "run", "replay", "branch", "recover", "view", "report", "check", "atlas"):
+    for command in (
+        "list",
+        "describe",
+        "new",
+        "run",
+        "replay",
+        "branch",
+        "recover",
+        "view",
+        "report",
+        "check",
+        "atlas",
+        "study",
+    ):
         assert re.search(rf"^ +{command} ", ended.stdout, re.MULTILINE)
 
 

@@ -17,12 +17,13 @@ pytest.importorskip("stable_baselines3")
 pytestmark = pytest.mark.extra
 
 SMALL = {"grains": 6, "deadline": 60, "impulse": 0.005}
+QUICK = {"environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "layers": [16]}
 STUDY = {
     "version": 1, "name": "learning", "budget": 3000, "episodes": 2, "test_episodes": 2,
     "task": {"name": "force", "randomise": {"velocity": [0.0, 0.5]}, **SMALL},
     "method": [
-        {"type": "ppo", "environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "layers": [16]},
-        {"type": "sac", "environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "first": 24, "batch": 32, "layers": [16]},
+        {"type": "ppo", **QUICK},
+        {"type": "sac", **QUICK, "first": 24, "batch": 32},
     ],
 }  # fmt: skip
 
@@ -71,6 +72,19 @@ def test_a_held_action_adds_up_its_rewards_and_an_episode_that_begins_meanwhile_
     assert theirs.control_steps == 10
 
 
+def test_the_clock_tells_how_late_it_is_and_makes_the_deadline_an_end():
+    from granular_env.control.sb3 import Sb3VecEnv
+
+    env = Sb3VecEnv(batch(2, deadline=8), hold=4, clock=2, deadline=8)
+    assert env.observation_space.shape == (14,)
+    assert env.reset()[:, 12:].tolist() == [[1.0, 1.0]] * 2
+    rest = np.zeros((2, 1), np.float32)
+    np.testing.assert_allclose(env.step(rest)[0][:, 12:], [[0.0, -1.0]] * 2, atol=1e-7)
+    seen, _, over, told = env.step(rest)
+    assert over.all() and seen[:, 12:].tolist() == [[1.0, 1.0]] * 2
+    assert told[0]["terminal_observation"][12:].tolist() == [-1.0, 1.0] and not told[0]["TimeLimit.truncated"]
+
+
 def test_a_batch_that_resets_otherwise_is_refused():
     from granular_env.control.sb3 import Sb3VecEnv
 
@@ -84,7 +98,7 @@ def test_weights_and_optimisers_come_back_from_arrays(place):
     from granular_env.control.study.methods.reinforcement import arrays_of, put_arrays
 
     method = METHODS[STUDY["method"][place]["type"]](**STUDY["method"][place])
-    trained, fresh = (method.algorithm(Sb3VecEnv(batch(4), 5), seed) for seed in (0, 1))
+    trained, fresh = (method.algorithm(Sb3VecEnv(batch(4), 5, 4, 60), seed) for seed in (0, 1))
     trained.learn(96)
     arrays = arrays_of(trained)
     assert any("optimizer" in name and "exp_avg" in name for name in arrays)
@@ -92,7 +106,7 @@ def test_weights_and_optimisers_come_back_from_arrays(place):
     again = arrays_of(fresh)
     assert again.keys() == arrays.keys()
     assert all(np.array_equal(again[name], arrays[name]) for name in arrays)
-    seen = np.random.default_rng(0).normal(size=(5, 12)).astype(np.float32)
+    seen = np.random.default_rng(0).normal(size=(5, 16)).astype(np.float32)
     assert np.array_equal(trained.predict(seen, deterministic=True)[0], fresh.predict(seen, deterministic=True)[0])
     fresh.learn(96, reset_num_timesteps=False)
     assert any(not np.array_equal(array, arrays[name]) for name, array in arrays_of(fresh).items())

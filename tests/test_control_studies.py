@@ -21,7 +21,7 @@ from granular_env.control.study import load_study, shipped_studies
 from granular_env.control.study.load import as_toml
 from granular_env.control.study.methods import METHODS
 from granular_env.control.study.running import run_study
-from granular_env.control.study.track import RETURN, Track
+from granular_env.control.study.track import PLAYED, RETURN, Track
 from granular_env.recording import verify
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -68,6 +68,15 @@ def test_slopes_of_a_drive_are_those_of_central_differences(between, rate):
     step = 1e-6 * np.eye(shape.size)
     differences = (numbers(point + step) - numbers(point - step)) / 2e-6
     np.testing.assert_allclose(shape.pull(point, weights), differences, atol=1e-8)
+
+
+@pytest.mark.parametrize("between", ["linear", "held"])
+def test_the_point_of_a_drive_is_found_again(between):
+    shape = DriveShape(steps=30, entries=2, knots=6, between=between, driven=25)
+    point = np.random.default_rng(1).uniform(-1.0, 1.0, shape.size)
+    np.testing.assert_allclose(shape.fitted(shape.actions(point[None])[0]), point, atol=1e-13)
+    # What ends early is rest from there on.
+    assert not shape.fitted(np.zeros((3, 2))).any()
 
 
 def test_a_drive_is_an_agent_that_rests_after_its_end():
@@ -181,12 +190,28 @@ def test_every_method_gets_the_same_budget_and_none_exceeds_it(tmp_path):
 
 def test_slopes_count_as_forward_runs_and_so_does_judging(tmp_path):
     problem = Bowl()
-    result = run_study(bowl_study({"type": "gradient", "starts": 1, "trial": 1, "iterations": 1, "rounds": 1}), tmp_path, problem=problem)
+    result = run_study(
+        bowl_study({"type": "gradient", "starts": 1, "trial": 1, "iterations": 1, "rounds": 1}), tmp_path, problem=problem
+    )
     track = result.trials[0].track
     returns, slopes = track.count(RETURN), len(track) - track.count(RETURN)
     assert returns >= 1 and slopes >= 2
     assert track.spent == Bowl.steps * (returns + 4 * slopes) < 4000
     assert problem.asked == returns + slopes
+
+
+@pytest.mark.parametrize("method", ["gradient", "cma"])
+def test_a_search_may_begin_at_a_baseline(method, tmp_path):
+    study = bowl_study({"type": method, "begin": "theory"}, budget=20 * Bowl.steps)
+    track = run_study(study, tmp_path / "a", problem=Bowl()).trials[0].track
+    # Looking at the baseline costs an episode; the first drive of the gradient is the baseline's, the best is better.
+    assert track.count(PLAYED) == 1 and track.spent <= 400
+    theory = -float(np.mean((0.25 - Bowl().target) ** 2))
+    if method == "gradient":
+        assert track._values[2] == pytest.approx(theory, rel=1e-12)
+        assert track.best_return > theory
+    with pytest.raises(ExperimentError, match="begin: got 'theroy', which is no baseline of this task; did you mean 'theory'"):
+        run_study(bowl_study({"type": method, "begin": "theroy"}), tmp_path / "b", problem=Bowl())
 
 
 def test_the_same_seed_finds_the_same_and_another_seed_another(tmp_path):

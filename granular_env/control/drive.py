@@ -90,7 +90,7 @@ class DriveShape:
         weights[np.arange(len(part)), before] = 1.0 - part
         weights[np.arange(len(part)), after] += part
         knots = np.linalg.lstsq(weights, wished[: len(part)], rcond=None)[0]
-        return np.clip(knots.T.reshape(-1), self.lowest, self.highest)
+        return np.clip(np.asarray(knots, dtype=np.float64).T.reshape(-1), self.lowest, self.highest)
 
     def _places(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
         """Of every driven step: the knot before it, the one after it, and how far it is between them."""

@@ -7,10 +7,29 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import numpy.typing as npt
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from granular_env.components.errors import ParameterError
+
+
+def clocked(observations: np.ndarray, part: npt.ArrayLike, count: int) -> np.ndarray:
+    """Observations with the time: cos(pi k part), k = 1 to `count`.
+
+    An agent that does not see how late it is cannot do the right thing before a deadline (Pardo et al. 2018); a chain at rest
+    looks the same at any time.
+
+    Args:
+        observations: shape (environments, size).
+        part: part of the episode that is over, shape (environments,), or one for all.
+        count: how many cosines; 0 leaves the observations as they are.
+    """
+    if not count:
+        return observations
+    parts = np.broadcast_to(np.asarray(part, dtype=np.float64), len(observations))
+    times = np.cos(np.pi * np.arange(1, count + 1) * parts[:, None])
+    return np.hstack([observations, times.astype(np.float32)])
 
 
 class Sb3VecEnv(VecEnv):
@@ -23,22 +42,31 @@ class Sb3VecEnv(VecEnv):
         env: a `VectorEnv` that resets in the same step (`AutoresetMode.SAME_STEP`).
         hold: control steps for which an action is held; their rewards are added up. An episode that begins while an action is
             held rests until the next one.
+        clock: how many cosines of the time tell an agent how late it is, see `clocked`; 0: it is not told, and the deadline is
+            what cuts an episode off, not its end.
+        deadline: control steps of an episode; the clock needs it.
     """
 
-    def __init__(self, env: gymnasium.vector.VectorEnv, hold: int = 1) -> None:
+    def __init__(self, env: gymnasium.vector.VectorEnv, hold: int = 1, clock: int = 0, deadline: int = 1) -> None:
         mode = env.metadata.get("autoreset_mode")
         if mode != gymnasium.vector.AutoresetMode.SAME_STEP:
             raise ParameterError(f"env: its autoreset_mode is {mode}, expected AutoresetMode.SAME_STEP")
-        self.env, self.hold = env, hold
+        self.env, self.hold, self.clock, self.deadline = env, hold, clock, deadline
         self.control_steps = 0
-        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        self._elapsed = np.zeros(env.num_envs, dtype=np.int64)
+        seen = env.single_observation_space
+        assert isinstance(seen, gymnasium.spaces.Box)
+        times = np.ones(clock, np.float32)
+        space = gymnasium.spaces.Box(np.append(seen.low, -times), np.append(seen.high, times), dtype=np.float32)
+        super().__init__(env.num_envs, space, env.single_action_space)
 
     def reset(self) -> np.ndarray:
         """Observations of new episodes, shape (environments, size)."""
         seeds: Any = self._seeds if any(seed is not None for seed in self._seeds) else None
         observations, _ = self.env.reset(seed=seeds)
         self._reset_seeds()
-        return observations
+        self._elapsed[:] = 0
+        return self._seen(observations, self._elapsed)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Remember what shall be done."""
@@ -53,13 +81,19 @@ class Sb3VecEnv(VecEnv):
         for _ in range(self.hold):
             observations, gained, terminated, truncated, told = self.env.step(self._actions)
             self.control_steps += self.num_envs
+            self._elapsed += 1
             rewards += np.where(over, 0.0, gained)
             for place in np.flatnonzero((terminated | truncated) & ~over):
-                infos[place]["terminal_observation"] = told["final_obs"][place]
-                infos[place]["TimeLimit.truncated"] = bool(truncated[place] and not terminated[place])
+                last = told["final_obs"][place][None]
+                infos[place]["terminal_observation"] = self._seen(last, self._elapsed[place : place + 1])[0]
+                infos[place]["TimeLimit.truncated"] = bool(truncated[place] and not terminated[place] and not self.clock)
+            self._elapsed[terminated | truncated] = 0
             over |= terminated | truncated
             self._actions[over] = 0.0
-        return observations, rewards.astype(np.float32), over, infos
+        return self._seen(observations, self._elapsed), rewards.astype(np.float32), over, infos
+
+    def _seen(self, observations: np.ndarray, elapsed: np.ndarray) -> np.ndarray:
+        return clocked(observations, elapsed / self.deadline, self.clock)
 
     def close(self) -> None:
         """Close the batch."""

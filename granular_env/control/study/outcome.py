@@ -63,6 +63,7 @@ class StudyResult:
         baselines: what they are compared with, by name.
         gradient_runs: what slopes cost, in forward runs.
         interrupted: whether Ctrl-C ended it; the same command goes on from there.
+        warnings: what the runs warned of, each sentence once.
     """
 
     study: Study
@@ -71,6 +72,7 @@ class StudyResult:
     baselines: Mapping[str, Score]
     gradient_runs: float
     interrupted: bool
+    warnings: list[str]
 
     def baseline(self, name: str) -> float | None:
         """A baseline's return, or None where the task has no such baseline."""

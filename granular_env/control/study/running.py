@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import os
-from collections.abc import Callable, Iterable
+import warnings
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 
-from granular_env.components.errors import ExperimentError, GranularError, ParameterError
+from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, ParameterError, caution
 from granular_env.experiments.faults import blamed
 from granular_env.running import Interrupt
 from granular_env.writing import write_files
@@ -71,7 +72,7 @@ def run_study(
     problem, shape = prepared(study, problem)
     _claim(where, study, overwrite)
     trials, interrupted = [], False
-    with contextlib.ExitStack() as stack:
+    with _warned_once() as warned, contextlib.ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
         for method in study.method:
             for seed in study.seeds:
@@ -79,11 +80,25 @@ def run_study(
                 interrupted = interrupted or interrupt.pressed
                 trials.append(attempt.finish() if interrupted else attempt.run())
                 interrupted = interrupted or attempt.interrupted
-    baselines = {name: judged(actor, problem, study) for name, actor in problem.baselines().items()}
-    result = StudyResult(study, where, trials, baselines, problem.gradient_runs, interrupted)
+        baselines = {name: judged(actor, problem, study) for name, actor in problem.baselines().items()}
+    result = StudyResult(study, where, trials, baselines, problem.gradient_runs, interrupted, warned)
     write_results(result)
     _raise_failures(result)
     return result
+
+
+@contextlib.contextmanager
+def _warned_once() -> Iterator[list[str]]:
+    """The warnings of this package, each sentence once, however many episodes it comes from; warned of when it is over."""
+    told: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default", GranularWarning)
+        try:
+            yield told
+        finally:
+            told += dict.fromkeys(str(one.message) for one in caught if issubclass(one.category, GranularWarning))
+    for sentence in told:
+        caution(sentence)
 
 
 def _raise_failures(result: StudyResult) -> None:

@@ -12,6 +12,8 @@ from .results import heads, verdicts
 from .running import Told
 from .schema import Study
 
+_MOST_NOTES = 3
+
 
 @contextmanager
 def telling(study: Study, quiet: bool) -> Iterator[Told]:
@@ -47,6 +49,7 @@ def closing(result: StudyResult) -> str:
     lines = [columns([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows], indent="")]
     if result.baselines:
         lines.append("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))
+    lines += [f"note: {text}" for text in result.warnings[:_MOST_NOTES]]
     if result.interrupted:
         lines.append("interrupted: these are the results so far; the same command goes on from there")
     lines.append(f"page: {shlex.quote(str(result.folder / 'report.html'))}")

@@ -32,6 +32,7 @@ class Reinforcement(MethodTable):
 
     environments: int = Field(default=16, ge=1, le=10_000, description="environments in the batch")
     hold: int = Field(default=1, ge=1, description="control steps for which an action is held")
+    clock: int = Field(default=4, ge=0, le=100, description="cosines of the time that are added to the observation")
     layers: list[int] = Field(default=[64, 64], description="widths of the networks' hidden layers")
     learning_rate: float = Field(default=3e-4, gt=0.0, description="step of the optimiser")
     discount: float = Field(default=0.99, gt=0.0, le=1.0, description="weight of a reward one decision later")
@@ -47,13 +48,12 @@ class Reinforcement(MethodTable):
 
     def run(self, search: Search) -> None:
         """Round after round of training until the budget is spent."""
-        from ...sb3 import Sb3VecEnv
         from ..search import BudgetSpentError
         from ..track import TRAINING
 
         rounds = search.track.count(TRAINING)
         with one_thread():
-            env = Sb3VecEnv(search.problem.vector(self.environments), self.hold)
+            env = self._batch(search.problem, self.environments)
             # After a kill the noise is not that of the first rounds once more.
             model = self.algorithm(env, search.seed + 1000 * rounds)
             if search.track.agent:
@@ -78,7 +78,7 @@ class Reinforcement(MethodTable):
 
         if search.left < search.problem.steps * len(search.seeds):
             return
-        policies = HeldPolicy(model.policy, self.hold)
+        policies = self._policy(model, search.problem)
         values, steps = search.problem.policy_returns(lambda episodes: policies, 1, search.seeds)
         refuse_unless_finite("return", float(values[0]), search.track)
         search.track.add(RETURN, None, float(values[0]), int(steps[0]))
@@ -87,12 +87,18 @@ class Reinforcement(MethodTable):
 
     def actor(self, best: Arrays, search: Search, problem: Problem) -> Any:
         """The best policy as an agent."""
+        with one_thread():
+            model = self.algorithm(self._batch(problem, 1), 0)
+            model.policy.load_state_dict(_tensors(best))
+        return Single(self._policy(model, problem))
+
+    def _batch(self, problem: Problem, count: int) -> Any:
         from ...sb3 import Sb3VecEnv
 
-        with one_thread():
-            model = self.algorithm(Sb3VecEnv(problem.vector(1), self.hold), 0)
-            model.policy.load_state_dict(_tensors(best))
-        return Single(HeldPolicy(model.policy, self.hold))
+        return Sb3VecEnv(problem.vector(count), self.hold, self.clock, problem.steps)
+
+    def _policy(self, model: Any, problem: Problem) -> HeldPolicy:
+        return HeldPolicy(model.policy, self.hold, self.clock, problem.steps)
 
 
 class PPO(Reinforcement):
@@ -154,8 +160,8 @@ def _divisor(number: int, most: int) -> int:
 class HeldPolicy:
     """A trained policy without its noise, which decides every so many control steps, in a batch of environments."""
 
-    def __init__(self, policy: Any, hold: int) -> None:
-        self._policy, self._hold = policy, hold
+    def __init__(self, policy: Any, hold: int, clock: int, steps: int) -> None:
+        self._policy, self._hold, self._clock, self._steps = policy, hold, clock, steps
         self.reset()
 
     def reset(self) -> None:
@@ -165,9 +171,12 @@ class HeldPolicy:
     def __call__(self, observations: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Actions, shape (environments, entries)."""
         if self._step % self._hold == 0:
+            from ...sb3 import clocked
+
+            seen = clocked(np.asarray(observations), self._step / self._steps, self._clock)
             with one_thread():
                 # One at a time: in a batch the sums of a network have other last bits.
-                decided = [self._policy.predict(np.asarray(one), deterministic=True)[0] for one in observations]
+                decided = [self._policy.predict(one, deterministic=True)[0] for one in seen]
             self._held = np.array(decided)
         self._step += 1
         return self._held

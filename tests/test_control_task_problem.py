@@ -1,0 +1,71 @@
+"""A task as a study sees it: the batch, the single environment and the objective agree."""
+
+import numpy as np
+import pytest
+
+from granular_env.components.errors import ParameterError
+from granular_env.control.drive import Drive, DriveShape
+from granular_env.control.task_names import task_names
+from granular_env.control.task_problem import TaskProblem
+
+SMALL = {"grains": 12, "deadline": 80, "place": 6.0, "amplitude": 4.0}
+SEEDS = [7, 11, 40]
+
+
+def drives(problem: TaskProblem, count: int) -> np.ndarray:
+    shape = DriveShape(problem.steps, problem.entries, 10, driven=40)
+    return shape.actions(np.random.default_rng(2).uniform(0.0, 0.6, (count, shape.size)))
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("pulse-forming", SMALL),
+        ("pulse-forming", {**SMALL, "control_delay": 3, "action_rate": 0.1}),
+        ("pulse-forming", {**SMALL, "randomise": {"velocity": [0.0, 1.0], "radius": {"low": 2.8e-3, "high": 3.2e-3}}}),
+        ("protection", {"grains": 8, "deadline": 120, "impulse": 0.01}),
+        ("absorption", {"grains": 12, "deadline": 60}),
+    ],
+)
+def test_the_batch_and_the_single_environment_give_the_same_return(name, arguments):
+    problem = TaskProblem(name, arguments)
+    chosen = drives(problem, 4)
+    found, steps = problem.returns(chosen, SEEDS)
+    for member in range(4):
+        episodes = [problem.play(Drive(chosen[member]), seed) for seed in SEEDS]
+        assert found[member] == np.mean([episode.value for episode in episodes])
+        assert steps[member] == sum(len(episode.actions) for episode in episodes)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"control_delay": 3, "action_rate": 0.03}, {"randomise": {"velocity": [0.2, 1.0]}}, {"action": "piston"}],
+    ids=["plain", "delayed", "drawn", "piston"],
+)
+def test_slopes_by_the_point_are_those_of_central_differences(changes):
+    problem = TaskProblem("pulse-forming", {**SMALL, "chain": {"precompression": 20.0}, **changes})
+    shape = DriveShape(problem.steps, problem.entries, 6, driven=60, rate=problem.rate)
+    draw = np.random.default_rng(5)
+    point, along = draw.uniform(0.05, 0.3, shape.size), draw.normal(size=shape.size)
+    value = lambda at: problem.value_and_grad(shape.actions(at[None])[0], SEEDS)[0]  # noqa: E731
+    slopes = shape.pull(point, problem.value_and_grad(shape.actions(point[None])[0], SEEDS)[1])
+    # Grains part and meet again, so the error falls more slowly than the step's square: 5e-6 at 1e-5, at most 1e-7 at 1e-6.
+    differences = (value(point + 1e-6 * along) - value(point - 1e-6 * along)) / 2e-6
+    assert slopes @ along == pytest.approx(differences, rel=1e-6)
+
+
+def test_the_objective_without_impacts_is_minus_the_return():
+    problem = TaskProblem("pulse-forming", {**SMALL, "control_delay": 2})
+    drive = drives(problem, 1)[0]
+    assert problem.value_and_grad(drive, [1])[0] == pytest.approx(-problem.play(Drive(drive), 1).value, rel=1e-9)
+
+
+def test_every_environment_has_a_short_name():
+    assert task_names()["pulse-forming"] == "granular_env/PulseForming-v0"
+    for short, registered in task_names().items():
+        assert TaskProblem(short, {"grains": 48}).name == registered == TaskProblem(registered, {"grains": 48}).name
+
+
+def test_a_task_without_a_deadline_is_refused():
+    with pytest.raises(ParameterError, match="deadline: got none, expected a number of control steps"):
+        TaskProblem("force", {"deadline": None})
