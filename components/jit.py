@@ -1,7 +1,8 @@
 """`jit`: numba with a cache that notices every edit.
 
 Numba's own cache looks only at the file of the function itself, so an edited law would keep its old physics in the kernels that
-call it. Here the cache folder's name is a hash of all component sources and of the versions that shape the machine code.
+call it. Here the cache folder's name is a hash of all component sources and of the versions that shape the machine code; for a
+function of another package, of all sources in its folder too.
 """
 
 from __future__ import annotations
@@ -20,9 +21,13 @@ import numba
 import numpy as np
 from numba.core import cgutils, sigutils
 from numba.core import config as numba_config
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
-_KEPT_FOLDERS = 8
+_KEPT_FOLDERS = 32
+_settings: Any = numba_config
+# Whether anything is compiled at all.
+JIT = not _settings.DISABLE_JIT
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -39,7 +44,7 @@ def inlined(function: F) -> F:
 def _compiled(function: F, **options: Any) -> F:
     # Kernels raise nothing; and a division that may raise would end a loop early, and such a loop is no vector.
     compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
-    folder = cache_folder()
+    folder = cache_folder(_package_of(function))
     if folder is not None and hasattr(compiled, "enable_caching"):
         with _cache_in(folder), suppress(RuntimeError):  # numba found no folder it may write to
             compiled.enable_caching()
@@ -80,15 +85,16 @@ def caller(signature: str) -> Any:
 
     The arguments must have exactly the signature's types.
     """
-    if numba_config.DISABLE_JIT:
+    if not JIT:
         return lambda function, arguments: function(*arguments)
-    types, returned = sigutils.normalize_signature(signature)
+    types, given_return = sigutils.normalize_signature(signature)
+    returned: Any = given_return
 
     @intrinsic
     def call(context: Any, where: Any, arguments: Any) -> Any:
         given = tuple(arguments)
         if given != types:
-            raise numba.core.errors.TypingError(f"call through an address: got {given}, expected {types}")
+            raise TypingError(f"call through an address: got {given}, expected {types}")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             convention = context.call_conv
@@ -128,12 +134,23 @@ def source_hash() -> str:
     return state.hexdigest()[:16]
 
 
+def _package_of(function: Callable[..., Any]) -> Path | None:
+    """The folder of a function's package; None for the components themselves, and for a file that stands alone."""
+    folder = Path(function.__code__.co_filename).resolve().parent
+    inside = folder.is_relative_to(Path(__file__).resolve().parent)
+    return None if inside or not (folder / "__init__.py").exists() else folder
+
+
 @cache
-def cache_folder() -> Path | None:
+def cache_folder(package: Path | None = None) -> Path | None:
     """Where compiled kernels are kept (``GRANULAR_ENV_CACHE`` or the user's cache); None if nothing can be written."""
     given = os.environ.get("GRANULAR_ENV_CACHE")
     base = Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "granular-env"
-    folder = base / source_hash()
+    name = source_hash()
+    if package is not None:
+        sources = [path.read_bytes() for path in sorted(package.glob("*.py"))]
+        name = hashlib.sha256(b"\0".join([name.encode(), str(package).encode(), *sources])).hexdigest()[:16]
+    folder = base / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
