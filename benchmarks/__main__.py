@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from . import calls, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer
+from . import calls, environments, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer
 from .facts import facts
 from .figures import Figure, table
 
@@ -18,6 +18,7 @@ OURS: dict[str, Benchmark] = {
     "numpy": numpy_peer.measure,
     "scipy": scipy_peer.measure,
     "calls": calls.measure,
+    "environments": environments.measure,
     "recording": recording.measure,
     "replay": replay.measure,
 }

@@ -21,9 +21,13 @@ import numba
 import numpy as np
 from numba.core import cgutils, sigutils
 from numba.core import config as numba_config
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 _KEPT_FOLDERS = 32
+_settings: Any = numba_config
+# Whether anything is compiled at all.
+JIT = not _settings.DISABLE_JIT
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -81,15 +85,16 @@ def caller(signature: str) -> Any:
 
     The arguments must have exactly the signature's types.
     """
-    if numba_config.DISABLE_JIT:
+    if not JIT:
         return lambda function, arguments: function(*arguments)
-    types, returned = sigutils.normalize_signature(signature)
+    types, given_return = sigutils.normalize_signature(signature)
+    returned: Any = given_return
 
     @intrinsic
     def call(context: Any, where: Any, arguments: Any) -> Any:
         given = tuple(arguments)
         if given != types:
-            raise numba.core.errors.TypingError(f"call through an address: got {given}, expected {types}")
+            raise TypingError(f"call through an address: got {given}, expected {types}")
 
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             convention = context.call_conv

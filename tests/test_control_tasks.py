@@ -353,6 +353,23 @@ def test_the_same_seed_gives_the_same_episode(name: str, action: str) -> None:
         assert one.component.save().to_bytes() == other.component.save().to_bytes()
 
 
+@pytest.mark.parametrize("name", list(TASKS))
+def test_the_native_batch_gives_what_single_environments_give(name: str) -> None:
+    made = {"deadline": 60} if name != "SolitonTrain" else {}
+    native, single = (
+        gymnasium.make_vec(f"granular_env/{name}-v0", num_envs=3, vectorization_mode=mode, **made)
+        for mode in ("vector_entry_point", "sync")
+    )
+    np.testing.assert_array_equal(native.reset(seed=3)[0], single.reset(seed=3)[0])
+    random = np.random.default_rng(0)
+    for _ in range(100):
+        chosen = random.uniform(-0.3, 0.5, (3, 1)).astype(np.float32)
+        for one, other in zip(native.step(chosen)[:4], single.step(chosen)[:4], strict=True):
+            np.testing.assert_array_equal(one, other)
+    native.close()
+    single.close()
+
+
 def test_docstrings_tell_what_gymnasium_users_look_for() -> None:
     titles = ("Action space", "Observation space", "Rewards", "Start state", "End of the episode", "Arguments", "Baselines")
     for env in TASKS.values():

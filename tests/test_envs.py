@@ -53,6 +53,15 @@ def test_the_registered_environments_pass_too(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_stable_baselines_has_nothing_to_say_either(name: str) -> None:
+    checker = pytest.importorskip("stable_baselines3.common.env_checker")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for options in ({}, {"observe": {"velocity": [0, -1]}, "noise": 0.1, "control_delay": 2}):
+            checker.check_env(gymnasium.make(name, grains=6, **options).unwrapped)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_a_vector_of_environments_gives_what_single_ones_give(name: str) -> None:
     vector = gymnasium.make_vec(name, num_envs=3, vectorization_mode="sync", grains=8)
     singles = [gymnasium.make(name, grains=8) for _ in range(3)]

@@ -161,7 +161,10 @@ def test_a_log_goes_on_as_an_environment(maker: type[ComponentEnv], instant: int
 
 
 def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
-    chain, path = ge.make("chain", grains=8, step_size=5e-7, left="piston", radius=3e-3, velocity_scale=10.0), tmp_path / "run.mcap"
+    chain, path = (
+        ge.make("chain", grains=8, step_size=5e-7, left="piston", radius=3e-3, velocity_scale=10.0),
+        tmp_path / "run.mcap",
+    )
     with record(chain, path):
         chain.reset()
         chain.step(3e-5, left_velocity=ge.Profile.half_sine(2.0, 3e-5))

@@ -106,11 +106,12 @@ def same(found: Any, expected: Any, where: str = "") -> None:
 
 def play(native: ChainVectorEnv, sync: SyncVectorEnv, episodes: int, seed: int) -> int:
     """Random actions to both until so many episodes are over; returns how many there were."""
+    shape = (native.num_envs, 1)
     generator, over, disabled = np.random.default_rng(seed), 0, native.autoreset_mode == AutoresetMode.DISABLED
     same(native.reset(seed=seed), sync.reset(seed=seed))
-    bias = generator.uniform(-0.3, 0.8, (COUNT, 1))
+    bias = generator.uniform(-0.3, 0.8, shape)
     while over < episodes:
-        actions = (bias + generator.normal(0.0, 0.5, (COUNT, 1))).astype(np.float32)
+        actions = (bias + generator.normal(0.0, 0.5, shape)).astype(np.float32)
         found, expected = native.step(actions), sync.step(actions)
         same(found, expected)
         ended = expected[2] | expected[3]
@@ -129,3 +130,171 @@ def test_a_batch_gives_what_single_environments_give(case: str, mode: AutoresetM
     assert play(native, sync, EPISODES, seed) >= EPISODES
     native.close()
     sync.close()
+
+
+def test_the_cases_reach_every_end() -> None:
+    """Else the comparison above would say little."""
+    ends = {}
+    for case, (maker, arguments) in CASES.items():
+        env, generator, found = ChainVectorEnv(maker, COUNT, **arguments), np.random.default_rng(1), [0, 0, 0]
+        env.reset(seed=1)
+        bias = generator.uniform(-0.3, 0.8, (COUNT, 1))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", GranularWarning)
+            for _ in range(100):
+                _, _, terminated, truncated, infos = env.step(bias + generator.normal(0.0, 0.5, (COUNT, 1)))
+                found = [
+                    found[0] + terminated.sum(),
+                    found[1] + truncated.sum(),
+                    found[2] + infos.get("_step_error", bias * 0).sum(),
+                ]
+        ends[case] = found
+    assert all(terminated > 0 and truncated > 0 for terminated, truncated, _ in ends.values()), ends
+    assert [case for case, found in ends.items() if found[2] > 0] == ["refused"]
+
+
+def test_make_vec_picks_the_batch() -> None:
+    for name, environment in (("granular_env/Force-v0", ForceEnv), ("granular_env/Piston-v0", PistonEnv)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            env = gymnasium.make_vec(name, num_envs=3, grains=5)
+        assert isinstance(env.unwrapped, ChainVectorEnv) and env.num_envs == 3
+        assert isinstance(env.unwrapped.lane(0), environment)
+        assert env.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+        observations, _ = env.reset(seed=1)
+        assert env.observation_space.contains(observations) and observations.shape == (3, 10)
+        assert env.observation_space.contains(env.step(env.action_space.sample())[0])
+        assert env.single_observation_space == env.unwrapped.lane(0).observation_space
+        env.close()
+
+
+def test_parameters_may_differ_from_lane_to_lane() -> None:
+    own = [{"radius": 2e-3}, {"impulse": 1e-3, "chain": {"precompression": 3.0}}, {"deadline": 3, "noise": 0.1}]
+    common: dict[str, Any] = {"grains": 5, "chain": {"contact_stiffness": 1e9}}
+    batch = ChainVectorEnv(ForceEnv, 3, parameters=own, **common)
+    chains = [{**common["chain"], **each.get("chain", {})} for each in own]
+    singles = [
+        lambda each=each, chain=chain: ForceEnv(**{**common, **each, "chain": chain, "info": "brief"})
+        for each, chain in zip(own, chains, strict=True)
+    ]
+    play(batch, SyncVectorEnv(singles), 12, seed=3)
+    assert [lane.component.get("precompression") for lane in map(batch.lane, range(3))] == [0.0, 3.0, 0.0]
+
+
+def test_laws_may_differ_from_lane_to_lane() -> None:
+    own = [{"chain": {"law": {"name": "viscous", "dissipation": 0.3}}}, {"chain": {"gravity": 9.81}}]
+    batch = ChainVectorEnv(PistonEnv, 2, parameters=own, grains=4, deadline=20, chain={"right": "plane"})
+    singles = [
+        lambda each=each: PistonEnv(grains=4, deadline=20, chain={"right": "plane", **each["chain"]}, info="brief")
+        for each in own
+    ]
+    play(batch, SyncVectorEnv(singles), 6, seed=5)
+
+
+def test_observations_and_infos_are_fresh() -> None:
+    env = ChainVectorEnv(ForceEnv, 2, grains=4, info="full")
+    observations, infos = env.reset(seed=1)
+    kept = observations.copy(), {name: value.copy() for name, value in infos.items()}
+    for _ in range(5):
+        env.step(np.ones((2, 1), np.float32))
+    same(observations, kept[0])
+    same(infos, kept[1])
+
+
+def test_a_mask_resets_some() -> None:
+    env = ChainVectorEnv(ForceEnv, 3, grains=4, autoreset_mode="Disabled")
+    env.reset(seed=1)
+    before, *_ = env.step(np.ones((3, 1)))
+    mask = np.array([False, True, False])
+    observations, infos = env.reset(seed=[1, 2, 3], options={"reset_mask": mask})
+    same(observations[~mask], before[~mask])
+    assert not observations[1].any() and infos["_time"].tolist() == mask.tolist()
+    for wrong in (mask.tolist(), np.zeros(3, bool), np.ones(2, bool), np.ones(3)):
+        with pytest.raises(ParameterError, match="reset_mask"):
+            env.reset(options={"reset_mask": wrong})
+
+
+def test_with_autoreset_disabled_what_is_over_stays_over() -> None:
+    env = ChainVectorEnv(ForceEnv, 2, grains=4, deadline=2, autoreset_mode=AutoresetMode.DISABLED)
+    env.reset(seed=1)
+    for _ in range(2):
+        env.step(np.zeros((2, 1)))
+    with pytest.raises(ParameterError, match="reset_mask"):
+        env.step(np.zeros((2, 1)))
+
+
+def test_a_recorded_lane_is_recorded_whole(tmp_path: Any) -> None:
+    env, path = ChainVectorEnv(ForceEnv, 3, grains=5), tmp_path / "lane.mcap"
+    env.reset(seed=1)
+    for _ in range(4):
+        env.step(np.full((3, 1), 0.3))
+    with record(env.lane(1).component, path):
+        for _ in range(6):
+            env.step(np.full((3, 1), 0.5))
+    env.step(np.full((3, 1), 0.5))
+    found = verify(path)
+    assert found.identical and found.steps == 6
+    assert env.save([1])[0].snapshot.data == env.save([0])[0].snapshot.data
+
+
+@pytest.mark.parametrize(
+    ("actions", "words"),
+    [
+        (np.array([[0.0], [np.nan], [0.0]]), r"actions\[1, 0\]: got nan"),
+        (np.array([[0.0], [0.0], [-np.inf]]), r"actions\[2, 0\]"),
+        (np.zeros((2, 1)), r"shape \(2, 1\), expected numbers of shape \(3, 1\)"),
+        (np.zeros(3), r"shape \(3,\)"),
+        ([[0.0], [0.0, 1.0], [0.0]], "actions"),
+        ([["a"], ["b"], ["c"]], "actions"),
+        (None, "actions"),
+    ],
+)
+def test_what_are_no_actions_is_refused_and_nothing_moves(actions: Any, words: str) -> None:
+    env = ChainVectorEnv(ForceEnv, 3, grains=4)
+    with pytest.raises(ParameterError):
+        env.step(np.zeros((3, 1)))  # before the first reset
+    env.reset(seed=1)
+    env.step(np.ones((3, 1)))
+    before = [state.to_bytes() for state in env.save()]
+    with pytest.raises(ParameterError, match=words):
+        env.step(actions)
+    assert [state.to_bytes() for state in env.save()] == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"num_envs": 0}, "num_envs"),
+        ({"num_envs": 2.0}, "num_envs"),
+        ({"autoreset_mode": "sometimes"}, "autoreset_mode"),
+        ({"parameters": [{}]}, "list of 3 mappings"),
+        ({"parameters": {"radius": 1.0}}, "list of 3 mappings"),
+        ({"parameters": [{}, {"radius": -1.0}, {}]}, r"parameters\[1\]: .*radius"),
+        ({"parameters": [{}, {"grains": 5}, {}]}, r"parameters\[1\]: observation space"),
+        ({"parameters": [{}, {}, {"control_delay": 2}]}, r"parameters\[2\]: control_delay"),
+        ({"parameters": [{}, 3, {}]}, r"parameters\[1\]"),
+        ({"randomise": {"radus": (1.0, 2.0)}}, "did you mean 'radius'"),
+        ({"randomise": 3}, "randomise"),
+    ],
+)
+def test_batches_that_cannot_be_are_refused(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        ChainVectorEnv(ForceEnv, **{"num_envs": 3, "grains": 4, **arguments})
+
+
+def test_seeds_are_given_to_each() -> None:
+    env = ChainVectorEnv(ForceEnv, 2, grains=4, randomise={"velocity": (0.0, 1.0)}, info="full")
+    first = env.reset(seed=5)[1]["velocity"][:, 0].tolist()
+    assert env.reset(seed=[6, 5])[1]["velocity"][:, 0].tolist()[::-1] == [first[0], first[1]]
+    assert env.np_random_seed == (6, 5) and len(env.np_random) == 2
+    for wrong in ([1], "one", True):
+        with pytest.raises(ParameterError, match="seed"):
+            env.reset(seed=wrong)  # type: ignore[arg-type]
+
+
+def test_pictures_of_all() -> None:
+    env = ChainVectorEnv(ForceEnv, 2, grains=4, render_mode="rgb_array")
+    env.reset(seed=1)
+    env.step(np.array([[1.0], [0.0]]))
+    first, second = env.render()
+    assert first.shape == (360, 960, 3) and (first != second).any()

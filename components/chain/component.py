@@ -89,8 +89,8 @@ class Chain(Component):
             raise ParameterError(
                 f"memory: got {memory.dtype} of shape {memory.shape}, expected C-ordered float64 of shape {self._table.shape}"
             )
-        other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
+        other: Self = object.__new__(type(self))
+        vars(other).update(vars(self))
         memory[:] = self._table
         # Warnings that this chain gave already move its limits.
         memory[table.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)

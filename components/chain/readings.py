@@ -1,4 +1,4 @@
-"""Single figures of a chain's table for jitted code: what sensors and tasks read. The bits are those of the component's outputs.
+"""Single figures of a chain's table for jitted code: what sensors and tasks read, with the bits of the component's outputs.
 
 Grain i has column i (from 1), contact j lies between columns j and j + 1.
 """

@@ -11,6 +11,8 @@ every amplitude where the chain is not precompressed; otherwise each wave has it
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -70,7 +72,7 @@ def _wanted(shapes, goal, waves, left, place, contact):
 @jit
 def distance(a, shapes, goal, waves, left):
     """Square of the distance to the wanted waves, `left` seconds before they are due [J]."""
-    n, root, total = int(a[SCALARS, GRAINS]), shapes[GRAIN_MASS] ** 0.5, 0.0
+    n, root, total = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS]), 0.0
     for i in range(1, n + 1):
         off = a[V, i] - _wanted(shapes, goal, waves, left, i - 1.0, False)
         total += 0.5 * a[MASS, i] * (off * off)
@@ -83,7 +85,7 @@ def distance(a, shapes, goal, waves, left):
 @jit
 def pull_distance(a, bar, shapes, goal, waves, left, slope):
     """Bar += slope ddistance/da."""
-    n, root = int(a[SCALARS, GRAINS]), shapes[GRAIN_MASS] ** 0.5
+    n, root = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS])
     for i in range(1, n + 1):
         off = a[V, i] - _wanted(shapes, goal, waves, left, i - 1.0, False)
         bar[V, i] += slope * a[MASS, i] * off

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Self, SupportsFloat, TypedDict
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
+from numba.core.errors import NumbaError
 
 from ..components.chain import Chain
 from ..components.errors import ParameterError, StepError, shortened
@@ -16,7 +17,7 @@ from ..components.jit import entry_point
 from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
 from .chain_task import BEGIN, JUDGE, ChainTask
-from .environment import ComponentEnv, Observation, _checked_scales, _count
+from .environment import ComponentEnv, Observation, _count
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .observing import OBSERVE, Observing, show_goal
 from .observing import observe as observe_kernel
@@ -65,7 +66,7 @@ class ChainEnv(ComponentEnv):
     ## Arguments
     * `component`, `task`: a `Chain` and a `ChainTask` whose inputs it has.
     * `internal_steps` (3), `deadline` (None), `step_error_reward` (-10.0), `render_mode` (None): as for `ComponentEnv`.
-    * `action_rate` (None): largest change of an entry of the action in a control step, in units of the scale; None for no limit.
+    * `action_rate` (None): largest change of an entry of the action in a control step, in scales; None for no limit.
       It begins at the input that holds at the start.
     * `control_delay` (0): control steps between an action and its effect; before, the start's input holds.
     * `observe` ("full"): displacement and velocity of every grain; or sensor -> places, in that order, e.g.
@@ -118,8 +119,8 @@ class ChainEnv(ComponentEnv):
         self.observation_space = gymnasium.spaces.Box(-limit, limit, (self.observation_size,), np.float32)
         self._steps = 0 if deadline is None else _count("deadline", deadline)
         self._action = np.zeros(len(self.actuator.names))
-        self._begin_task = entry_point(type(task).begin_kernel, BEGIN)
-        self._judge = entry_point(type(task).judge_kernel, JUDGE)
+        self._begin_task = _compiled(task, "begin_kernel", BEGIN)
+        self._judge = _compiled(task, "judge_kernel", JUDGE)
         self._actuate, self._look = entry_point(actuate, ACTUATE), entry_point(observe_kernel, OBSERVE)
         self._lay_out(np.zeros(COUNTERS + len(task.counter_names) + self.actuator.memory_size))
 
@@ -132,7 +133,7 @@ class ChainEnv(ComponentEnv):
     def lane(self, table: FloatArray, memory: FloatArray) -> Self:
         """An environment like this one, before its first reset, whose chain and episode live in the memory given."""
         twin = object.__new__(type(self))
-        twin.__dict__.update(self.__dict__)
+        vars(twin).update(vars(self))
         twin.component = self.component.twin(table)
         twin._np_random = twin._np_random_seed = twin._random_state = None
         twin._action = np.zeros_like(self._action)
@@ -232,7 +233,14 @@ class ChainEnv(ComponentEnv):
     def _observation(self) -> Observation:
         out, plan, memory = np.empty(self.observation_size, np.float32), self.observing, self._memory
         self._look(
-            self.component.table, plan.blocks, plan.factors, plan.limit, plan.noise, int(memory[SEED]), int(memory[ELAPSED]), out
+            self.component.table,
+            plan.blocks,
+            plan.factors,
+            plan.limit,
+            plan.noise,
+            int(memory[SEED]),
+            int(memory[ELAPSED]),
+            out,
         )
         if len(self._goal_scales):
             show_goal(self._counters, self._goal_scales, plan.limit, out)
@@ -251,3 +259,13 @@ class ChainEnv(ComponentEnv):
         info = self._info(self._see())
         info["step_error"] = str(error)
         return self._observation(), self.step_error_reward, True, False, info
+
+
+def _compiled(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
+    function = getattr(type(task), kernel, None)
+    if function is None:
+        raise ParameterError(f"task {task.name!r}: it has no {kernel}; give it a jitted function, see ChainTask")
+    try:
+        return entry_point(function, signature)
+    except (NumbaError, TypeError) as error:
+        raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None

@@ -32,6 +32,7 @@ class Policy(Protocol):
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.ArrayLike:
         """The next action."""
+        ...
 
 
 class ChainTask(Task):

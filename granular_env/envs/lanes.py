@@ -1,4 +1,4 @@
-"""Single environments that live in common memory, so that compiled code can advance them all; what is rare they do themselves."""
+"""Single environments in common memory, so that compiled code can advance them all; what is rare they do themselves."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import config
 
 from ..components.chain.integrators import SIGNATURE as ADVANCE
 from ..components.chain.table import U, V
 from ..components.errors import ParameterError, shortened
-from ..components.jit import address
+from ..components.jit import JIT, address
 from .batch import observe_lanes, step_lanes
 from .chain_environment import ChainEnv
 from .chain_task import JUDGE
@@ -61,7 +60,7 @@ class Lanes:
         # One address for each chain: laws and schemes may differ.
         kernels = [lane.component.scheme_kernel for lane in lanes]
         found = {kernel: address(kernel, ADVANCE) for kernel in set(kernels)}
-        advances = np.array([found[kernel] for kernel in kernels], dtype=object if config.DISABLE_JIT else np.int64)
+        advances = np.array([found[kernel] for kernel in kernels], dtype=np.int64 if JIT else object)
         stacked = lambda values: np.array(list(values), dtype=np.float64)  # noqa: E731
         self._counters = len(first.task.counter_names)
         self._names, self._sides = actuator.names, actuator.sides
@@ -80,7 +79,7 @@ class Lanes:
             plan.blocks, stacked(lane.observing.factors for lane in lanes), stacked(lane.observing.limit for lane in lanes),
             stacked(lane.observing.noise for lane in lanes), stacked(lane._goal_scales for lane in lanes),
         )  # fmt: skip
-        kept = np.zeros((last_row - first_row, self.tables.shape[2]))
+        kept = np.zeros((last_row - first_row, first.component.table.shape[1]))
         self._room = (_NO_DRIVE, kept, np.zeros(self.memories.shape[1]), first_row)
 
     def step(self, actions: np.ndarray, going: np.ndarray, *results: np.ndarray) -> int:
@@ -155,7 +154,8 @@ def _made(
     arguments: Mapping[str, Any],
 ) -> list[ChainEnv]:
     """The environments that differ: one where all are alike."""
-    drawn = set(arguments.get("randomise") or ()) - {"seed", "velocity"}
+    randomise = arguments.get("randomise")
+    drawn = set(randomise if isinstance(randomise, Mapping) else ()) - {"seed", "velocity"}
     if parameters is None:
         return [environment(**{**arguments, "index": k}) for k in range(count if drawn else 1)]
     if isinstance(parameters, (str, Mapping)) or not isinstance(parameters, Sequence) or len(parameters) != count:

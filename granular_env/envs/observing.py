@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import config
 
 from ..components.chain import Chain, readings
 from ..components.chain.table import U, V
 from ..components.counter_random import normal, stream_key
 from ..components.errors import ParameterError, nearest, shortened
-from ..components.jit import inlined, jit
+from ..components.jit import JIT, inlined, jit
 from ..components.profiles import finite_number
 
 FloatArray = npt.NDArray[np.float64]
@@ -74,7 +74,7 @@ def _read_row(a, row, first, count, factor, edge, place, out):
 
 # observe(a, blocks, factors, limit, noise, seed, step, out): readings times factors, blurred and clipped, into `out`.
 # With the JIT off, numpy's scalars would warn of the wrapping products of the noise.
-observe = np.errstate(over="ignore")(_observe) if config.DISABLE_JIT else _observe
+observe = np.errstate(over="ignore")(_observe) if not JIT else _observe
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +150,7 @@ def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, in
     if len(set(columns)) < len(columns):
         raise ParameterError(f"observe.{name}: got {shortened(places)}, expected each place once")
     starts = [i for i, column in enumerate(columns) if i == 0 or column != columns[i - 1] + 1]
-    return [(kind, columns[a], b - a) for a, b in zip(starts, [*starts[1:], len(columns)], strict=True)]
+    return [(kind, columns[a], b - a) for a, b in pairwise([*starts, len(columns)])]
 
 
 def _index(name: str, place: Any, count: int) -> int:

@@ -35,7 +35,7 @@ class EnvState:
     def to_bytes(self) -> bytes:
         """A versioned header and plain arrays; see `packing`."""
         header: dict[str, Any] = {"kind": _KIND, "task": self.task, "random": _plain(self.random)}
-        arrays = {"snapshot": np.frombuffer(self.snapshot.to_bytes(), np.uint8)}
+        arrays: dict[str, np.ndarray] = {"snapshot": np.frombuffer(self.snapshot.to_bytes(), np.uint8)}
         if isinstance(self.episode, bytes):
             arrays["episode"] = np.frombuffer(self.episode, np.int64)
         else:

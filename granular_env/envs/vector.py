@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from ..components.errors import ParameterError, shortened
 from .chain_environment import ChainEnv
 from .lanes import Lanes
-from .memory import COUNTERS, ELAPSED, LEFT, RUNNING, START
+from .memory import RUNNING
 from .state import EnvState
 
 Observations = npt.NDArray[np.float32]
@@ -99,9 +99,7 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         self._begun = True
         return self._lanes.observe(), self._infos(mask)
 
-    def step(
-        self, actions: npt.ArrayLike
-    ) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, actions: npt.ArrayLike) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step of all environments; those that have ended are treated as `autoreset_mode` says.
 
         Raises:
@@ -230,7 +228,7 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
             return np.ones(self.num_envs, np.bool_)
         if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
             raise ParameterError(
-                f"options: got reset_mask {shortened(mask)}, expected an array of {self.num_envs} truth values, one of them true"
+                f"options: got reset_mask {shortened(mask)}, expected {self.num_envs} truth values in an array, one true"
             )
         return mask
 

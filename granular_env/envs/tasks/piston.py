@@ -111,7 +111,7 @@ class PistonEnv(ChainEnv):
     * `deadline` (600): control steps, 0.9 ms.
     * `target_velocity` (5.0 m/s), `work_price` (.2), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "free", "precompression": 10.0}`.
-    * `render_mode`: None or "rgb_array".
+    * Further: sensors, noise, action rate, control delay, infos, randomisation, `render_mode`: see `ChainEnv`.
 
     ## Version history
     * v0: first version.

@@ -1,0 +1,85 @@
+"""Control steps a second of environments: the native batch against its own physics and against SyncVectorEnv; snapshots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+import granular_env  # noqa: F401 - registers the environments
+from granular_env.components.jit import jit
+
+from .figures import Figure
+from .timing import interleaved, microseconds, ratio
+
+NAME, COUNT, GRAINS = "granular_env/Force-v0", 256, 64
+_NO_DRIVE = np.zeros((0, 2))
+
+
+def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
+    """Full-state observation, 3 PEFRL steps (12 force evaluations) a control step; resets of ended episodes included."""
+    native = gymnasium.make_vec(NAME, num_envs=COUNT, grains=GRAINS)
+    single = gymnasium.make_vec(NAME, num_envs=COUNT, grains=GRAINS, vectorization_mode="sync", info="brief")
+    chosen = np.random.default_rng(3).uniform(0.0, 0.4, (steps, COUNT, 1)).astype(np.float32)
+    for env in (native, single):
+        env.reset(seed=1)
+        for _ in range(10):  # waves have entered all chains
+            for actions in chosen:
+                env.step(actions)
+    bare, forces = _bare_physics(native), np.full(COUNT, 100.0)
+    tables = native.unwrapped._lanes.tables.copy()  # type: ignore[attr-defined]
+    start = tables.copy()
+
+    def batch() -> None:
+        for actions in chosen:
+            native.step(actions)
+
+    def one_by_one() -> None:
+        single.step(chosen[0])
+
+    def physics() -> None:
+        tables[:] = start
+        for _ in range(steps):
+            bare(tables, forces)
+
+    times = interleaved({"batch": batch, "physics": physics, "sync": one_by_one}, rounds)
+    yield from _rates(times, steps)
+    yield _snapshots(rounds)
+
+
+def _bare_physics(native: Any) -> Any:
+    lane = native.unwrapped.lane(0)
+    advance, ticks = lane.component.scheme_kernel, lane.internal_steps
+
+    @jit
+    def bare(tables, forces):  # noqa: ANN001, ANN202
+        for k in range(len(forces)):
+            advance(tables[k], _NO_DRIVE, 0, forces[k], 0.0, 0, ticks)
+
+    bare(native.unwrapped._lanes.tables.copy(), np.zeros(COUNT))
+    return bare
+
+
+def _rates(times: dict[str, np.ndarray], steps: int) -> Iterator[Figure]:
+    rate = COUNT * steps / float(np.median(times["batch"]))
+    best = COUNT * steps / float(np.min(times["batch"]))
+    what = f"{COUNT} environments x {GRAINS} grains x 12 forces"
+    yield Figure(f"{what}, million control steps a second", rate / 1e6, "M/s", at_least=1.5, note=f"best {best / 1e6:.2f} M/s")
+    part = ratio(times["physics"], times["batch"])
+    yield Figure("the same / bare calls of the integrator", part, at_least=0.5)
+    yield Figure("the same / SyncVectorEnv of the single one", steps * ratio(times["sync"], times["batch"]), at_least=10.0)
+
+
+def _snapshots(rounds: int, calls: int = 2000) -> Figure:
+    env: Any = gymnasium.make(NAME, grains=GRAINS).unwrapped
+    env.reset(seed=1)
+    env.step([0.5])
+
+    def pair() -> None:
+        for _ in range(calls):
+            env.restore(env.save())
+
+    times = interleaved({"pair": pair}, rounds)
+    return Figure("restore(save()) of an environment, 64 grains", microseconds(times["pair"], calls), "us", at_most=3.0)

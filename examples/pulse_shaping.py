@@ -1,0 +1,136 @@
+"""Pulse shaping by gradient: which force on the first grain makes exactly the wanted solitary waves, from a drive of zeros?
+
+One wave against the triangular push of Nesterenko (1983), section 3.3; one in a disordered and in a dissipative chain, compared
+with the uniform chain's drive; two waves that follow each other. Run it with `python examples/pulse_shaping.py`.
+"""
+
+import numpy as np
+from scipy.optimize import minimize
+
+import granular_env as ge
+from granular_env.components.chain.adjoint import value_and_bars
+from granular_env.control.policies import OpenLoop, play
+from granular_env.envs import PulseFormingEnv
+
+PAPER = {"contact_stiffness": 4940091615.916878}  # N/m^1.5: the paper's A = 5.6e12 N/(m^1.5 kg)
+PEAK, PUSH = 1764.3184342560278, 1e-5  # N, s: the triangle of the paper's shorter push
+SCALE = 2000.0  # N at action 1
+UNIT = 20.0  # N: the optimiser's first step is one of these long
+
+Bounds = tuple[float, float]
+
+
+def improved(env: PulseFormingEnv, drive: np.ndarray, way: float, pushed: int, iterations: int) -> np.ndarray:
+    """A drive by L-BFGS-B; `way` weighs the waves' way to their places against their arrival."""
+    env.reset(seed=0)
+    env.task.way = way
+    objective, steps = env.task.objective(env.component, len(drive)), len(drive)
+
+    def cost(scaled: np.ndarray) -> tuple[float, np.ndarray]:
+        bars = value_and_bars(env.component, np.column_stack([UNIT * scaled, np.zeros(steps)]), env.internal_steps, objective)
+        return weight * bars.value, weight * UNIT * bars.inputs[:, 0]
+
+    weight = 1.0
+    weight = 1.0 / max(cost(drive / UNIT)[0], 1e-12)
+    limits: list[Bounds] = [(0.0, PEAK / UNIT if step < pushed else 0.0) for step in range(steps)]
+    options = {"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 30, "ftol": 1e-15, "gtol": 1e-14}
+    return UNIT * minimize(cost, drive / UNIT, jac=True, method="L-BFGS-B", bounds=limits, options=options).x
+
+
+def shaped(env: PulseFormingEnv, pushed: int | None = None, iterations: int = 600) -> np.ndarray:
+    """The best drive found from zeros, 0 to `PEAK`, in the first `pushed` control steps (all of them).
+
+    First for the waves on their way, which have a slope everywhere, then for their arrival.
+    """
+    drive = np.zeros(env.task.steps)
+    for way, part in ((1.0, 0.5), (0.3, 0.5), (0.0, 1.0)):
+        drive = improved(env, drive, way, pushed or env.task.steps, int(part * iterations))
+    return drive
+
+
+def returned(env: PulseFormingEnv, drive: np.ndarray) -> dict[str, float]:
+    """What a drive leaves at the deadline: the counters of the environment."""
+    _, info = play(env, OpenLoop(drive / SCALE), seed=0)
+    return {name: float(info[name]) for name in env.task.counter_names}
+
+
+def passages(env: PulseFormingEnv, drive: np.ndarray, grain: int) -> list[tuple[float, float]]:
+    """When crests pass a grain [s], and its velocity then [m/s]: the maxima above .2 m/s of every internal step."""
+    chain, speeds = env.component, []
+    chain.reset()
+    for force in np.concatenate([drive, np.zeros(40)]):
+        for _ in range(env.internal_steps):
+            chain.step(chain.step_size, left_force=float(force))
+            speeds.append(chain.get("velocity")[grain])
+    v, h = np.array(speeds), chain.step_size
+    crests = np.flatnonzero((v[1:-1] > v[:-2]) & (v[1:-1] >= v[2:]) & (v[1:-1] > 0.2)) + 1
+    found = []
+    for i in crests:  # the parabola through three readings
+        bend, slope = v[i - 1] - 2.0 * v[i] + v[i + 1], 0.5 * (v[i + 1] - v[i - 1])
+        found.append(((i + 1 - slope / bend) * h, v[i] - 0.5 * slope * slope / bend))
+    return found
+
+
+def triangle() -> float:
+    """Velocity of the wave that the paper's 10 us triangle makes, at grain 60 [m/s]."""
+    chain = ge.Chain(grains=100, step_size=1e-7, **PAPER)
+    fastest = 0.0
+    for tick in range(4200):
+        chain.step(1e-7, left_force=PEAK * max(1.0 - (tick + 0.5) * 1e-7 / PUSH, 0.0))
+        fastest = max(fastest, chain.get("velocity")[60])
+    return fastest
+
+
+def one_wave() -> dict[str, float]:
+    """One wave as high as the triangle's, at grain 60 of the paper's chain, its drive below the triangle's peak."""
+    amplitude = triangle()
+    env = PulseFormingEnv(100, place=60, amplitude=amplitude, deadline=264, action_scale=SCALE, chain=PAPER)
+    drive = shaped(env, pushed=45)
+    left = returned(env, drive)
+    return {
+        "triangle: amplitude at grain 60 [m/s]": amplitude,
+        "triangle: peak force [N]": PEAK,
+        "shaped: amplitude at grain 60, relative error": passages(env, drive, 60)[0][1] / amplitude - 1.0,
+        "shaped: energy outside the wave / input": left["energy_outside"],
+        "shaped: peak force [N]": float(drive.max()),
+    }
+
+
+def other_chains() -> dict[str, float]:
+    """Distance to one wave of 5 m/s at grain 60 in other chains: best found, and with the uniform chain's drive."""
+    setting = {"grains": 100, "place": 60, "deadline": 270, "action_scale": SCALE}
+    uniform = shaped(PulseFormingEnv(**setting), pushed=50)
+    numbers = {}
+    for name, chain in {
+        "radii +-5 %": {"radius": {"low": 2.85e-3, "high": 3.15e-3, "seed": 1}},
+        "viscous, 2 N s/m": {"law": {"name": "viscous", "dissipation": 2.0}},
+    }.items():
+        env = PulseFormingEnv(**setting, chain=chain)
+        numbers[f"{name}: distance"] = returned(env, shaped(env))["distance"]
+        numbers[f"{name}: with the uniform chain's drive"] = returned(env, uniform)["distance"]
+    return numbers
+
+
+def two_waves(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> dict[str, float]:
+    """Two waves that pass a grain one after the other, `delay` seconds apart."""
+    speeds = PulseFormingEnv(amplitude=[first, second], place=[40, 10]).task.waves[:, 2]
+    # When the first is at grain 60, the second has gone on from `grain` for the time that is left.
+    behind = grain + speeds[1] * ((60 - grain) / speeds[0] - delay)
+    env = PulseFormingEnv(100, amplitude=[first, second], place=[60.0, float(behind)], deadline=270, action_scale=SCALE)
+    drive = shaped(env, pushed=120)
+    (early, high), (late, low) = passages(env, drive, grain)
+    return {
+        "first wave, relative error": high / first - 1.0,
+        "second wave, relative error": low / second - 1.0,
+        "delay, relative error": (late - early) / delay - 1.0,
+        "energy outside the waves / input": returned(env, drive)["energy_outside"],
+    }
+
+
+def main() -> dict[str, float]:
+    return {**one_wave(), **other_chains(), **two_waves()}
+
+
+if __name__ == "__main__":
+    for name, value in main().items():
+        print(f"{name}: {value:.4g}")

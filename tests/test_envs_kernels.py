@@ -1,0 +1,118 @@
+"""A task of one's own: compiled once, kept on disk, and compiled anew when its file or its package is edited."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from granular_env.components.chain import Chain
+from granular_env.components.errors import ParameterError
+from granular_env.components.jit import JIT, address, caller, jit
+from granular_env.envs import ChainEnv, ChainTask, ComponentEnv, PistonEnv
+
+TASK = """
+import numpy as np
+from granular_env.components.jit import jit
+from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv
+import granular_env as ge
+{imported}
+
+@jit
+def begin(a, counters, constants):
+    counters[0] = {begun}
+
+@jit
+def judge(a, inputs, counters, constants, duration, elapsed, steps):
+    return {reward}, False
+
+class Own(ChainTask):
+    name, counter_names = "own", ("begun",)
+    actions, observations = {{"left_force": 1.0}}, {{"displacement": 1.0, "velocity": 1.0}}
+    begin_kernel, judge_kernel = staticmethod(begin), staticmethod(judge)
+
+def make(**options):
+    return ChainEnv(ge.make("chain", grains=4), Own(), **options)
+"""
+RUN = """
+import numpy as np
+from {module} import *
+env, batch = make(), ChainVectorEnv(make, 2)
+info = env.reset(seed=1)[1]
+batch.reset(seed=1)
+print(info["begun"], env.step([0.0])[1], *batch.step(np.zeros((2, 1)))[1].tolist())
+"""
+
+
+def run(folder: Path, module: str) -> str:
+    path = os.pathsep.join([str(folder), str(Path(__file__).resolve().parents[1])])
+    environment = {**os.environ, "PYTHONPATH": path}
+    script = RUN.format(module=module)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=environment, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_an_edited_task_is_noticed(tmp_path: Path) -> None:
+    file = tmp_path / "own_task.py"
+    for begun, reward in ((1.0, 2.0), (3.0, 2.0), (3.0, 5.0)):
+        file.write_text(TASK.format(imported="", begun=begun, reward=reward))
+        assert run(tmp_path, "own_task") == f"{begun} {reward} {reward} {reward}"
+
+
+def test_an_edited_neighbour_in_its_package_is_noticed(tmp_path: Path) -> None:
+    package = tmp_path / "own_tasks"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "task.py").write_text(TASK.format(imported="from .prices import price", begun=0.0, reward="price()"))
+    for price in (2.0, 4.0):
+        (package / "prices.py").write_text(
+            f"from granular_env.components.jit import jit\n\n\n@jit\ndef price():\n    return {price}\n"
+        )
+        assert run(tmp_path, "own_tasks.task") == f"0.0 {price} {price} {price}"
+
+
+def test_compiled_code_calls_what_lies_at_an_address() -> None:
+    @jit
+    def twice(x):  # noqa: ANN001, ANN202
+        return 2 * x
+
+    call = caller("float64(float64)")
+
+    @jit
+    def ask(where, x):  # noqa: ANN001, ANN202
+        return call(where, (x,))
+
+    assert ask(address(twice, "float64(float64)"), 1.5) == 3.0
+
+
+@pytest.mark.skipif(not JIT, reason="nothing is compiled")
+def test_kernels_that_do_not_fit_are_refused_by_name() -> None:
+    class Half(ChainTask):
+        name = "half"
+        actions, observations = {"left_velocity": 1.0}, {"displacement": 1.0, "velocity": 1.0}  # noqa: RUF012
+
+    class Wrong(Half):
+        name = "wrong"
+        begin_kernel = staticmethod(jit(lambda a, counters, constants: None))
+        judge_kernel = staticmethod(jit(lambda a, inputs: 1.0))
+
+    with pytest.raises(ParameterError, match="'half': it has no begin_kernel"):
+        ChainEnv(Chain(grains=4, left="piston"), Half())
+    with pytest.raises(ParameterError, match="'wrong': its judge_kernel does not compile"):
+        ChainEnv(Chain(grains=4, left="piston"), Wrong())
+
+
+def test_a_chain_task_wants_its_own_environment() -> None:
+    task = PistonEnv(grains=4).task
+    assert isinstance(task, ChainTask)
+    env = ComponentEnv(Chain(grains=4, left="piston"), task)
+    env.reset(seed=1)
+    with pytest.raises(ParameterError, match="ChainEnv"):
+        env.step([0.0])
+    with pytest.raises(ParameterError, match="no objective"):
+        task.objective(env.component, 10)  # type: ignore[arg-type]
+    assert task.baselines() == {} and issubclass(PistonEnv, ChainEnv)

@@ -1,0 +1,278 @@
+"""What an agent sees and what its action does: sensors, noise, rate, delay, randomisation; and what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from env_toys import SMALL, actions, transcript
+
+from granular_env.components.counter_random import normal, stream_key
+from granular_env.components.errors import ParameterError
+from granular_env.envs import ForceEnv, PistonEnv
+from granular_env.envs.randomising import make_chain
+
+PRESSED = {"grains": 6, "deadline": 50, "chain": {"precompression": 20.0}}
+
+
+def shaken(**options: Any) -> ForceEnv:
+    env = ForceEnv(**{**PRESSED, **options})
+    env.reset(seed=3)
+    transcript(env, actions(20, seed=2))
+    return env
+
+
+# -- sensors ------------------------------------------------------------------------------------------------------------
+
+
+def test_sensors_read_what_the_component_says() -> None:
+    places = {"velocity": [0, -1, 2], "displacement": 4, "force": [1, 2], "contact_force": [-1, 0, 1], "wall_force": "right"}
+    env = shaken(observe=places)
+    observation, _ = env.observe()
+    chain = env.component
+    velocity, force = chain.get("velocity") / 10.0, chain.get("contact_force") / 500.0
+    expected = [
+        *velocity[[0, 5, 2]], chain.get("displacement")[4] / 1e-3, 0.5 * (force[0] + force[1]), 0.5 * (force[1] + force[2]),
+        *force[[5, 0, 1]], -chain.get("right_wall_force") / 500.0,
+    ]  # fmt: skip
+    # A factor 1 / scale and a rounding to float32.
+    np.testing.assert_allclose(observation, expected, rtol=2e-7)
+    assert env.observation_space.shape == (len(expected),) and np.count_nonzero(observation) > 5
+
+
+@pytest.mark.parametrize("law", [{"name": "viscous", "dissipation": 1.0}, {"name": "elastic_plastic", "yield_pressure": 1e9}])
+def test_forces_include_dissipation_and_history(law: dict[str, Any]) -> None:
+    env = ForceEnv(grains=5, chain={"law": law}, observe={"contact_force": range(5), "wall_force": ["right"]}, deadline=None)
+    env.reset(seed=1)
+    transcript(env, np.full((60, 1), 0.5, np.float32))
+    observation, _ = env.observe()
+    np.testing.assert_allclose(observation[:5], env.component.get("contact_force") / 500.0, rtol=2e-7)
+    assert observation[5] == observation[4] > 0.0
+
+
+def test_the_full_state_is_every_grains_displacement_and_velocity() -> None:
+    full, chosen = shaken(), shaken(observe={"displacement": range(6), "velocity": list(range(6))})
+    np.testing.assert_array_equal(full.observe()[0], chosen.observe()[0])
+
+
+@pytest.mark.parametrize(
+    ("choice", "words"),
+    [
+        ({"velocty": [0]}, "did you mean 'velocity'"),
+        ({"velocity": [8]}, "-8 to 7"),
+        ({"velocity": [-9]}, "-8 to 7"),
+        ({"velocity": [1.5]}, "whole numbers"),
+        ({"velocity": [True]}, "whole numbers"),
+        ({"velocity": [0, -8]}, "once"),
+        ({"velocity": None}, "list of places"),
+        ({"contact_force": [8]}, "-8 to 7"),
+        ({"wall_force": ["left"]}, "has no wall"),
+        ({"wall_force": ["top"]}, '"left" or "right"'),
+        ({"velocity": []}, "at least one"),
+        ({}, "at least one"),
+        ("everything", '"full"'),
+        (3, '"full"'),
+    ],
+)
+def test_sensors_that_are_not_there_are_refused(choice: Any, words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        ForceEnv(**SMALL, observe=choice)
+
+
+# -- noise --------------------------------------------------------------------------------------------------------------
+
+
+def test_noise_is_a_function_of_seed_step_and_reading() -> None:
+    env, twin, quiet = shaken(noise=0.1), shaken(noise=0.1), shaken()
+    np.testing.assert_array_equal(env.observe()[0], env.observe()[0])
+    np.testing.assert_array_equal(env.observe()[0], twin.observe()[0])
+    blurred, clear = env.observe()[0], quiet.observe()[0]
+    assert (blurred != clear).all() and env.component.save().data == quiet.component.save().data
+    env.step([0.0])
+    twin.reset(seed=4)
+    transcript(twin, actions(21, seed=2))
+    assert (env.observe()[0] != blurred).all() and (twin.observe()[0] != env.observe()[0]).all()
+
+
+def test_noise_has_the_moments_of_a_normal_distribution() -> None:
+    env = ForceEnv(grains=64, noise=0.5, deadline=None)
+    seen = [env.reset(seed=seed)[0] for seed in range(200)]
+    drawn = np.concatenate(seen).astype(float) / 0.5
+    count = len(drawn)
+    assert count == 25600
+    # Four standard errors of mean, variance, third and fourth moment; twelve uniform numbers have the fourth moment 2.9.
+    assert abs(drawn.mean()) < 4.0 / math.sqrt(count)
+    assert abs(drawn.var() - 1.0) < 4.0 * math.sqrt(2.0 / count)
+    assert abs((drawn**3).mean()) < 4.0 * math.sqrt(15.0 / count)
+    assert abs((drawn**4).mean() - 2.9) < 4.0 * math.sqrt(96.0 / count)
+    assert abs(drawn).max() <= 6.0
+    # Neighbours in place and in time know nothing of each other.
+    for one, other in ((np.array(seen)[:, 1:], np.array(seen)[:, :-1]), (np.array(seen)[1:], np.array(seen)[:-1])):
+        assert abs(np.corrcoef(one.ravel(), other.ravel())[0, 1]) < 4.0 / math.sqrt(count)
+
+
+def test_the_noise_is_what_whole_numbers_say() -> None:
+    """The same sums in Python's own integers: nothing is rounded, so every machine has these bits."""
+    golden, modulus = 0x9E3779B97F4A7C15, 2**64
+
+    def mixed(word: int) -> int:
+        word = (word ^ (word >> 30)) * 0xBF58476D1CE4E5B9 % modulus
+        word = (word ^ (word >> 27)) * 0x94D049BB133111EB % modulus
+        return word ^ (word >> 31)
+
+    key = mixed((mixed((7 + golden) % modulus) + 3 * golden) % modulus)
+    for index in range(5):
+        words = [mixed((key + (3 * index + place) * golden) % modulus) for place in (1, 2, 3)]
+        total = sum(word >> shift & 0xFFFF for word in words for shift in (0, 16, 32, 48))
+        with np.errstate(over="ignore"):
+            assert normal(stream_key(7, 3), index) == (total - 12 * 32767.5) / 65536
+
+
+def test_noise_is_clipped_with_the_observation() -> None:
+    env = ForceEnv(**SMALL, noise=100.0)
+    assert np.abs(env.reset(seed=1)[0]).max() == env.task.observation_limit
+
+
+@pytest.mark.parametrize("noise", [-1.0, math.nan, "much"])
+def test_noise_that_is_none_is_refused(noise: Any) -> None:
+    with pytest.raises(ParameterError, match="noise"):
+        ForceEnv(**SMALL, noise=noise)
+
+
+# -- the actuator -------------------------------------------------------------------------------------------------------
+
+
+def applied(env: ForceEnv | PistonEnv, commands: list[float]) -> list[float]:
+    (name,) = env.task.actions
+    return [env.step([command])[4][name] / env.task.actions[name] for command in commands]
+
+
+def test_info_tells_what_was_applied() -> None:
+    env = ForceEnv(**SMALL)
+    assert env.reset(seed=1)[1]["left_force"] == 0.0
+    assert applied(env, [0.5, 7.0, -7.0]) == [0.5, 1.0, -1.0]
+    assert env.component.get("left_force") == -500.0
+
+
+def test_a_rate_limits_each_change() -> None:
+    env = ForceEnv(**SMALL, action_rate=0.25)
+    env.reset(seed=1)
+    assert applied(env, [1.0, 1.0, 0.4, -1.0, 9.0]) == [0.25, 0.5, 0.4, 0.15000000000000002, 0.4]
+
+
+def test_a_delay_holds_back_each_action() -> None:
+    env = ForceEnv(**SMALL, control_delay=2)
+    env.reset(seed=1)
+    assert applied(env, [0.1, 0.2, 0.3, 0.4]) == [0.0, 0.0, 0.1, 0.2]
+    env.reset(seed=1)
+    assert applied(env, [0.5]) == [0.0], "nothing is left on its way"
+
+
+def test_rate_and_delay_begin_where_the_piston_is() -> None:
+    env = PistonEnv(**SMALL, control_delay=1, action_rate=0.1)
+    info = env.reset(options={"velocity": {0: 5.0}})[1]
+    assert info["left_velocity"] == 5.0
+    assert applied(env, [0.0, 0.0, 0.0]) == [0.5, 0.4, 0.30000000000000004]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"action_rate": 0.0}, "action_rate"),
+        ({"action_rate": -1.0}, "action_rate"),
+        ({"action_rate": math.nan}, "action_rate"),
+        ({"control_delay": -1}, "control_delay"),
+        ({"control_delay": 1.5}, "control_delay"),
+        ({"control_delay": 10**9}, "control_delay"),
+        ({"info": "all"}, "info"),
+    ],
+)
+def test_actuators_that_are_none_are_refused(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        ForceEnv(**SMALL, **options)
+
+
+def test_a_wrong_shape_is_told_with_both_shapes() -> None:
+    env = ForceEnv(**SMALL)
+    env.reset(seed=1)
+    with pytest.raises(ParameterError, match=r"got shape \(2,\), expected shape \(1,\)"):
+        env.step([0.0, 0.0])
+
+
+def test_a_refused_step_leaves_the_actuator_as_it_was() -> None:
+    env = ForceEnv(grains=3, force_scale=1e6, control_delay=1)
+    env.reset(seed=1)
+    terminated, before = False, env.save()
+    while not terminated:
+        before = env.save()
+        _, reward, terminated, _, info = env.step([1.0])
+    assert reward == -10.0 and "limit" in info["step_error"]
+    assert env.save().snapshot.data == before.snapshot.data
+    changed = np.flatnonzero(np.frombuffer(env.save().episode) != np.frombuffer(before.episode))
+    assert changed.tolist() == [1], "only that the episode is over"
+
+
+# -- info ---------------------------------------------------------------------------------------------------------------
+
+
+def test_brief_infos_leave_out_the_grains() -> None:
+    full, brief = shaken().observe()[1], shaken(info="brief").observe()[1]
+    assert full.keys() - brief.keys() == {"displacement", "velocity"}
+    assert all(full[name] == value for name, value in brief.items())
+
+
+# -- randomisation --------------------------------------------------------------------------------------------------------
+
+
+def test_parameters_are_a_function_of_seed_and_index() -> None:
+    wanted = {"radius": (2e-3, 3e-3), "contact_stiffness": (1e9, 2e9)}
+    made = [ForceEnv(grains=4, randomise={**wanted, "seed": seed}, index=index) for seed in (0, 1) for index in (0, 1, 0)]
+    drawn = [(env.component.get("radius"), env.component.get("contact_stiffness")) for env in made]
+    assert drawn[0] == drawn[2] and drawn[3] == drawn[5] and len(set(drawn)) == 4
+    assert all(2e-3 <= radius <= 3e-3 and 1e9 <= stiffness <= 2e9 for radius, stiffness in drawn)
+
+
+def test_draws_fill_their_range_evenly() -> None:
+    drawn = [
+        make_chain({"grains": 2}, None, {"precompression": (10.0, 20.0)}, index).get("precompression") for index in range(300)
+    ]
+    # The mean of 300 even draws has a standard error of 10 / sqrt(12 * 300) = .17.
+    assert abs(np.mean(drawn) - 15.0) < 0.7 and min(drawn) < 10.5 and max(drawn) > 19.5
+
+
+def test_each_grain_may_have_its_own_radius() -> None:
+    made = [ForceEnv(grains=5, randomise={"radius": {"low": 2e-3, "high": 3e-3}}, index=index) for index in (0, 1)]
+    radii = np.concatenate([env.component.geometry.radius for env in made])
+    assert len(set(radii.tolist())) == 10 and radii.min() >= 2e-3 and radii.max() <= 3e-3
+
+
+def test_impacts_are_drawn_for_each_episode() -> None:
+    env = ForceEnv(**SMALL, randomise={"velocity": {0: (1.0, 2.0), -1: (-3.0, -2.0)}})
+    starts = [env.reset(seed=1)[1]["velocity"], env.reset()[1]["velocity"], env.reset(seed=1)[1]["velocity"]]
+    for start in starts:
+        assert 1.0 <= start[0] <= 2.0 and -3.0 <= start[-1] <= -2.0 and not start[1:-1].any()
+    assert starts[0].tolist() == starts[2].tolist() != starts[1].tolist()
+    assert env.reset(options={"velocity": 0.5})[1]["velocity"].tolist() == [0.5] * 8
+
+
+@pytest.mark.parametrize(
+    ("randomise", "words"),
+    [
+        ({"raduis": (1.0, 2.0)}, "did you mean 'radius'"),
+        ({"grains": (3, 5)}, "nothing that can be drawn"),
+        ({"law": ("hertz", "power")}, "nothing that can be drawn"),
+        ({"radius": 1.0}, r"\(low, high\)"),
+        ({"radius": (2.0, 1.0)}, "low <= high"),
+        ({"radius": (-2.0, -1.0)}, "radius"),
+        ({"radius": (math.nan, 1.0)}, "radius"),
+        ({"velocity": {9: (0.0, 1.0)}}, "-8 to 7"),
+        ({"velocity": {0: (0.0, 1.0), -8: (0.0, 1.0)}}, "once"),
+        ({"seed": -1}, "seed"),
+        (3, "randomise"),
+    ],
+)
+def test_draws_that_are_none_are_refused(randomise: Any, words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        ForceEnv(**SMALL, randomise=randomise)
