@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from . import calls, environments, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer
+from . import calls, environments, gradient, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer, sweeps
 from .facts import facts
 from .figures import Figure, table
 
@@ -18,9 +18,11 @@ OURS: dict[str, Benchmark] = {
     "numpy": numpy_peer.measure,
     "scipy": scipy_peer.measure,
     "calls": calls.measure,
+    "gradient": gradient.measure,
     "environments": environments.measure,
     "recording": recording.measure,
     "replay": replay.measure,
+    "sweeps": sweeps.measure,
 }
 PEERS: dict[str, Benchmark] = {"lammps": lammps_peer.measure}
 

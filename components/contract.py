@@ -125,9 +125,6 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
 
-    tables: ClassVar[Mapping[str, Mapping[str, type[Parameters]]]] = {}
-    """For the parameters that are tables chosen by name: parameter -> name -> the table's fields."""
-
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, fields: Any) -> Any:

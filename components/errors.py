@@ -43,6 +43,10 @@ class ExperimentError(GranularError, ValueError):
     """An experiment file or one of the files it names is not valid."""
 
 
+class SweepError(GranularError):
+    """A sweep's results cannot be kept or read, or the processes or the cluster that compute it cannot be used."""
+
+
 class FmuError(GranularError):
     """An FMU cannot be exported, loaded or run."""
 

@@ -5,18 +5,24 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+_MOST_STEPS = 200
+
 
 def two_thirds_power(value: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """value^(2/3) for an array of numbers >= 0, by Newton's iteration on y sqrt(y) = value."""
     # y^1.5 is convex and 1 + value lies above the root, so the iteration comes down on it from one side.
-    root = 1.0 + value
-    for _ in range(200):
+    root = np.where(value > 0.0, 1.0 + value, 0.0)
+    before = root
+    for left in range(_MOST_STEPS, 0, -1):
         slope = np.sqrt(root)
         better = np.where(root > 0.0, root - (root * slope - value) / np.where(slope > 0.0, 1.5 * slope, 1.0), 0.0)
         better = np.maximum(better, 0.0)
         if np.all(np.abs(better - root) <= 1e-16 * root):
             break
-        root = better
+        if np.array_equal(better, before):  # two neighbours in turn: what comes last is known
+            root = root if left % 2 == 0 else better
+            break
+        before, root = root, better
     return np.where(value > 0.0, root, 0.0)
 
 

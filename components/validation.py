@@ -42,14 +42,10 @@ def _telling(faults: list[Any]) -> list[Any]:
 
 def _sentence(fault: Any, model: type[BaseModel]) -> str:
     place = [str(part) for part in fault["loc"] if not _is_union_tag(part, model)]
-    table = getattr(model, "tables", {}).get(place[0], {}) if place else {}
-    if len(place) > 1 and place[1] in table:
-        # A table that its own `name` chose: people wrote neither that tag nor the fields of the model around it.
-        inner = _sentence({**fault, "loc": tuple(place[2:])}, table[place[1]])
-        return f"{place[0]}: {inner}" if len(place) == 2 else f"{place[0]}.{inner}"
     name = ".".join(place) or "parameters"
     if fault["type"] == "extra_forbidden":
-        advice = nearest(str(fault["loc"][-1]), model.model_fields) if len(fault["loc"]) == 1 else "remove it"
+        known = (field.alias or key for key, field in model.model_fields.items())
+        advice = nearest(str(fault["loc"][-1]), known) if len(fault["loc"]) == 1 else "remove it"
         return f"{name}: unknown; {advice}"
     if fault["type"] == "missing":
         return f"{name}: missing; {_meaning(model, place)}"

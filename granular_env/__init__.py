@@ -21,11 +21,13 @@ if TYPE_CHECKING:
         MissingExtraError,
         ParameterError,
         StepError,
+        SweepError,
     )
     from .components.materials.elastic import Material
     from .components.profiles import Profile
     from .recording import open_log, record, recover, verify
     from .running import run
+    from .sweep import open_sweep, run_sweep
 
 # Public name -> module that it is in; none for a package. They come when they are asked for: numba alone takes most of a second
 # to import.
@@ -43,13 +45,16 @@ _HOMES = {
     "Profile": "components.profiles",
     "Snapshot": "components.contract",
     "StepError": "components.errors",
+    "SweepError": "components.errors",
     "Variable": "components.contract",
     "make": "components.catalogue",
     "measurement": "",
     "open_log": "recording",
+    "open_sweep": "sweep",
     "record": "recording",
     "recover": "recording",
     "run": "running",
+    "run_sweep": "sweep",
     "verify": "recording",
 }
 
@@ -67,13 +72,16 @@ __all__ = [
     "Profile",
     "Snapshot",
     "StepError",
+    "SweepError",
     "Variable",
     "make",
     "measurement",
     "open_log",
+    "open_sweep",
     "record",
     "recover",
     "run",
+    "run_sweep",
     "verify",
 ]
 

@@ -15,6 +15,9 @@ _INTERRUPTED = 130
 _OPTIONS = {
     "pass overwrite=True": "pass --overwrite",
     "open it with allow_large=True": "pass --allow-large",
+    "pass allow_large=True": "pass --allow-large",
+    "take engine 'ray'": "take --engine ray",
+    "try engine 'serial'": "try --engine serial",
     "(web=True)": "(--web)",
     "(save_rrd)": "(--save FILE.rrd)",
     "(screenshot)": "(--screenshot FILE.png)",
@@ -67,6 +70,7 @@ def _parser() -> argparse.ArgumentParser:
     _experiment_commands(commands)
     _log_commands(commands)
     _atlas_command(commands)
+    _sweep_command(commands)
     _study_command(commands)
     return parser
 
@@ -154,6 +158,20 @@ def _atlas_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]
     atlas.add_argument("--only", metavar="ENTRY", action="append", default=[], help="compute this entry, not all of them")
     atlas.add_argument("--processes", metavar="N", type=int, default=2, help="how many entries at a time (default: 2)")
     atlas.add_argument("--quiet", action="store_true", help="no progress bar; print only the page's path")
+
+
+def _sweep_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    sweep = commands.add_parser("sweep", help="run an experiment at many values of its keys, into one table")
+    sweep.add_argument("plan", metavar="PLAN", help="a plan of `granular-env list`, or a TOML file")
+    sweep.add_argument("-o", "--out", metavar="FOLDER", help="where results are kept (default: sweeps/ and the plan's name)")
+    sweep.add_argument(
+        "--engine", choices=("processes", "serial", "ray"), default="processes", help="where tasks run (default: processes)"
+    )
+    sweep.add_argument("--address", metavar="HOST:PORT", help="a Ray cluster (default: one of our own, on this machine)")
+    sweep.add_argument("--workers", metavar="N", type=int, help="how many tasks at a time (default: one for each core)")
+    _set_option(sweep, "a key of the experiment, for every task, such as component.grains=500")
+    sweep.add_argument("--allow-large", action="store_true", help="lift the cap on the number of tasks")
+    sweep.add_argument("--quiet", action="store_true", help="no progress bar; print only the table's path")
 
 
 def _study_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

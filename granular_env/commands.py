@@ -9,8 +9,9 @@ import re
 import shlex
 import warnings
 from pathlib import Path
+from typing import Any
 
-from granular_env.components.errors import ExperimentError, GranularWarning
+from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError, shortened
 from granular_env.experiments.load import load_experiment, parse_override
 from granular_env.writing import counted, with_article
 
@@ -21,16 +22,19 @@ _INTERRUPTED = 130
 
 
 def show_list(args: argparse.Namespace) -> int:
-    """Components and shipped experiments, one line each."""
+    """Components, shipped experiments and plans of sweeps, one line each."""
     from granular_env import describe
+    from granular_env.sweep.plan import shipped_plans
 
-    known = {**describe.overview(), "studies": _studies()}
+    known = describe.overview()
+    known["plans of sweeps"] = {name: describe.title(path) for name, path in shipped_plans().items()}
+    known["studies"] = _studies()
     if args.json:
         print(json.dumps(known, indent=2))
         return 0
     for kind, entries in known.items():
         print(f"{kind}\n{describe.columns(entries.items())}\n")
-    print("granular-env describe NAME tells more; granular-env run EXPERIMENT and granular-env study STUDY run one.")
+    print("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one.")
     return 0
 
 
@@ -39,8 +43,11 @@ def show_description(args: argparse.Namespace) -> int:
     from granular_env import describe
     from granular_env.components import catalogue
     from granular_env.experiments.templates import template
+    from granular_env.sweep.plan import shipped_plans
 
-    if args.name in catalogue.names():
+    if args.name in (plans := shipped_plans()):
+        print(plans[args.name].read_text(encoding="utf-8"), end="")
+    elif args.name in catalogue.names():
         parameters = {}
         for override in args.overrides:
             parts, value = parse_override(override)
@@ -195,13 +202,33 @@ def write_atlas(args: argparse.Namespace) -> int:
     from granular_env.atlas.telling import closing, telling
 
     paper = atlas.paper(args.paper)
-    constants = {".".join(parts): value for parts, value in map(parse_override, args.overrides)}
+    constants = _constants(args.overrides)
     folder = Path(args.out) if args.out else Path("atlas") / paper.name
     with telling(paper, args.quiet) as told:
         done = atlas.compute(paper, folder, constants, only=args.only, processes=args.processes, told=told)
     page = atlas.write(done, folder)
     print(page if args.quiet else closing(done, page))
     return 1 if done.failed else 0
+
+
+def compute_sweep(args: argparse.Namespace) -> int:
+    """A plan's tasks, computed as far as they are not known; 1 where a task failed."""
+    from granular_env.sweep import run_sweep
+    from granular_env.sweep.store import TABLE
+    from granular_env.sweep.telling import closing
+
+    sweep = run_sweep(
+        args.plan,
+        args.out,
+        engine=args.engine,
+        workers=args.workers,
+        address=args.address,
+        overrides=args.overrides,
+        progress=not args.quiet,
+        allow_large=args.allow_large,
+    )
+    print(shlex.quote(str(sweep.folder / TABLE)) if args.quiet else closing(sweep))
+    return _INTERRUPTED if sweep.interrupted else 1 if sweep.failed else 0
 
 
 # -- studies --------------------------------------------------------------------------------------------------------
@@ -280,6 +307,20 @@ def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
     return path
 
 
+def _constants(overrides: list[str]) -> dict[str, Any]:
+    """A paper's constants that --set gives, name -> value, each once."""
+    constants: dict[str, Any] = {}
+    for override in overrides:
+        parts, value = parse_override(override)
+        name = ".".join(parts)
+        if name in constants:
+            raise ParameterError(
+                f"constant {name!r}: given twice, as {shortened(constants[name])} and {shortened(value)}; give it once"
+            )
+        constants[name] = value
+    return constants
+
+
 def _report_folder(log: Path) -> Path:
     """Beside the log, by its name; never the log itself, whose name may have no suffix."""
     return log.with_suffix("") if log.suffix else log.with_name(f"{log.name}-report")
@@ -354,5 +395,6 @@ COMMANDS = {
     "view": view_log,
     "report": report_log,
     "atlas": write_atlas,
+    "sweep": compute_sweep,
     "study": run_study,
 }

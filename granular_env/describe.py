@@ -8,6 +8,7 @@ from typing import Any
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Parameters
+from granular_env.components.named import tables
 from granular_env.experiments.load import experiment_path, read_document, shipped_experiments
 from granular_env.experiments.templates import default_of, example_of, first_sentence, unit_of
 
@@ -42,8 +43,8 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     kind = catalogue.component_class(name)
     parts = [f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}", "", "parameters"]
     parts.append(columns(_rows(kind.Parameters)))
-    for parameter, tables in kind.Parameters.tables.items():
-        for choice, model in tables.items():
+    for parameter, choices in tables(kind.Parameters).items():
+        for choice, model in choices.items():
             parts += ["", f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}']
             parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
     component = example_of(name, parameters)

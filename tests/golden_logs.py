@@ -1,4 +1,5 @@
-"""The golden logs: `python tests/golden_logs.py` writes logs/golden/ anew and prints the hashes that test_golden.py pins.
+"""The golden logs: `python tests/golden_logs.py [NAME ...]` writes logs/golden/ anew, or those named, and prints the hashes
+that test_golden.py pins.
 
 They keep the promise that the same run gives the same bits on any x86-64 machine. Replace them only together with a changelog
 entry that says which bits changed and why.
@@ -7,6 +8,7 @@ entry that says which bits changed and why.
 from __future__ import annotations
 
 import hashlib
+import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -161,12 +163,12 @@ def final_hash(component: ge.Component) -> str:
     return state.hexdigest()[:32]
 
 
-def main() -> None:
+def main(names: list[str]) -> None:
     FOLDER.mkdir(parents=True, exist_ok=True)
-    for name in CASES:
+    for name in names or CASES:
         log_path(name).unlink(missing_ok=True)
         print(f'    "{name}": "{final_hash(played(name, log_path(name)))}",')
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -135,6 +135,7 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
         (["nesterenko-1983", "--set", "N=50.5"], "expected a whole number"),
         (["nesterenko-1983", "--set", "A=much"], "constant 'A': got 'much', expected a number"),
         (["nesterenko-1983", "--set", "A=nan"], "constant 'A': got nan, expected a number"),
+        (["nesterenko-1983", "--set", "N=50", "--set", "N=60"], "constant 'N': given twice, as 50 and 60; give it once"),
         (["nesterenko-1983", "--only", "3.4-pistol"], "did you mean '3.4-piston'?"),
         (["nesterenko-1983", "--only", "3.4-piston", "--only", "3.4-piston"], "entry '3.4-piston': named 2 times"),
         (["nesterenko-1983", "--processes", "0"], "processes: got 0"),

@@ -9,7 +9,21 @@ import pytest
 sys.path.append(str(Path(__file__).resolve().parent.parent))
 
 from benchmarks import __main__ as program  # noqa: E402
-from benchmarks import calls, chains, facts, kernel, lammps_peer, laws, numpy_peer, recording, replay, roof, scipy_peer  # noqa: E402
+from benchmarks import (  # noqa: E402
+    calls,
+    chains,
+    facts,
+    gradient,
+    kernel,
+    lammps_peer,
+    laws,
+    numpy_peer,
+    recording,
+    replay,
+    roof,
+    scipy_peer,
+    sweeps,
+)
 from benchmarks.figures import Figure, table  # noqa: E402
 from benchmarks.timing import interleaved, ratio  # noqa: E402
 from granular_env.components.chain.laws import LAWS  # noqa: E402
@@ -20,8 +34,10 @@ SMALL = {
     "numpy": (lambda: numpy_peer.measure(grains=30, ticks=5, rounds=2), 1),
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),
+    "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "replay": (lambda: replay.measure(grains=40, steps=20, rounds=2), 2),
+    "sweeps": (lambda: sweeps.measure(tasks=3, task_seconds=0.001, rounds=1, least_tasks=3), 2),
 }
 
 

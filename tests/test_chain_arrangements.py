@@ -94,6 +94,14 @@ def test_parameters_read_back_as_they_were(case):
     assert state_hash(again) == state_hash(chain)
 
 
+@pytest.mark.parametrize("case", [case for case in TWICE if case != "uniform"])
+def test_an_arrangement_keeps_its_name_where_defaults_are_left_out(case):
+    """Or two of like fields would have one identity."""
+    grains, named, _ = TWICE[case]
+    told = ge.make("chain", grains=grains, **named).parameters.model_dump(mode="json", exclude_defaults=True)
+    assert told["arrangement"]["name"] == named["arrangement"]["name"]
+
+
 @pytest.mark.parametrize("case", TWICE)
 def test_a_log_replays_and_branches(case, tmp_path):
     grains, named, _ = TWICE[case]

@@ -337,6 +337,41 @@ def test_tiles_leave_no_trace_in_a_general_exponent(monkeypatch) -> None:  # noq
     assert moved(17_000).tobytes() == moved(3000).tobytes()
 
 
+POWER = {"name": "power", "exponent": 1.7}
+
+
+@pytest.mark.parametrize("law", ["hertz", POWER, *LAWS.values()], ids=str)
+def test_walls_feel_the_force_of_their_contacts(law: object) -> None:
+    """To the bit, moving grains and dissipation included; nothing where there is no wall."""
+    walls = {"left": "plane", "right": "fixed_grain", "precompression": 50.0, "step_size": 1e-8}
+    chain = ge.Chain(grains=5, law=law, contact_stiffness=4.9e9, **walls)
+    chain.reset(velocity=[0.1, -0.2, 0.0, 0.3, 0.2])
+    chain.step(1e-6)
+    forces = chain.get("contact_force")
+    assert forces[0] > 0.0 and chain.get("left_wall_force") == forces[0]
+    assert forces[-1] > 0.0 and chain.get("right_wall_force") == -forces[-1]
+    free = ge.Chain(grains=5, law=law, contact_stiffness=4.9e9, precompression=50.0, step_size=1e-8)
+    assert free.get("left_wall_force") == free.get("right_wall_force") == 0.0
+
+
+# -- what tells one law from another ------------------------------------------------------------------------------------
+
+
+def test_laws_of_like_parameters_are_not_confused() -> None:
+    """A snapshot of one law must not go on in another."""
+    viscous, kuwabara_kono = (
+        ge.Chain(grains=4, law={"name": name, "dissipation": 5.0}, step_size=1e-7) for name in ("viscous", "kuwabara_kono")
+    )
+    assert viscous.identity != kuwabara_kono.identity
+    with pytest.raises(ParameterError, match="identity"):
+        kuwabara_kono.restore(viscous.save())
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_a_law_keeps_its_name_where_defaults_are_left_out(law: dict) -> None:
+    assert ge.Chain(grains=4, law=law).parameters.model_dump(mode="json", exclude_defaults=True)["law"] == law
+
+
 # -- what is refused ----------------------------------------------------------------------------------------------------
 
 

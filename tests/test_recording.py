@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 from recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
-from granular_env.components.contract import Snapshot
+from granular_env.components.contract import Component, Snapshot
 from granular_env.components.errors import LogError, ParameterError, StepError
 from granular_env.components.profiles import Profile
 from granular_env.recording import open_log, record, recover, verify
@@ -113,15 +113,19 @@ def test_a_log_verifies(make_log, tmp_path: Path) -> None:  # noqa: ANN001
     assert "identical" in result.message and seen and 0.0 < max(seen) <= 1.0
 
 
-def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
-    component = catalogue.make("chain", **CHAIN)
+def record_a_failure(component: Component, path: Path, left_force: float | Profile) -> None:
+    """100 internal steps, a step that the force makes fail, and 50 more."""
     h = component.step_size
-    with record(component, tmp_path / "a.mcap", every=h):
+    with record(component, path, every=h):
         component.reset(velocity={0: 1.0})
         component.step(100 * h)
         with pytest.raises(StepError):
-            component.step(5000 * h, left_force=1e9)
+            component.step(5000 * h, left_force=left_force)
         component.step(50 * h)
+
+
+def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
+    record_a_failure(catalogue.make("chain", **CHAIN), tmp_path / "a.mcap", 1e9)
     log = open_log(tmp_path / "a.mcap")
     assert log.ticks("velocity").tolist() == list(range(151))
     assert [event["event"] for event in log.metadata["events"]] == ["failed"]
@@ -152,12 +156,7 @@ def test_parts_of_a_long_step_that_were_written_are_a_segment_of_their_own_if_it
 def test_the_film_has_no_pictures_of_a_step_that_was_undone(tmp_path: Path) -> None:
     component = catalogue.make("chain", **CHAIN)
     h = component.step_size
-    with record(component, tmp_path / "a.mcap", every=h):
-        component.reset(velocity={0: 1.0})
-        component.step(100 * h)
-        with pytest.raises(StepError):
-            component.step(2000 * h, left_force=Profile.triangle(2e5, 4000 * h, rise=3999 * h))
-        component.step(50 * h, left_force=0.0)
+    record_a_failure(component, tmp_path / "a.mcap", Profile.triangle(2e5, 4000 * h, rise=3999 * h))
     with open(tmp_path / "a.mcap", "rb") as file:
         times = [message.log_time for _, _, message in make_reader(file).iter_messages(topics=["/particles"])]
     # Thinned, as the step that was undone once made it; in the order of time, and to the end.
@@ -248,6 +247,29 @@ def test_a_changed_parameter_is_caught(tmp_path: Path, honest_identity: bool) ->
     assert "identity" in result.message and "stiffness" in result.message
     with pytest.raises(LogError, match=r"identity|snapshot"):
         open_log(tmp_path / "b.mcap").component()
+
+
+@pytest.mark.parametrize("honest_identity", [True, False])
+def test_a_changed_name_of_a_law_is_caught(tmp_path: Path, honest_identity: bool) -> None:
+    """Where all else that the law says stays."""
+    mine, other = (
+        catalogue.make("chain", **{**CHAIN, "law": {"name": name, "dissipation": 0.0}, "step_size": 1e-7})
+        for name in ("viscous", "kuwabara_kono")
+    )
+    with record(mine, tmp_path / "a.mcap"):
+        mine.reset()
+        mine.step(20 * mine.step_size)
+
+    def change(old: Record) -> Record:
+        if old.kind != HEADER:
+            return old
+        law = {**old.header["parameters"]["law"], "name": "kuwabara_kono"}
+        header = {**old.header, "parameters": {**old.header["parameters"], "law": law}}
+        return dataclasses.replace(old, header={**header, "identity": other.identity} if honest_identity else header)
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable == "law"
 
 
 @pytest.mark.parametrize("honest_identity", [True, False])

@@ -94,12 +94,12 @@ def test_nothing_is_written_over_a_folder_or_a_pipe(log, tmp_path, capsys, numbe
 
 
 @pytest.mark.parametrize("number", range(4))
-@pytest.mark.parametrize("name", ["x" * 300 + ".png", "x\0y.png"], ids=["long", "zero byte"])
+@pytest.mark.parametrize("name", ["x" * 300, "x\0y"], ids=["long", "zero byte"])
 def test_names_that_no_file_can_have_are_told(log, tmp_path, capsys, number, name):
     pytest.importorskip("rerun")
-    path = str(tmp_path / name)
-    arguments = [a.replace(".png", ".rrd") if "--save" in writers(log, path)[number] else a for a in writers(log, path)[number]]
-    assert main(arguments) == 2
+    # The one that each command wants: a wrong one is refused before the name is tried.
+    suffix = [".toml", ".mcap", ".rrd", ".png"][number]
+    assert main(writers(log, str(tmp_path / f"{name}{suffix}"))[number]) == 2
     told = capsys.readouterr().err
     assert "cannot be written: File name too long" in told or "is no path: embedded null byte" in told
     assert os.listdir(tmp_path) == []

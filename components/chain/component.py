@@ -68,6 +68,7 @@ class Chain(Component):
         self._fill_constants()
         # Pistons carry their own grains.
         self._weight = p.gravity * self._table[table.MASS, self._grains]
+        self._whole_weight = float(self._weight.sum())
         self._wanted_overlap, self._refused_overlap = self._overlap_limits()
         self._table[table.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         self.left_input = "left_velocity" if p.left == "piston" else "left_force"
@@ -130,14 +131,14 @@ class Chain(Component):
         wanted, refused = np.full(self.parameters.grains + 1, np.inf), np.full(self.parameters.grains + 1, np.inf)
         deep = self.parameters.overlap_limit * chain.smaller_radius[chain.real]
         # An adaptive scheme resolves its contacts by itself.
-        adaptive = self.parameters.integrator == "dop853"
+        adaptive = self._scheme.adaptive
         wanted[chain.real] = np.inf if adaptive else seen(_WANTED_FORCES)
         refused[chain.real] = deep if adaptive else np.minimum(deep, seen(_LEAST_FORCES))
         law = self.parameters.law
         if isinstance(law, Dissipative) and not adaptive:
             constants, whole = chain.contact[chain.real], chain.reduced_mass[chain.real] / self.step_size
             wanted[chain.real] = np.minimum(wanted[chain.real], law.overlap_of(constants, _STOPPED_IN_A_STEP * whole))
-            if self._scheme.advance is self._scheme.advance_damped:  # an explicit scheme would become unstable
+            if self._scheme.explicit:
                 refused[chain.real] = np.minimum(refused[chain.real], law.overlap_of(constants, whole))
         return wanted, refused
 
@@ -182,8 +183,8 @@ class Chain(Component):
             "velocity": lambda: self._table[table.V, self._grains],
             "overlap": lambda: self._overlap()[self.geometry.real],
             "contact_force": lambda: self._contact_force()[self.geometry.real],
-            "left_wall_force": lambda: float(self._contact_force()[0]),
-            "right_wall_force": lambda: 0.0 - float(self._contact_force()[-1]),
+            "left_wall_force": lambda: self._force_in(0),
+            "right_wall_force": lambda: 0.0 - self._force_in(self.parameters.grains),
             "input_work": self._input_work,
         }
 
@@ -330,11 +331,13 @@ class Chain(Component):
         """Energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()
         tally = self._table[table.TALLY]
-        behind = self.parameters.grains + 2
-        carried = self._table[table.V, behind : behind + 5]
-        work, lost = self._input_work(), float(self._table[table.LOST].sum() + carried[4])
+        n = self.parameters.grains
+        carried = self._table[table.V, n + 2 : n + table.BESIDE_GRAINS]
+        # Where nothing turns into heat, that row is scratch of 0s.
+        heat = 0.0 if self.parameters.law.conservative else self._table[table.LOST].sum()
+        work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[table.IMPULSE_LEFT] + tally[table.IMPULSE_RIGHT] + carried[2] + carried[3])
-        impulse += float(self._weight.sum()) * self.time
+        impulse += self._whole_weight * self.time
         return Ledger(
             kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=lost, fracture_energy=0.0, input_work=work,
             energy_residual=kinetic + potential + lost - float(tally[table.START_ENERGY]) - work,
@@ -364,6 +367,9 @@ class Chain(Component):
         kernels.contact_forces(self._table, table.U, table.V, forces)
         return forces
 
+    def _force_in(self, contact: int) -> float:
+        return float(kernels.contact_force(self._table, table.U, table.V, contact))
+
     def particles(self) -> Particles:
         """The grains, as spheres along x."""
         reference = np.zeros((self.parameters.grains, 3))
@@ -376,7 +382,7 @@ class Chain(Component):
         return Validity.of(
             self.geometry, self.parameters.law, self._table[table.PEAK][: self.parameters.grains + 1][places],
             self._scheme.forces / self.step_size,
-            wanted_forces=_WANTED_FORCES, adaptive=self.parameters.integrator == "dop853",
+            wanted_forces=_WANTED_FORCES, adaptive=self._scheme.adaptive,
         )  # fmt: skip
 
     def report(self) -> dict[str, float]:
@@ -389,7 +395,7 @@ class Chain(Component):
     def cautions(self) -> list[str]:
         """A sentence for each assumption that the run so far has left behind."""
         said = self.validity().cautions()
-        if self._stopped_in_a_step() > _STOPPED_IN_A_STEP and self.parameters.integrator != "dop853":
+        if self._stopped_in_a_step() > _STOPPED_IN_A_STEP and not self._scheme.adaptive:
             said.append(self._dissipation_sentence())
         return said
 

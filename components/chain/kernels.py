@@ -89,6 +89,13 @@ def contact_forces(a, u, v, out):
         out[j], _ = _force(elastic, dissipation, a, u, v, j)
 
 
+@jit
+def contact_force(a, u, v, j):
+    """Force in contact j alone, with the bits that `contact_forces` gives it."""
+    f, _ = _force(int(a[SCALARS, ELASTIC]), int(a[SCALARS, DISSIPATION]), a, u, v, np.uint64(j))
+    return f
+
+
 @inlined
 def _force(elastic, dissipation, a, u, v, j):
     """The whole force of a contact, never a pull, and the power that it turns into heat."""

@@ -8,10 +8,10 @@ from pydantic import SerializerFunctionWrapHandler, model_serializer, model_vali
 
 from ..contract import Parameters
 from ..materials.elastic import Material
-from .arrangements import ARRANGEMENTS, ChosenArrangement, Uniform, refuse_misfit
+from .arrangements import ChosenArrangement, Uniform, refuse_misfit
 from .fields import GrainIndex, NotNegative, Positive, Preset, UniformRadii
 from .fields import field as _field
-from .laws import LAWS, AnyLaw, Hertz
+from .laws import ChosenLaw, Hertz
 
 __all__ = ["WALLS", "Boundary", "ChainParameters", "Integrator", "UniformRadii"]
 
@@ -24,8 +24,6 @@ _MAXIMUM_GRAINS = 100_000_000
 
 class ChainParameters(Parameters):
     """A row of grains that touch by a contact law (Hertz's unless another is named), with its two ends."""
-
-    tables = {"arrangement": ARRANGEMENTS, "law": LAWS}
 
     grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS)
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
@@ -43,7 +41,7 @@ class ChainParameters(Parameters):
         "k of F = k overlap^1.5 instead of the materials' (law power: of k overlap^p): one for all, or one for each contact",
         "N/m^1.5",
     )
-    law: AnyLaw = _field(Hertz(), "contact law: its name, or a table of its name and parameters", "1")
+    law: ChosenLaw = _field(Hertz(), "contact law: its name, or a table of its name and parameters", "1")
     gravity: float = _field(0.0, "acceleration of all grains, positive to the right", "m/s^2", ge=-1e6, le=1e6)
     gap: NotNegative | list[NotNegative] = _field(0.0, "gap at the start: one for all contacts, or one each", "m")
     precompression: float = _field(0.0, "static force that presses the chain together at the start", "N", ge=0.0, le=1e60)

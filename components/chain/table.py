@@ -21,6 +21,9 @@ UNLOADING, RESIDUAL, DEEPEST, LOST = range(12, 16)
 # integrator's history, then its scratch.
 TALLY, U, V, PEAK, FREE_ROW = range(16, 21)
 
+# Columns that a row has beside the grains': two walls, and those five behind the chain.
+BESIDE_GRAINS = 7
+
 # Columns of the row SCALARS. RIGHT_BASE is scratch: what one tile tells the next, where a right piston was when the tick began.
 STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, LEFT_STATIC, RIGHT_STATIC, SPEED_LIMIT, TOLERANCE, GRAINS = range(10)
 ELASTIC, DISSIPATION, EXPONENT, GRAVITY, RIGHT_BASE = range(10, 15)
@@ -40,4 +43,4 @@ SMALLEST_OVERLAP = 1e-150
 
 def row_width(grains: int) -> int:
     """Columns of the table: the grains, two walls, five tallies; at least what the drive's polynomials need."""
-    return max(40, -(-(grains + 7) // 8) * 8)
+    return max(40, -(-(grains + BESIDE_GRAINS) // 8) * 8)

@@ -34,13 +34,14 @@ def shipped_experiments() -> list[str]:
     return sorted(path.relative_to(_SHIPPED).as_posix().removesuffix(".toml") for path in _SHIPPED.rglob("*.toml"))
 
 
-def load_experiment(source: Source, overrides: Iterable[str] = ()) -> Experiment:
+def load_experiment(source: Source, overrides: Iterable[str] = (), folder: Path | None = None) -> Experiment:
     """An experiment, checked as far as that goes without building its component.
 
     Args:
         source: a shipped experiment's name, the path of a TOML file, the content of one as a dict, or an experiment.
         overrides: ``"a.b=value"`` each, the value as in TOML (a bare word is a string too): ``"duration=1e-3"``,
             ``"component.grains=500"``, ``"start.velocity.0=3"``, ``"stop.0.above=2"``.
+        folder: where the files lie that a dict names; default: the current one.
 
     Raises:
         ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
@@ -52,7 +53,7 @@ def load_experiment(source: Source, overrides: Iterable[str] = ()) -> Experiment
         before = source.overrides
         document, origin, folder = source.to_dict(), source.origin, source.folder
     elif isinstance(source, Mapping):
-        document, origin, folder = copy.deepcopy(dict(source)), "experiment", Path()
+        document, origin, folder = copy.deepcopy(dict(source)), "experiment", folder or Path()
     else:
         path = experiment_path(source)
         document, origin, folder = read_document(path), str(path), path.parent

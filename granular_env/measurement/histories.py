@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..components.chain.laws import AnyLaw, Hertz
+from ..components.chain.laws import Hertz, Law
 from ..components.contract import FloatArray
 from ..components.errors import LogError, ParameterError, shortened
 from .checks import sign, whole_number
@@ -49,7 +49,7 @@ class History:
     piston: np.ndarray | None = None
     recorded_overlap: FloatArray | None = None
     recorded_force: FloatArray | None = None
-    law: AnyLaw = Hertz()
+    law: Law = Hertz()
     contact: FloatArray | None = None
 
     def __post_init__(self) -> None:

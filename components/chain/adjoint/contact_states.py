@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...jit import jit
 from ..component import Chain
 from ..integrators.dissipation import half_sweep, prepare
-from ..table import BOUND, FREE_ROW, GRAINS, GRIP, REST, SCALARS, SMALLEST_OVERLAP, STEP, V
+from ..table import BOUND, FREE_ROW, GRAINS, GRIP, REST, SCALARS, SMALLEST_OVERLAP, STEP, STIFFNESS, V
 from .gradient import checked_drive, checked_ticks, composition_of
 from .tape import record, rows_per_tick
 
@@ -27,7 +27,8 @@ def _mix(mark, bit):
 @jit
 def _note_overlaps(a, row, marks):
     for j in range(int(a[SCALARS, GRAINS]) + 1):
-        marks[j] = _mix(marks[j], a[row, j] - a[row, j + 1] + a[REST, j] >= SMALLEST_OVERLAP)
+        if a[STIFFNESS, j] > 0.0:  # a free end has no contact
+            marks[j] = _mix(marks[j], a[row, j] - a[row, j + 1] + a[REST, j] >= SMALLEST_OVERLAP)
 
 
 @jit

@@ -7,16 +7,19 @@ from math import sqrt
 import numpy as np
 
 from ...jit import inlined, jit
-from ..integrators.dissipation import half_sweep, prepare
+from ..integrators.dissipation import prepare
 from ..laws import dispatch
 from ..table import (
     BOUND,
     CONTACT,
+    DEEPEST,
     DISSIPATION,
     GRAINS,
     GRIP,
     INVERSE_MASS,
     KUWABARA_KONO,
+    LOST,
+    RESIDUAL,
     REST,
     RIGHT_DRIVE,
     SCALARS,
@@ -28,33 +31,54 @@ from ..table import (
     V,
 )
 
-# Scratch of the adjoint table: speed of approach before the first two half sweeps, and before the third.
-_APPROACH, _LAST_APPROACH = RIGHT_DRIVE, UNLOADING
-_ONE, _TWO = np.uint64(1), np.uint64(2)
+# Scratch of the adjoint table: the speeds of approach before each half sweep, and what goes from contacts to grains.
+_APPROACHES = (RIGHT_DRIVE, UNLOADING, RESIDUAL)
+_PASSED_ON, _IMPULSE = DEEPEST, LOST
+_ONE = np.uint64(1)
+
+
+@inlined
+def _impulse(a, bar, approach, odd, j):
+    """Of a contact in a half sweep of one parity: its impulse, and whether that grows with the approach; the others rest.
+
+    A row of which every other entry rests is quicker than every other entry of a row.
+    """
+    acts = np.int64(j & _ONE) == odd
+    free = a[GRIP, j] * bar[approach, j]
+    held = free > a[BOUND, j]
+    impulse = free if held else a[BOUND, j]
+    return impulse if acts else 0.0, held, acts
 
 
 @jit
-def _note_approach(a, bar, row, first):
-    for j in range(np.uint64(first), np.uint64(int(a[SCALARS, GRAINS]) + 1), _TWO):
-        bar[row, j] = a[V, j] - a[V, j + _ONE]
+def _half_sweep(a, bar, approach, odd):
+    """`integrators.dissipation.half_sweep`, which notes the speeds of approach before it."""
+    n = int(a[SCALARS, GRAINS])
+    for j in range(np.uint64(0), np.uint64(n + 1)):
+        bar[approach, j] = a[V, j] - a[V, j + _ONE]
+    for j in range(np.uint64(0), np.uint64(n + 1)):
+        bar[_IMPULSE, j], _, _ = _impulse(a, bar, approach, odd, j)
+    for i in range(np.uint64(1), np.uint64(n + 1)):
+        a[V, i] += a[INVERSE_MASS, i] * (bar[_IMPULSE, i - _ONE] - bar[_IMPULSE, i])
 
 
 @jit
-def _undo_half_sweep(a, bar, row, first):
+def _undo_half_sweep(a, bar, approach, odd):
     """Of one parity: grip and bound of each contact, inverse masses, velocities."""
-    for j in range(np.uint64(first), np.uint64(int(a[SCALARS, GRAINS]) + 1), _TWO):
-        approach, left, right = bar[row, j], bar[V, j], bar[V, j + _ONE]
-        free = a[GRIP, j] * approach
-        held = free > a[BOUND, j]
-        impulse = free if held else a[BOUND, j]
-        impulse_bar = a[INVERSE_MASS, j + _ONE] * right - a[INVERSE_MASS, j] * left
-        bar[INVERSE_MASS, j] -= impulse * left
-        bar[INVERSE_MASS, j + _ONE] += impulse * right
+    n = int(a[SCALARS, GRAINS])
+    for j in range(np.uint64(0), np.uint64(n + 1)):
+        impulse, held, acts = _impulse(a, bar, approach, odd, j)
+        impulse_bar = a[INVERSE_MASS, j + _ONE] * bar[V, j + _ONE] - a[INVERSE_MASS, j] * bar[V, j]
+        impulse_bar = impulse_bar if acts else 0.0
         given = impulse_bar if held else 0.0
-        bar[GRIP, j] += given * approach
+        bar[GRIP, j] += given * bar[approach, j]
         bar[BOUND, j] += impulse_bar - given
-        bar[V, j] = left + a[GRIP, j] * given
-        bar[V, j + _ONE] = right - a[GRIP, j] * given
+        bar[_PASSED_ON, j] = a[GRIP, j] * given
+        bar[_IMPULSE, j] = impulse
+    for i in range(np.uint64(1), np.uint64(n + 1)):
+        v = bar[V, i]
+        bar[INVERSE_MASS, i] += v * (bar[_IMPULSE, i - _ONE] - bar[_IMPULSE, i])
+        bar[V, i] = v + (bar[_PASSED_ON, i] - bar[_PASSED_ON, i - _ONE])
 
 
 @inlined
@@ -94,15 +118,13 @@ def undo_dissipation(a, bar, u, v, h):
         a[V, i] = a[v, i]
         bar[GRIP, i], bar[BOUND, i] = 0.0, 0.0
     prepare(a, u, h)
-    _note_approach(a, bar, _APPROACH, 0)
-    half_sweep(a, 0)
-    _note_approach(a, bar, _APPROACH, 1)
-    half_sweep(a, 1)
-    _note_approach(a, bar, _LAST_APPROACH, 0)
-    _undo_half_sweep(a, bar, _LAST_APPROACH, 0)
-    _undo_half_sweep(a, bar, _APPROACH, 1)
-    _undo_half_sweep(a, bar, _APPROACH, 0)
-    bar[V, 0], bar[V, n + 1] = 0.0, 0.0
+    _half_sweep(a, bar, _APPROACHES[0], 0)
+    _half_sweep(a, bar, _APPROACHES[1], 1)
+    for j in range(np.uint64(n + 1)):
+        bar[_APPROACHES[2], j] = a[V, j] - a[V, j + _ONE]
+    _undo_half_sweep(a, bar, _APPROACHES[2], 0)
+    _undo_half_sweep(a, bar, _APPROACHES[1], 1)
+    _undo_half_sweep(a, bar, _APPROACHES[0], 0)
     if a[SCALARS, DISSIPATION] == VISCOUS:
         _unprepared(VISCOUS, a, bar, u, h)
     else:

@@ -143,7 +143,7 @@ def _run(
     advance, _ = _called(_kernel(chain), SIGNATURE, "integrator")
     note, kept = _called(objective.note, loops.NOTE, "objective.note")
     step, ended = loops.forward(
-        a, advance, note, drive, _NO_PIECES, ticks,
+        a, advance, note, drive, _NO_PIECES, chain.tick, ticks,
         objective.constants, sums, saved, max(interval, 1),
     )  # fmt: skip
     del kept  # only now may its machine code go

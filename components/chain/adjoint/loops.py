@@ -9,7 +9,23 @@ import numpy as np
 
 from ...jit import caller, jit
 from ..integrators import SIGNATURE
-from ..table import BEFORE, BOUND, FREE_ROW, GRAINS, GRIP, INVERSE_MASS, LEFT_DRIVE, RIGHT_DRIVE, SCALARS, UNLOADING, U, V
+from ..table import (
+    BEFORE,
+    BOUND,
+    DEEPEST,
+    FREE_ROW,
+    GRAINS,
+    GRIP,
+    INVERSE_MASS,
+    LEFT_DRIVE,
+    LOST,
+    RESIDUAL,
+    RIGHT_DRIVE,
+    SCALARS,
+    UNLOADING,
+    U,
+    V,
+)
 from .backward import WORTH, undo
 from .tape import record, rows_per_tick
 
@@ -20,11 +36,6 @@ PULL = (
 )  # fmt: skip
 
 _advance, _note, _pull = caller(SIGNATURE), caller(NOTE), caller(PULL)
-
-FORWARD = (
-    "UniTuple(int64, 2)(float64[:, ::1], int64, int64, float64[:, ::1], float64[:, ::1], int64, float64[::1], float64[::1], "
-    "float64[:, :, ::1], int64)"
-)
 
 # How a run ends, beside the control step in which it does.
 DONE, STEP_FAILED, NOTE_FAILED, PULL_FAILED, UNDO_FAILED = range(5)
@@ -56,14 +67,14 @@ def _unsound(bar):
 
 
 @jit
-def forward(a, advance, note, drive, no_pieces, ticks, constants, sums, saved, interval):
+def forward(a, advance, note, drive, no_pieces, tick, ticks, constants, sums, saved, interval):
     """Run all control steps, the state kept in `saved` every `interval` of them; returns (control step, how it ended)."""
-    steps, tick = drive.shape[0], np.int64(0)
+    steps, no_piece = drive.shape[0], np.int64(0)
     for step in range(steps):
         if saved.shape[0] > 0 and step % interval == 0:
             _keep_state(a, saved, step // interval)
         left, right = drive[step, 0], drive[step, 1]
-        if _advance(advance, (a, no_pieces, tick, left, right, tick, ticks)) != ticks:
+        if _advance(advance, (a, no_pieces, no_piece, left, right, tick + step * ticks, ticks)) != ticks:
             return step, STEP_FAILED
         _note(note, (a, step, steps, drive[step], constants, sums))
         if not _finite(sums):
@@ -115,6 +126,6 @@ def _settle(a, bar):
     for i in range(1, int(a[SCALARS, GRAINS]) + 1):
         if a[INVERSE_MASS, i] > 0.0:
             bar[INVERSE_MASS, i] += bar[WORTH, i] / a[INVERSE_MASS, i]
-    for row in (LEFT_DRIVE, RIGHT_DRIVE, GRIP, BOUND, BEFORE, UNLOADING):
+    for row in (LEFT_DRIVE, RIGHT_DRIVE, GRIP, BOUND, BEFORE, UNLOADING, RESIDUAL, DEEPEST, LOST):
         for i in range(a.shape[1]):
             bar[row, i] = 0.0

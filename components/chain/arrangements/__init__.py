@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BeforeValidator, SerializeAsAny, ValidationError
+from pydantic import SerializeAsAny
 
-from ...errors import nearest, shortened
-from ...validation import explained
+from ...named import ByName
 from .base import Arrangement, Uniform
 from .decorated import Decorated
 from .dimer import Dimer
@@ -31,26 +29,7 @@ ARRANGEMENTS: dict[str, type[Arrangement]] = {
 }
 
 
-def _chosen(given: Any) -> Arrangement:
-    """An arrangement from a name, or from a table with one."""
-    if isinstance(given, Arrangement):
-        return given
-    fields = {"name": given} if isinstance(given, str) else given
-    if not isinstance(fields, Mapping):
-        raise ValueError(f"got {shortened(given)}, expected a name, or a table such as {{name = 'dimer', ...}}")
-    name = fields.get("name")
-    if name is None:
-        raise ValueError(f"name: missing; known: {', '.join(ARRANGEMENTS)}")
-    if not isinstance(name, str) or name not in ARRANGEMENTS:
-        raise ValueError(f"name: {shortened(name)} is unknown; {nearest(str(name), ARRANGEMENTS)}")
-    model = ARRANGEMENTS[name]
-    try:
-        return model(**{str(key): value for key, value in fields.items()})
-    except ValidationError as error:
-        raise ValueError("; ".join(explained(error, model))) from None
-
-
-ChosenArrangement = Annotated[SerializeAsAny[Arrangement], BeforeValidator(_chosen)]
+ChosenArrangement = Annotated[SerializeAsAny[Arrangement], ByName(ARRANGEMENTS)]
 
 
 def refuse_misfit(parameters: ChainParameters) -> None:

@@ -7,14 +7,14 @@ from typing import ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ...contract import Parameters
 from ...materials.elastic import Material, material
+from ...named import Named
 from ..fields import Preset
 
 FloatArray = npt.NDArray[np.float64]
 
 
-class Arrangement(Parameters):
+class Arrangement(Named):
     """Which grain comes after which: it gives each grain its radius and material, and may give some of them a mass.
 
     What it leaves alone comes from the chain's own `radius`, `material` and `mass`. Each has a `name`, by which it is chosen.

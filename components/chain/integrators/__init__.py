@@ -6,7 +6,7 @@ Every kernel has the signature advance(a, drive, left_pieces, left, right, tick,
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from . import compositions, dop853, hamming, runge_kutta
@@ -19,6 +19,7 @@ class Scheme:
     Attributes:
         advance: the kernel.
         advance_damped: the kernel where contacts dissipate; the same for schemes that do not tell forces apart.
+        adaptive: whether it takes as many steps within one as its error wants.
         order: of the error while no contact opens or closes; 2 at most for damped compositions.
         forces: force evaluations of a step (a trial's, where it is adaptive).
         history_rows: rows of state it needs beyond displacement, velocity and peak.
@@ -29,12 +30,18 @@ class Scheme:
 
     advance: Callable[..., Any]
     advance_damped: Callable[..., Any]
+    adaptive: bool = field(default=False, kw_only=True)
     order: int
     forces: int
     history_rows: int
     scratch_rows: int
     composition: compositions.Composition | None = None
     damped_composition: compositions.Composition | None = None
+
+    @property
+    def explicit(self) -> bool:
+        """Whether dissipation is to it a force like any other; a strong one, in a fixed step, then makes it unstable."""
+        return self.advance is self.advance_damped
 
 
 # The table, the drive (rows of pieces), how many of them are the left end's, the numbers held at both ends, the tick,
@@ -64,5 +71,7 @@ SCHEMES = {
     ),
     "rk4": Scheme(runge_kutta.advance_rk4, runge_kutta.advance_rk4, 4, 4, runge_kutta.HISTORY_ROWS, runge_kutta.SCRATCH_ROWS),
     "hamming": Scheme(hamming.advance_hamming, hamming.advance_hamming, 5, 2, hamming.HISTORY_ROWS, hamming.SCRATCH_ROWS),
-    "dop853": Scheme(dop853.advance_dop853, dop853.advance_dop853, 8, 12, dop853.HISTORY_ROWS, dop853.SCRATCH_ROWS),
+    "dop853": Scheme(
+        dop853.advance_dop853, dop853.advance_dop853, 8, 12, dop853.HISTORY_ROWS, dop853.SCRATCH_ROWS, adaptive=True
+    ),
 }

@@ -9,12 +9,10 @@ and second order for all of it. T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 
 from ...jit import inlined, jit
-from ..laws import dispatch
+from ..laws import dispatch, hertz
 from ..table import (
     BEFORE,
     BOUND,
@@ -48,7 +46,7 @@ def _prepared(kind, a, u, h):
         pull = dispatch.coefficient(kind, a, j, d) * time
         half = 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
         a[GRIP, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
-        a[BOUND, j] = -(a[STIFFNESS, j] * (d * sqrt(d))) * time
+        a[BOUND, j] = -hertz.pressed_force(a[STIFFNESS, j], d) * time
         a[BEFORE, j] = a[V, j]
 
 

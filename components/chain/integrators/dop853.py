@@ -14,7 +14,7 @@ import numpy as np
 
 from ...jit import jit
 from .. import kernels
-from ..table import EXPONENT, FREE_ROW, GRAINS, INVERSE_MASS, REST, SCALARS, STEP, STIFFNESS, TOLERANCE, U, V
+from ..table import BESIDE_GRAINS, EXPONENT, FREE_ROW, GRAINS, INVERSE_MASS, REST, SCALARS, STEP, STIFFNESS, TOLERANCE, U, V
 
 # Rows of the lower triangle of A, one after the other: row i begins at i (i - 1) / 2.
 _A = np.array(
@@ -184,14 +184,14 @@ def _stages(a, n, n_left, n_right, left_base, right_base, e, part):
     """The twelve derivatives of a trial from e to e + part."""
     h = a[SCALARS, STEP] * part
     for s in range(_STAGES):
-        for i in range(n + 7):
+        for i in range(n + BESIDE_GRAINS):
             a[_SU, i], a[_SW, i] = a[U, i], a[V, i]
         for q in range(s):
             weight = h * _A[s * (s - 1) // 2 + q]
             if weight != 0.0:
                 for i in range(1, n + 1):
                     a[_SU, i] += weight * a[_SV + q, i]
-                for i in range(1, n + 7):
+                for i in range(1, n + BESIDE_GRAINS):
                     a[_SW, i] += weight * a[_SA + q, i]
         at = e + _C[s] * part
         kernels.place_pistons(a, _SU, _SW, n_left, n_right, left_base, right_base, at)
@@ -264,7 +264,7 @@ def _one_tick(a, n, n_left, n_right):
             weight = step * part * _B[s]
             for i in range(1, n + 1):
                 a[U, i] += weight * a[_SV + s, i]
-            for i in range(1, n + 7):
+            for i in range(1, n + BESIDE_GRAINS):
                 a[V, i] += weight * a[_SA + s, i]
         e = 1.0 if last else e + part
         kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, e)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from ...jit import jit
 from .. import kernels
-from ..table import FREE_ROW, GRAINS, HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, TALLY, U, V
+from ..table import BESIDE_GRAINS, FREE_ROW, GRAINS, HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, TALLY, U, V
 from . import runge_kutta
 from .runge_kutta import runge_kutta_step
 
@@ -26,7 +26,7 @@ SCRATCH_ROWS = runge_kutta.SCRATCH_ROWS + 5
 
 @jit
 def _shift_history(a, n):
-    for i in range(n + 7):
+    for i in range(n + BESIDE_GRAINS):
         a[_U3, i], a[_V3, i] = a[_U2, i], a[_V2, i]
         a[_U2, i], a[_V2, i] = a[_U1, i], a[_V1, i]
         a[_U1, i], a[_V1, i] = a[U, i], a[V, i]
@@ -34,7 +34,7 @@ def _shift_history(a, n):
 
 @jit
 def _shift_accelerations(a, n):
-    for i in range(n + 7):
+    for i in range(n + BESIDE_GRAINS):
         a[_A2, i] = a[_A1, i]
         a[_A1, i] = a[_A0, i]
 
@@ -43,7 +43,7 @@ def _shift_accelerations(a, n):
 def _start(a, n, n_left, n_right, mark):
     """Forget what was before a drive changed."""
     a[TALLY, HISTORY_LENGTH], a[TALLY, HISTORY_DRIVE], a[TALLY, HISTORY_DRIVE + 1] = 0.0, mark[0], mark[1]
-    for i in range(n + 7):
+    for i in range(n + BESIDE_GRAINS):
         a[_GAP_U, i], a[_GAP_V, i] = 0.0, 0.0
     kernels.place_pistons(a, U, V, n_left, n_right, a[U, 1], a[U, n], 0.0)
     kernels.derivative(a, U, V, n_left, n_right, 0.0, _A0)
@@ -56,7 +56,7 @@ def _predict_and_correct(a, n, n_left, n_right):
     for i in range(1, n + 1):
         a[_PU, i] = a[_U3, i] + 4.0 * h / 3.0 * (2.0 * a[V, i] - a[_V1, i] + 2.0 * a[_V2, i])
         a[_MU, i] = a[_PU, i] - 112.0 / 121.0 * a[_GAP_U, i]
-    for i in range(1, n + 7):
+    for i in range(1, n + BESIDE_GRAINS):
         a[_PV, i] = a[_V3, i] + 4.0 * h / 3.0 * (2.0 * a[_A0, i] - a[_A1, i] + 2.0 * a[_A2, i])
         a[_MV, i] = a[_PV, i] - 112.0 / 121.0 * a[_GAP_V, i]
     kernels.place_pistons(a, _MU, _MV, n_left, n_right, left_base, right_base, 1.0)
@@ -65,14 +65,14 @@ def _predict_and_correct(a, n, n_left, n_right):
         c = (9.0 * a[U, i] - a[_U2, i]) / 8.0 + 3.0 * h / 8.0 * (a[_MV, i] + 2.0 * a[V, i] - a[_V1, i])
         a[_GAP_U, i] = a[_PU, i] - c
         a[_MU, i] = c + 9.0 / 121.0 * (a[_PU, i] - c)
-    for i in range(1, n + 7):
+    for i in range(1, n + BESIDE_GRAINS):
         c = (9.0 * a[V, i] - a[_V2, i]) / 8.0 + 3.0 * h / 8.0 * (a[_MA, i] + 2.0 * a[_A0, i] - a[_A1, i])
         a[_GAP_V, i] = a[_PV, i] - c
         a[_MV, i] = c + 9.0 / 121.0 * (a[_PV, i] - c)
     _shift_history(a, n)
     for i in range(1, n + 1):
         a[U, i] = a[_MU, i]
-    for i in range(1, n + 7):
+    for i in range(1, n + BESIDE_GRAINS):
         a[V, i] = a[_MV, i]
     kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 1.0)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...jit import jit
 from .. import kernels
-from ..table import FREE_ROW, GRAINS, SCALARS, STEP, U, V
+from ..table import BESIDE_GRAINS, FREE_ROW, GRAINS, SCALARS, STEP, U, V
 
 HISTORY_ROWS, SCRATCH_ROWS = 0, 5
 
@@ -18,7 +18,7 @@ def runge_kutta_step(a, scratch, n_left, n_right):
     n, h = int(a[SCALARS, GRAINS]), a[SCALARS, STEP]
     us, vs, rate, sum_v, sum_rate = scratch, scratch + 1, scratch + 2, scratch + 3, scratch + 4
     left_base, right_base = a[U, 1], a[U, n]
-    for i in range(n + 7):
+    for i in range(n + BESIDE_GRAINS):
         a[us, i], a[vs, i] = a[U, i], a[V, i]
         a[rate, i], a[sum_v, i], a[sum_rate, i] = 0.0, 0.0, 0.0
     kernels.place_pistons(a, us, vs, n_left, n_right, left_base, right_base, 0.0)
@@ -26,19 +26,19 @@ def runge_kutta_step(a, scratch, n_left, n_right):
         e = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
         weight = (1.0 if stage == 0 or stage == 3 else 2.0) / 6.0
         kernels.derivative(a, us, vs, n_left, n_right, e, rate)
-        for i in range(1, n + 7):
+        for i in range(1, n + BESIDE_GRAINS):
             a[sum_v, i] += weight * a[vs, i]
             a[sum_rate, i] += weight * a[rate, i]
         if stage < 3:
             part = 1.0 if stage == 2 else 0.5
             for i in range(1, n + 1):
                 a[us, i] = a[U, i] + part * h * a[vs, i]
-            for i in range(1, n + 7):
+            for i in range(1, n + BESIDE_GRAINS):
                 a[vs, i] = a[V, i] + part * h * a[rate, i]
             kernels.place_pistons(a, us, vs, n_left, n_right, left_base, right_base, part)
     for i in range(1, n + 1):
         a[U, i] += h * a[sum_v, i]
-    for i in range(1, n + 7):
+    for i in range(1, n + BESIDE_GRAINS):
         a[V, i] += h * a[sum_rate, i]
     kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 1.0)
 

@@ -25,7 +25,12 @@ class Hertz(Law):
 @inlined
 def force(k, d):
     """F = k d^1.5 for d > 0, else 0: no tension. NaN stays NaN."""
-    d = 0.0 if d < SMALLEST_OVERLAP else d
+    return pressed_force(k, 0.0 if d < SMALLEST_OVERLAP else d)
+
+
+@inlined
+def pressed_force(k, d):
+    """The same where d is 0 or large enough already: a second look at it costs a long loop dear."""
     return k * (d * sqrt(d))
 
 

@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ...contract import Parameters
+from ...named import Named
 from ...roots import two_thirds_power
 from ..table import HERTZ, NONE
 
 FloatArray = npt.NDArray[np.float64]
 
 
-class Law(Parameters):
+class Law(Named):
     """A contact law, chosen by its `name`: parameters here, the formula in jitted functions beside it."""
 
     elastic: ClassVar[int] = HERTZ

@@ -1,0 +1,71 @@
+"""What an exact gradient costs, in plain forward runs of the same native loop, and the memory that it holds."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from granular_env import Chain
+from granular_env.components.chain.adjoint import evaluate
+from granular_env.control.gradient import value_and_grad
+from granular_env.control.objective import total, velocity
+
+from .figures import Figure
+from .timing import interleaved, ratio
+
+_GRAINS, _TICKS, _AT_MOST = 64, 3, 6.0
+_BY = ("drive", "radius", "contact_stiffness", "precompression")
+CHAINS: dict[str, dict[str, Any]] = {
+    "PEFRL, pressed": {},
+    "PEFRL, viscous": {"law": {"name": "viscous", "dissipation": 10.0}},
+    "PEFRL, Kuwabara-Kono": {"law": {"name": "kuwabara_kono", "dissipation": 1e4}},
+    "leapfrog, pressed": {"integrator": "leapfrog"},
+    "PEFRL, power 1.4": {"law": {"name": "power", "exponent": 1.4}, "contact_stiffness": 6e9},
+}
+
+
+def measure(steps: int = 512, rounds: int = 21, chains: tuple[str, ...] = tuple(CHAINS)) -> Iterator[Figure]:
+    """64 grains, control steps of three internal steps; value and gradient by drive, radii, stiffness and load."""
+    for name in chains:
+        chain = _chain(**CHAINS[name])
+        objective, drive = total(chain, velocity(-1).at_end()), _drive(steps)
+        times = interleaved(
+            {
+                "plain": lambda c=chain, d=drive, o=objective: evaluate(c, d[None], _TICKS, o),
+                "gradient": lambda c=chain, d=drive, o=objective: value_and_grad(o, c, d, ticks=_TICKS, with_respect_to=_BY),
+            },
+            rounds,
+        )
+        runs = ratio(times["gradient"], times["plain"])
+        note = f"4 wanted; a plain run takes {np.median(times['plain']) * 1e3:.2f} ms"
+        yield Figure(f"value and gradient / plain runs, {name}", runs, at_most=_AT_MOST, note=note)
+    yield from _memory(steps // 2)
+
+
+def _memory(steps: int) -> Iterator[Figure]:
+    """Beyond the drive, its copy and its gradient, at horizons T, 4 T and 16 T."""
+    chain = _chain()
+    objective, held = total(chain, velocity(-1).at_end()), []
+    for horizon in (steps, 4 * steps, 16 * steps):
+        drive = _drive(horizon)
+        value_and_grad(objective, chain, drive, ticks=_TICKS)
+        tracemalloc.start()
+        value_and_grad(objective, chain, drive, ticks=_TICKS)
+        held.append(tracemalloc.get_traced_memory()[1] - 2 * drive.nbytes)
+        tracemalloc.stop()
+    note = ", ".join(f"{size / 1e3:.0f} kB" for size in held) + f" at {steps}, {4 * steps}, {16 * steps} control steps"
+    yield Figure("memory of a gradient, 16 times the horizon", held[2] / held[0], at_most=4.2, note=note)
+
+
+def _chain(**parameters: Any) -> Chain:
+    return Chain(**({"grains": _GRAINS, "right": "plane", "precompression": 100.0, "step_size": 4e-7} | parameters))
+
+
+def _drive(steps: int) -> np.ndarray:
+    """A push of forty control steps."""
+    drive = np.zeros((steps, 2))
+    drive[:40, 0] = 100.0 * np.sin(np.pi * np.arange(40) / 40)
+    return drive

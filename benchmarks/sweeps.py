@@ -1,0 +1,72 @@
+"""What several processes gain: a sweep of tasks of about a tenth of a second, against the same one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from granular_env.sweep import run_sweep
+
+from .figures import Figure
+from .timing import interleaved, ratio, seconds
+
+_WORKERS = 2
+
+
+def measure(tasks: int = 100, task_seconds: float = 0.1, rounds: int = 3, least_tasks: int = 2000) -> Iterator[Figure]:
+    """The speed-up for tasks of some length, and for the smallest ones with the start of the processes."""
+    with TemporaryDirectory() as folder:
+        place = Path(folder)
+        duration = _duration(place, task_seconds)
+        plan = _plan(tasks, duration)
+        begin = _plan(_WORKERS, 5e-8)
+        calls = {engine: lambda engine=engine: _swept(plan, place, engine) for engine in ("serial", "processes")}
+        calls |= {f"{engine} begins": lambda engine=engine: _swept(begin, place, engine) for engine in ("serial", "processes")}
+        times = interleaved(calls, rounds)
+        steady = {engine: times[engine] - times[f"{engine} begins"] for engine in ("serial", "processes")}
+        each = float(np.median(steady["serial"])) / tasks * 1e3
+        start = float(np.median(times["processes begins"] - times["serial begins"]))
+        note = f"{tasks} tasks of {each:.0f} ms, once the processes are there, which takes {start:.1f} s"
+        yield Figure(
+            f"{_WORKERS} processes against one after the other",
+            ratio(steady["serial"], steady["processes"]),
+            at_least=1.7,
+            note=note,
+        )
+        small = _plan(least_tasks, 2e-6)
+        times = interleaved(
+            {engine: lambda engine=engine: _swept(small, place, engine) for engine in ("serial", "processes")}, rounds
+        )
+        note = (
+            f"{least_tasks} of {float(np.median(times['serial'])) / least_tasks * 1e3:.2f} ms, starting the processes included"
+        )
+        yield Figure(f"{_WORKERS} processes, the smallest tasks", ratio(times["serial"], times["processes"]), note=note)
+
+
+def _plan(tasks: int, duration: float) -> dict:
+    return {
+        "version": 1,
+        "experiment": "nesterenko-1983/3.1-one-grain",
+        "every": duration,
+        "set": {"duration": duration, "component.step_size": 5e-8},
+        "grid": {"start.velocity.0": {"from": 0.5, "to": 1.0, "count": tasks}},
+        "measure": {"peak": "max velocity", "residual": "final energy_residual"},
+    }
+
+
+def _swept(plan: dict, folder: Path, engine: str) -> None:
+    """All of it anew, into a folder that did not exist."""
+    workers = _WORKERS if engine == "processes" else None
+    with TemporaryDirectory(dir=folder) as fresh:
+        assert run_sweep(plan, Path(fresh) / "sweep", engine=engine, workers=workers).failed == 0
+
+
+def _duration(folder: Path, wanted: float) -> float:
+    """Simulated time that takes so long to compute, a whole number of steps [s]."""
+    tried = 1e-3
+    _swept(_plan(2, tried), folder, "serial")
+    spent = min(seconds(lambda: _swept(_plan(9, tried), folder, "serial")) for _ in range(3)) / 9
+    return max(1, round(tried * wanted / spent / 5e-8)) * 5e-8

@@ -1,0 +1,65 @@
+"""Parameters that are tables of their own, chosen by name: `law = "hertz"`, `arrangement = {name = "dimer", ...}`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, GetCoreSchemaHandler, SerializerFunctionWrapHandler, ValidationError, model_serializer
+from pydantic_core import CoreSchema, core_schema
+
+from .contract import Parameters
+from .errors import nearest, shortened
+from .validation import explained
+
+
+class Named(Parameters):
+    """A table of parameters that its `name` chooses among several; each declares that name, a Literal, as its default."""
+
+    name: Any
+
+    @model_serializer(mode="wrap")
+    def _always_with_its_name(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Also where defaults are left out: names may differ while all fields agree, and identities must tell them apart."""
+        return {"name": self.name, **serialize(self)}
+
+
+@dataclass(frozen=True)
+class ByName:
+    """Marks a field that holds one of several tables: given as a bare name, as a table with its name, or as what that makes.
+
+        law: Annotated[SerializeAsAny[Law], ByName({"hertz": Hertz, "power": Power})]
+
+    A bare name stands for the table with its defaults.
+    """
+
+    choices: Mapping[str, type[Named]]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """For pydantic: choose first."""
+        return core_schema.no_info_before_validator_function(self.chosen, handler(source))
+
+    def chosen(self, given: Any) -> Named:
+        """The table; `ValueError` where there is none, or where it is not valid."""
+        if type(given) in self.choices.values():
+            return given
+        fields = {"name": given} if isinstance(given, str) else given
+        if not isinstance(fields, Mapping):
+            raise ValueError(f"got {shortened(given)}, expected a name, or a table with one; known: {', '.join(self.choices)}")
+        name = fields.get("name")
+        if name is None:
+            raise ValueError(f"name: missing; known: {', '.join(self.choices)}")
+        if not isinstance(name, str) or name not in self.choices:
+            raise ValueError(f"name: {shortened(name)} is unknown; {nearest(str(name), self.choices)}")
+        model = self.choices[name]
+        try:
+            return model(**{str(key): value for key, value in fields.items()})
+        except ValidationError as error:
+            raise ValueError("; ".join(explained(error, model))) from None
+
+
+def tables(model: type[BaseModel]) -> dict[str, Mapping[str, type[Named]]]:
+    """The parameters of a model that are tables chosen by name: parameter -> name -> table."""
+    marks = ((name, mark) for name, field in model.model_fields.items() for mark in field.metadata)
+    return {name: mark.choices for name, mark in marks if isinstance(mark, ByName)}

@@ -1,0 +1,86 @@
+"""Before a sweep begins: do its keys, variables and measures exist, does the seed do anything, are the kernels compiled."""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from granular_env.components.errors import ExperimentError, GranularError, GranularWarning
+from granular_env.experiments.load import parse_override
+from granular_env.experiments.prepare import Prepared
+
+from .computing import Computer, Job, Order
+from .plan import Plan
+from .planning import as_in_plan
+
+# A value that does not fit is the fault of its task; what so many tasks from all over the plan cannot do is the plan's.
+_MOST_TRIED = 8
+# So many kinds of tasks are compiled for: whatever tells tasks apart that is no number.
+_MOST_KINDS = 32
+
+
+def checked(plan: Plan, job: Job, orders: Mapping[str, Order]) -> None:
+    """Hold the plan against its component.
+
+    Raises:
+        ExperimentError: none of the tasks that were tried can begin; or repetitions do not differ.
+    """
+    with _computer(job) as computer:
+        faults: list[GranularError] = []
+        tried = list(orders.values())[:: max(1, len(orders) // _MOST_TRIED)][: _MOST_TRIED + 1]
+        for order in tried:
+            try:
+                ready = computer.prepared(order)
+            except GranularError as error:
+                faults.append(error)
+                continue
+            _refuse_idle_seeds(plan, computer, order, ready)
+            return
+        raise as_in_plan(plan, faults[0])
+
+
+def _refuse_idle_seeds(plan: Plan, computer: Computer, order: Order, ready: Prepared) -> None:
+    """Repetitions that are all the same are nobody's wish."""
+    seeds = plan.settings.seeds
+    if seeds is None or seeds.count == 1:
+        return
+    others = tuple(_reseeded(override, seeds.keys) for override in order.overrides)
+    other = computer.prepared(Order("", others)).component
+    if other.identity == ready.component.identity and other.save().to_bytes() == ready.component.save().to_bytes():
+        raise ExperimentError(
+            f"{plan.origin}: seeds.keys: {', '.join(seeds.keys)} changes nothing in this {ready.component.name}, all "
+            'repetitions would be the same; name the key that is a seed, such as keys = ["component.arrangement.seed"]'
+        )
+
+
+def _reseeded(override: str, keys: Sequence[str]) -> str:
+    key, _, value = override.partition("=")
+    return f"{key}={int(value) ^ 1}" if key in keys else override
+
+
+def warmed(job: Job, orders: Iterable[Order]) -> None:
+    """Compile what the tasks need, once, before many processes would do it at the same time."""
+    with _computer(job) as computer:
+        for order in list(_kinds(orders).values())[:_MOST_KINDS]:
+            computer.warm(order)
+
+
+def _kinds(orders: Iterable[Order]) -> dict[tuple[str, ...], Order]:
+    """One task of each kind: numbers change no machine code, laws and integrators do."""
+    found: dict[tuple[str, ...], Order] = {}
+    for order in orders:
+        told = tuple(one for one in order.overrides if not isinstance(parse_override(one)[1], int | float))
+        found.setdefault(told, order)
+    return found
+
+
+@contextmanager
+def _computer(job: Job) -> Iterator[Computer]:
+    with (
+        tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as folder,
+        warnings.catch_warnings(action="ignore", category=GranularWarning),
+    ):
+        yield Computer(job, Path(folder))

@@ -1,0 +1,46 @@
+"""Where tasks are computed: in this process, in local ones, on a Ray cluster. All of them call `Computer.compute`.
+
+An engine is a generator of results, in any order; closing it ends whatever it started.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from granular_env.components.errors import ParameterError, nearest, shortened
+
+from ..computing import Job, Order, Result
+
+ENGINES = ("processes", "serial", "ray")
+
+
+def results(
+    engine: str, job: Job, orders: Sequence[Order], folder: Path, workers: int | None, address: str | None
+) -> Iterator[list[Result]]:
+    """The results of all orders, by the engine of that name."""
+    if engine == "serial":
+        from .serial import in_series
+
+        return in_series(job, orders, folder)
+    if engine == "processes":
+        from .processes import in_processes
+
+        return in_processes(job, orders, folder, workers)
+    from .on_ray import on_ray
+
+    return on_ray(job, orders, folder, workers, address)
+
+
+def check(engine: str, workers: int | None, address: str | None) -> None:
+    """`ParameterError` for an engine that there is not, or options that do not fit it."""
+    if engine not in ENGINES:
+        raise ParameterError(f"engine: got {shortened(engine)}; {nearest(str(engine), ENGINES)}")
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
+        raise ParameterError(f"workers: got {shortened(workers)}, expected a whole number from 1 to 4096")
+    if address is not None and engine != "ray":
+        raise ParameterError(f"address: {shortened(address)} is of a Ray cluster; take engine 'ray' with it")
+    if engine == "ray":
+        from .on_ray import check_cluster
+
+        check_cluster(address)

@@ -1,0 +1,81 @@
+"""The CSV files that an experiment names: their content goes with the tasks, wherever they run."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from granular_env.components.errors import ExperimentError
+from granular_env.experiments.csv_input import LARGEST_FILE
+from granular_env.experiments.files import read_bounded
+
+
+def names_a_file(key: str, value: Any) -> bool:
+    """Whether a key of the experiment holds the path of a CSV file."""
+    return isinstance(value, str) and key.startswith("input.") and key.endswith(".path")
+
+
+def gathered(
+    document: Mapping[str, Any], folder: Path, assigned: Iterable[tuple[str, Any]]
+) -> tuple[dict[str, Any], dict[str, str], dict[str, bytes]]:
+    """An experiment whose CSV files are named by their content.
+
+    Args:
+        document: the experiment's content.
+        folder: what its paths are relative to.
+        assigned: keys and values that tasks set; some may be paths.
+
+    Returns:
+        The experiment with those names; path -> name; name -> content.
+
+    Raises:
+        ExperimentError: a file cannot be read.
+    """
+    changed = copy.deepcopy(dict(document))
+    names: dict[str, str] = {}
+    contents: dict[str, bytes] = {}
+
+    def named(path: str) -> str:
+        if path not in names:
+            data = _read(folder / path)
+            names[path] = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
+            contents[names[path]] = data
+        return names[path]
+
+    for table in _csv_tables(changed.get("input", {})):
+        table["path"] = named(table["path"])
+    for key, value in assigned:
+        if names_a_file(key, value):
+            named(value)
+    return changed, names, contents
+
+
+def written(contents: Mapping[str, bytes], folder: Path) -> None:
+    """Put them where the tasks look for them."""
+    if contents:
+        folder.mkdir(parents=True, exist_ok=True)
+    for name, data in contents.items():
+        (folder / name).write_bytes(data)
+
+
+def _csv_tables(node: Any) -> Iterator[dict[str, Any]]:
+    if isinstance(node, dict):
+        if node.get("profile") == "csv":
+            yield node
+        for part in node.values():
+            yield from _csv_tables(part)
+    elif isinstance(node, list):
+        for part in node:
+            yield from _csv_tables(part)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return read_bounded(path, LARGEST_FILE, "thin the samples out")
+    except (OSError, ValueError) as error:
+        if isinstance(error, ExperimentError):
+            raise
+        raise ExperimentError(f"{path}: the CSV file cannot be read: {getattr(error, 'strerror', None) or error}") from None

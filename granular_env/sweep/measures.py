@@ -1,0 +1,246 @@
+"""What a plan measures of each run: words for the component's own variables, tables for `granular_env.measurement`.
+
+[measure]
+peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min
+largest = "max |velocity|"            # an array without an index: over all its elements
+energy = "final kinetic_energy"       # whatever `granular-env describe` names as an output
+pressure = "report peak contact pressure"   # a figure that a run ends with; the beginning of its name is enough
+speed = { measurement = "front_speed", above = 0.1, first = 20, last = 60 }
+pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, above = 0.1 }
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.contract import Component
+from granular_env.components.errors import ParameterError, nearest
+from granular_env.experiments.faults import Faults, shortened
+
+EXTREMES = ("max", "min", "mean", "time of max", "time of min")
+_KINDS = (*EXTREMES, "final", "start")
+_WORDS = re.compile(
+    rf"(?P<kind>{'|'.join(_KINDS)})\s+(?P<bar>\|?)(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>-?\d{{1,9}})\])?(?P=bar)"
+)
+_REPORT = re.compile(r"report\s+(?P<name>\S.*)")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A number read off a variable: at the end, at the start, or over all looks at it.
+
+    Attributes:
+        kind: final, start, max, min, mean, time of max, time of min.
+        name: of the variable.
+        index: one element; None for a number, or for all elements.
+        absolute: of the magnitude.
+    """
+
+    kind: str
+    name: str
+    index: int | None
+    absolute: bool
+
+    def check(self, component: Component) -> None:
+        """`ParameterError` where this component has no such variable, or no such element."""
+        variable = component.variables.get(self.name)
+        known = [v.name for v in component.variables.values() if v.causality != "parameter"]
+        if variable is None or variable.causality == "parameter":
+            raise ParameterError(f"{self.name!r} is no output of this {component.name}; {nearest(self.name, known)}")
+        size = int(np.prod(variable.shape))
+        if self.index is not None and (not variable.shape or not -size <= self.index < size):
+            expected = f"{-size} to {size - 1}" if variable.shape else "none: it is a single number"
+            raise ParameterError(f"got the index {self.index} of {self.name!r}, expected {expected}")
+        if self.index is None and variable.shape and (self.kind not in ("max", "min") or not size):
+            raise ParameterError(f"{self.name!r} has {size} elements; name one, such as {self.name}[-1], or take max or min")
+
+    def of(self, component: Component) -> float:
+        """The present value; of all elements the greatest, or the least for min."""
+        value = component.peek(self.name)
+        if value.__class__ is not np.ndarray or value.ndim == 0:
+            number = float(value)
+            return abs(number) if self.absolute else number
+        if self.index is not None:
+            number = float(value.ravel()[self.index])
+            return abs(number) if self.absolute else number
+        values = np.abs(value) if self.absolute else value
+        return float(values.min() if self.kind == "min" else values.max())
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One of the figures of `Component.report`, by the beginning of its name."""
+
+    name: str
+
+    def of(self, report: Mapping[str, float]) -> float:
+        """Its value; `ParameterError` where the component reports none of that name, or several."""
+        fitting = [name for name in report if name.startswith(self.name)]
+        found = self.name if self.name in report else fitting[0] if len(fitting) == 1 else None
+        if found is None:
+            advice = f"several begin so: {', '.join(fitting)}" if fitting else nearest(self.name, report)
+            raise ParameterError(f"report {self.name!r}: {advice}")
+        return float(report[found])
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A function of `granular_env.measurement`, and which of its numbers is taken.
+
+    Attributes:
+        name: of the function.
+        take: which number.
+        which: of several waves, in the order that the function gives them; negative counts from the last.
+        arguments: the function's own.
+    """
+
+    name: str
+    take: str
+    which: int
+    arguments: tuple[tuple[str, Any], ...]
+
+    def of(self, history: Any) -> float:
+        """The number; NaN where there are fewer waves."""
+        return _MEASUREMENTS[self.name][self.take](history, self.which, dict(self.arguments))
+
+
+Measure = Reading | Figure | Measurement
+
+
+def parse_measures(content: Any, faults: Faults) -> dict[str, Measure]:
+    """Name of the column -> what stands in it."""
+    if not isinstance(content, Mapping) or not content:
+        faults.add("measure", 'missing; give a table [measure], such as peak = "max velocity[40]"')
+        return {}
+    found = {str(name): _parsed(value, f"measure.{name}", faults) for name, value in content.items()}
+    return {name: measure for name, measure in found.items() if measure is not None}
+
+
+def _parsed(value: Any, place: str, faults: Faults) -> Measure | None:
+    if isinstance(value, Mapping):
+        return _parsed_table(value, place, faults)
+    words = " ".join(value.split()) if isinstance(value, str) else ""
+    if (match := _WORDS.fullmatch(words)) is not None:
+        index = None if match["index"] is None else int(match["index"])
+        return Reading(match["kind"], match["name"], index, bool(match["bar"]))
+    if (match := _REPORT.fullmatch(words)) is not None:
+        return Figure(match["name"])
+    faults.add(
+        place,
+        f"got {shortened(value)}, expected such as 'max velocity[40]' ({', '.join(_KINDS)}), 'report peak contact pressure', "
+        f'or a table {{ measurement = "waves_at", ... }} ({", ".join(_MEASUREMENTS)})',
+    )
+    return None
+
+
+def _parsed_table(table: Mapping[str, Any], place: str, faults: Faults) -> Measurement | None:
+    from granular_env import measurement
+
+    name = table.get("measurement")
+    if not isinstance(name, str) or name not in _MEASUREMENTS:
+        came = "missing" if name is None else f"got {shortened(name)}"
+        faults.add(f"{place}.measurement", f"{came}; {nearest(str(name), _MEASUREMENTS)}")
+        return None
+    takes = _MEASUREMENTS[name]
+    take, which = table.get("take", next(iter(takes))), table.get("which", 0)
+    if take not in takes:
+        faults.add(f"{place}.take", f"got {shortened(take)}; {nearest(str(take), takes)}")
+        return None
+    if isinstance(which, bool) or not isinstance(which, int):
+        faults.add(f"{place}.which", f"got {shortened(which)}, expected a whole number: 0 is the first, -1 the last")
+        return None
+    arguments = {key: value for key, value in table.items() if key not in ("measurement", "take", "which")}
+    _, *parameters = inspect.signature(getattr(measurement, name)).parameters.values()
+    for key in arguments.keys() - {one.name for one in parameters}:
+        faults.add(f"{place}.{key}", f"unknown; {nearest(key, ['take', 'which', *(one.name for one in parameters)])}")
+        return None
+    for one in parameters:
+        if one.default is one.empty and one.name not in arguments:
+            faults.add(f"{place}.{one.name}", f"missing; {name} needs it")
+            return None
+    return Measurement(name, take, which, tuple(arguments.items()))
+
+
+# -- what can be taken of each measurement --------------------------------------------------------------------------
+
+Taken = Callable[[Any, int, dict[str, Any]], float]
+
+
+def _number(name: str) -> Taken:
+    """What the function gives, as it is."""
+
+    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+        from granular_env import measurement
+
+        return float(getattr(measurement, name)(history, **arguments))
+
+    return taken
+
+
+def _count(name: str) -> Taken:
+    """How many there are."""
+
+    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+        from granular_env import measurement
+
+        return float(len(getattr(measurement, name)(history, **arguments)))
+
+    return taken
+
+
+def _attribute(name: str, attribute: str) -> Taken:
+    """A number of what the function gives, or of one of the things that it gives."""
+
+    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+        from granular_env import measurement
+
+        found = getattr(measurement, name)(history, **arguments)
+        if isinstance(found, list):
+            if not -len(found) <= which < len(found):
+                return math.nan
+            found = found[which]
+        return float(getattr(found, attribute))
+
+    return taken
+
+
+def _of_wave(function: str) -> Taken:
+    """What a wave carries."""
+
+    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+        from granular_env import measurement
+
+        waves = measurement.waves_at(history, **arguments)
+        return float(getattr(measurement, function)(history, waves[which])) if -len(waves) <= which < len(waves) else math.nan
+
+    return taken
+
+
+def _attributes(name: str, *attributes: str) -> dict[str, Taken]:
+    return {attribute: _attribute(name, attribute) for attribute in attributes}
+
+
+_MEASUREMENTS: dict[str, dict[str, Taken]] = {
+    "waves_at": {
+        "count": _count("waves_at"),
+        **_attributes("waves_at", "amplitude", "speed", "time", "duration", "width"),
+        "energy": _of_wave("energy_of"),
+        "momentum": _of_wave("momentum_of"),
+    },
+    "waves_along": {
+        "count": _count("waves_along"),
+        **_attributes("waves_along", "amplitude", "position", "energy", "kinetic_energy", "potential_energy", "momentum"),
+    },
+    "front_speed": {"value": _number("front_speed")},
+    "pressure_ratio": _attributes("pressure_ratio", "ratio", "first_maximum", "settled"),
+    "energy_ratio": _attributes("energy_ratio", "mean", "least", "greatest", "deviation"),
+    "momentum_carried_off": {"value": _number("momentum_carried_off")},
+    "detached_grains": {"count": _count("detached_grains")},
+}

@@ -1,0 +1,161 @@
+"""The folder of a sweep's results.
+
+    sweep.json        the plan's tasks, their values and hashes; written anew when a plan is computed again
+    results.jsonl     one line for each task that is over, appended as they come: whatever ends the program, they stay
+    table.parquet     the table, made of both at the end
+    logs/HASH.mcap    the logs that the plan keeps
+    inputs/           the CSV files that the experiment names, by their content
+
+Results are known by their task's hash. A plan that was edited finds there what still holds.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from granular_env.components.errors import SweepError
+from granular_env.writing import replacing
+
+from .computing import Result
+
+FORMAT, VERSION = "granular-env sweep", 1
+DESCRIPTION, JOURNAL, TABLE = "sweep.json", "results.jsonl", "table.parquet"
+
+
+class Store:
+    """The results of one sweep while it is computed; use it as a context manager.
+
+    Args:
+        folder: made if need be.
+
+    Raises:
+        SweepError: another process computes here, it is no folder of a sweep, or it cannot be written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __enter__(self) -> Self:
+        try:
+            if self.folder.is_dir() and not (self.folder / DESCRIPTION).exists() and _foreign(self.folder):
+                raise SweepError(f"{str(self.folder)!r} holds other files and no sweep; choose another folder for the results")
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._journal = (self.folder / JOURNAL).open("ab")
+        except OSError as error:
+            raise self._unwritable(error) from error
+        try:
+            fcntl.flock(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self._journal.close()
+            raise SweepError(
+                f"{str(self.folder)!r}: another process computes a sweep there; wait for it, or choose another folder"
+            ) from None
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._journal.close()
+
+    def begin(self, description: dict[str, Any]) -> dict[str, Result]:
+        """Say which tasks there are; returns what is known of them from before.
+
+        Raises:
+            SweepError: the folder has the results of another plan, or of a program that kept them otherwise.
+        """
+        if (self.folder / DESCRIPTION).exists():
+            before = read_description(self.folder)
+            if before["name"] != description["name"]:
+                raise SweepError(
+                    f"{str(self.folder)!r} holds the results of the plan {before['name']!r}, this one is "
+                    f"{description['name']!r}; choose another folder"
+                )
+        self._mend()
+        with replacing(self.folder / DESCRIPTION, SweepError) as part:
+            part.write_text(json.dumps({"format": FORMAT, "version": VERSION, **description}), encoding="utf-8")
+        return read_results(self.folder)
+
+    def _mend(self) -> None:
+        """A last line that was cut off in the middle gets an end, so that the next one begins a line."""
+        path = self.folder / JOURNAL
+        with path.open("rb") as file:
+            if file.seek(0, os.SEEK_END) and file.seek(-1, os.SEEK_END) is not None and file.read(1) != b"\n":
+                self._append(b"\n")
+
+    def add(self, results: Iterable[Result]) -> None:
+        """Keep results; they are in the file when this returns."""
+        self._append(b"".join(_line(result) for result in results))
+
+    def _append(self, data: bytes) -> None:
+        try:
+            self._journal.write(data)
+            self._journal.flush()
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def _unwritable(self, error: OSError) -> SweepError:
+        return SweepError(
+            f"the results cannot be kept in {str(self.folder)!r}: {error.strerror or error}; those so far are there; "
+            "free some space or choose another folder"
+        )
+
+
+def _foreign(folder: Path) -> bool:
+    return any(path.name != JOURNAL for path in folder.iterdir())
+
+
+def _line(result: Result) -> bytes:
+    told: Sequence[Any] = [result.hash, result.outcome, result.values, result.error, result.notes]
+    return json.dumps(told, separators=(",", ":")).encode() + b"\n"
+
+
+def read_description(folder: Path) -> dict[str, Any]:
+    """What `Store.begin` wrote.
+
+    Raises:
+        SweepError: there is none, or one that this program does not read.
+    """
+    path = folder / DESCRIPTION
+    try:
+        found = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise SweepError(f"{str(folder)!r}: no sweep is there, expected the folder that `granular-env sweep` wrote") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise SweepError(f"{str(path)!r} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if not isinstance(found, dict) or found.get("format") != FORMAT:
+        raise SweepError(f"{str(path)!r} is no description of a sweep")
+    if found.get("version") != VERSION:
+        raise SweepError(
+            f"{str(path)!r} has version {found.get('version')!r}, this program reads {VERSION}; update granular-env, or choose "
+            "another folder"
+        )
+    return found
+
+
+def read_results(folder: Path) -> dict[str, Result]:
+    """Hash -> the last result of that task; lines that were cut off are passed over."""
+    found = {}
+    try:
+        with (folder / JOURNAL).open("rb") as lines:
+            for line in lines:
+                if (result := _result(line)) is not None:
+                    found[result.hash] = result
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        raise SweepError(f"{str(folder / JOURNAL)!r} cannot be read: {error.strerror or error}") from None
+    return found
+
+
+def _result(line: bytes) -> Result | None:
+    try:
+        hashed, outcome, values, error, notes = json.loads(line)
+        numbers = tuple(float(value) for value in values)
+    except (ValueError, TypeError, RecursionError):
+        return None
+    if not line.endswith(b"\n") or outcome not in ("done", "failed", "lost"):
+        return None
+    return Result(str(hashed), outcome, numbers, str(error), str(notes))

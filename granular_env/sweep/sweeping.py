@@ -1,0 +1,124 @@
+"""Computing a sweep: what is not known yet of a plan, by an engine, kept from moment to moment."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Any
+
+from granular_env.components.errors import SweepError
+from granular_env.viewing.extras import needed
+
+from . import engines
+from .checking import checked, warmed
+from .computing import Order, Result
+from .plan import Plan, load_plan
+from .planning import planned
+from .store import Store
+from .table import Sweep
+from .tasks import Task, refuse_too_many
+
+Told = Callable[[Sequence[Result]], None]
+
+
+def run_sweep(
+    plan: str | os.PathLike[str] | Mapping[str, Any],
+    folder: str | os.PathLike[str] | None = None,
+    *,
+    engine: str = "processes",
+    workers: int | None = None,
+    address: str | None = None,
+    overrides: Iterable[str] = (),
+    progress: bool = False,
+    allow_large: bool = False,
+) -> Sweep:
+    """Compute what is not known yet of a plan's tasks.
+
+        sweep = ge.run_sweep("plan.toml", "sweeps/mine")
+        sweep.table
+
+    Ctrl-C keeps what is done; calling it again goes on from there. With processes a script needs
+    ``if __name__ == "__main__":`` around what it does.
+
+    Args:
+        plan: a shipped plan's name, the path of a TOML file, or the content of one.
+        folder: where the results are, or will be; default ``sweeps/`` and the plan's name.
+        engine: "processes", "serial" or "ray".
+        workers: how many tasks at a time; default: as many as there are cores.
+        address: HOST:PORT of a Ray cluster; default: the one of RAY_ADDRESS, or one of our own on this machine.
+        overrides: ``"key=value"`` of the experiment, for every task.
+        progress: show a bar: tasks done and failed, their rate, the time that is left.
+        allow_large: lift the cap on the number of tasks.
+
+    Raises:
+        ExperimentError: the plan or its experiment is not valid.
+        ParameterError: an engine that there is not, or an option that does not fit it.
+        SweepError: the results cannot be kept, or the cluster cannot be used; what is done is kept.
+        MissingExtraError: pyarrow, or Ray for its engine, is not installed.
+    """
+    needed("pyarrow", "the table of a sweep")
+    loaded = load_plan(plan, overrides)
+    refuse_too_many(loaded, allow_large)
+    job, tasks, about = planned(loaded)
+    wanted = _orders(loaded, tasks)
+    checked(loaded, job, wanted)
+    engines.check(engine, workers, address)
+    with Store(Path(folder) if folder is not None else _default_folder(loaded)) as store:
+        known = {
+            hashed: result
+            for hashed, result in store.begin(about).items()
+            if hashed in wanted and _holds(result, wanted[hashed], store.folder)
+        }
+        waiting = [order for hashed, order in wanted.items() if hashed not in known]
+        sweep = Sweep(store.folder, about, known)
+        try:
+            if waiting:
+                warmed(job, waiting)
+                stream = engines.results(engine, job, waiting, store.folder, workers, address)
+                sweep.interrupted = _gathered(stream, store, known, len(wanted), loaded.name if progress else None)
+        except SweepError:
+            with suppress(SweepError):
+                sweep.write()
+            raise
+        sweep.write()
+    return sweep
+
+
+def _gathered(stream: Any, store: Store, known: dict[str, Result], size: int, title: str | None) -> bool:
+    """Keep results as they come; whether Ctrl-C ended it."""
+    from .telling import bar
+
+    try:
+        with bar(title, size, list(known.values())) as told, closing(stream):
+            for results in stream:
+                known.update((result.hash, result) for result in results)
+                store.add(results)
+                told(results)
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def _orders(plan: Plan, tasks: Sequence[Task]) -> dict[str, Order]:
+    """What there is to do, each once: hash -> order; of equal tasks one keeps its log where any is to keep it."""
+    found: dict[str, Order] = {}
+    for task in tasks:
+        always = plan.settings.logs.wants(task.number)
+        if task.hash not in found or always:
+            log = "always" if always else "failed" if plan.settings.logs.keep == "failed" else "never"
+            found[task.hash] = Order(task.hash, task.overrides, log)
+    return found
+
+
+def _holds(result: Result, order: Order, folder: Path) -> bool:
+    """Whether a result from before will do: what was lost is tried again, and so is what wants a log and has none."""
+    if result.outcome == "lost":
+        return False
+    return order.log != "always" or result.outcome == "failed" or (folder / "logs" / f"{order.hash}.mcap").exists()
+
+
+def _default_folder(plan: Plan) -> Path:
+    return Path("sweeps") / (re.sub(r"[^A-Za-z0-9._-]+", "-", plan.name).strip("-.")[:100] or "sweep")

@@ -1,0 +1,117 @@
+"""Tasks: the points of a plan, each with what it sets and a hash of everything that decides its result."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from granular_env.components.errors import ExperimentError
+from granular_env.components.packing import canonical_json
+
+from .axes import Range, draws
+from .files import names_a_file
+from .plan import LARGEST, Plan, assignment
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One run of a plan.
+
+    Attributes:
+        number: its place in the plan: the last key of the grid varies fastest, then the samples, then the repetitions.
+        values: of the grid's keys, then of the samples'.
+        sample: which one; 0 without.
+        repetition: which one; 0 without.
+        seed: of this repetition; None without.
+        overrides: what it sets of the experiment.
+        hash: of the experiment, the overrides, the measures and the program.
+    """
+
+    number: int
+    values: tuple[Any, ...]
+    sample: int
+    repetition: int
+    seed: int | None
+    overrides: tuple[str, ...]
+    hash: str
+
+
+def axes(plan: Plan) -> dict[str, list[Any]]:
+    """Key -> values of the grid."""
+    return {key: values.values() if isinstance(values, Range) else values for key, values in plan.grid.items()}
+
+
+def make_tasks(plan: Plan, basis: str, files: Mapping[str, str], allow_large: bool = False) -> list[Task]:
+    """All tasks of a plan, in its order.
+
+    Args:
+        plan: which one.
+        basis: hash of what all tasks share.
+        files: CSV files that values name -> what they are called beside the results.
+        allow_large: lift the cap on their number.
+
+    Raises:
+        ExperimentError: there are more than the cap allows.
+    """
+    refuse_too_many(plan, allow_large)
+    return [_task(plan, basis, files, number, *point) for number, point in enumerate(_points(plan))]
+
+
+def refuse_too_many(plan: Plan, allow_large: bool) -> None:
+    """`ExperimentError` for more tasks than the cap allows; nothing is made for it."""
+    if plan.size > LARGEST and not allow_large:
+        raise ExperimentError(
+            f"{plan.origin}: it asks for {plan.size} tasks, at most {LARGEST} are computed unasked; take fewer values, or "
+            "pass allow_large=True"
+        )
+
+
+def _points(plan: Plan) -> Any:
+    """(values of the grid, values of the samples, sample, repetition)."""
+    grid = axes(plan)
+    drawn: list[list[Any]] = []
+    if plan.samples is not None:
+        drawn = [draws(one, key, plan.samples.seed, plan.samples.count) for key, one in plan.distributions.items()]
+    samples: Sequence[tuple[Any, ...]] = list(zip(*drawn, strict=True)) if drawn else [()]
+    repetitions = range(plan.settings.seeds.count if plan.settings.seeds else 1)
+    return itertools.product(itertools.product(*grid.values()), enumerate(samples), repetitions)
+
+
+def _task(
+    plan: Plan,
+    basis: str,
+    files: Mapping[str, str],
+    number: int,
+    point: tuple[Any, ...],
+    sample: tuple[int, tuple[Any, ...]],
+    repetition: int,
+) -> Task:
+    values = (*point, *sample[1])
+    keys = (*plan.grid, *plan.distributions)
+    chosen = tuple(
+        assignment(key, files.get(value, value) if names_a_file(key, value) else value)
+        for key, value in zip(keys, values, strict=True)
+    )
+    seeds, seed = plan.settings.seeds, None
+    if seeds is not None:
+        seed = derived_seed(seeds.seed, chosen, repetition)
+        chosen += tuple(assignment(key, seed) for key in seeds.keys)
+    return Task(number, values, sample[0], repetition, seed, chosen, _hash([basis, chosen]))
+
+
+def derived_seed(seed: int, overrides: tuple[str, ...], repetition: int) -> int:
+    """A repetition's own seed: from the plan's and from what the task sets, so that an edited plan keeps it."""
+    return int(_hash([seed, overrides, repetition])[:8], 16)
+
+
+def _hash(content: Any) -> str:
+    return hashlib.sha256(canonical_json(content)).hexdigest()[:32]
+
+
+def basis_of(document: Mapping[str, Any], plan: Plan, program: str) -> str:
+    """Hash of what all tasks of a plan share: the experiment, the measures, the program."""
+    told = {key: value for key, value in document.items() if key not in ("name", "description", "source")}
+    return _hash([told, plan.text, program])

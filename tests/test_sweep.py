@@ -1,0 +1,573 @@
+"""Sweeps: plans, their faults, the table, what is kept of it when tasks, processes or the whole program end."""
+
+import json
+import math
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import granular_env as ge
+from granular_env import measurement
+from granular_env.cli import main
+from granular_env.sweep import axes, bundles, load_plan, open_sweep, run_sweep, shipped_plans
+from granular_env.sweep.computing import Order
+from granular_env.sweep.engines import processes
+from granular_env.sweep.store import Store
+from granular_env.sweep.tasks import make_tasks
+
+ROOT = Path(__file__).resolve().parents[1]
+TOO_FAST = 30000.0  # m/s, above the sound speed of steel
+
+
+def plan(**changes):
+    """Short chains, struck at two speeds; two lengths."""
+    base = {
+        "version": 1,
+        "name": "short",
+        "experiment": "nesterenko-1983/3.1-one-grain",
+        "set": {"duration": 4e-5},
+        "grid": {"component.grains": [6, 8], "start.velocity.0": [0.5, 1.0]},
+        "measure": {"peak": "max velocity[2]", "energy": "final kinetic_energy"},
+    }
+    return {**base, **changes}
+
+
+def lines(folder: Path) -> int:
+    return len((folder / "results.jsonl").read_bytes().splitlines())
+
+
+# -- values ---------------------------------------------------------------------------------------------------------
+
+
+def values(**table):
+    return axes.Range(**table).values()
+
+
+def test_ranges_are_even_and_meet_their_ends():
+    assert values(**{"from": 10, "to": 40, "count": 4}) == [10, 20, 30, 40]
+    assert all(isinstance(value, int) for value in values(**{"from": 10, "to": 40, "count": 4}))
+    assert values(**{"from": 0.1, "to": 0.3, "count": 3}) == [0.1, 0.2, 0.3]
+    assert values(**{"from": 3, "to": 102, "count": 100}) == list(range(3, 103))
+    assert values(**{"from": 1.0, "to": 100.0, "count": 3, "spacing": "log"}) == [1.0, 10.0, 100.0]
+    assert values(**{"from": 2.0, "to": 2.0, "count": 1}) == [2]
+
+
+def test_powers_are_correctly_rounded():
+    # 2^(1/2) and 3^(1/7) x 5 to 17 digits.
+    assert axes.between_by_ratio(1.0, 2.0, 0.5) == 1.4142135623730951
+    assert axes.between_by_ratio(1e-3, 1e3, 0.5) == pytest.approx(1.0, rel=1e-15)
+    assert axes.between_by_ratio(4.0, 64.0, 0.25) == 8.0
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"distribution": "uniform", "from": 2.0, "to": 3.0},
+        {"distribution": "log_uniform", "from": 2.0, "to": 3.0},
+        {"distribution": "integer", "from": 2, "to": 3},
+        {"distribution": "choice", "values": [2, 2.5, 3]},
+    ],
+    ids=lambda table: table["distribution"],
+)
+def test_a_sample_depends_on_its_number_only(table):
+    one = axes.Distribution(**table)
+    few, many = axes.draws(one, "a", 5, 20), axes.draws(one, "a", 5, 2000)
+    assert many[:20] == few
+    assert axes.draws(one, "b", 5, 20) != few and axes.draws(one, "a", 6, 20) != few
+    assert all(2 <= value <= 3 for value in many) and len(set(many)) >= 2
+    # Within 5 standard deviations of the mean; the integer, the coarsest, has .5.
+    expected = 1.0 / math.log(1.5) if table["distribution"] == "log_uniform" else 2.5
+    assert np.mean(many) == pytest.approx(expected, abs=5 * 0.5 / math.sqrt(2000))
+
+
+# -- plans ----------------------------------------------------------------------------------------------------------
+
+FAULTS = {
+    "version": (plan(version=2), r"version: got 2, this program reads plans of version 1"),
+    "no version": ({"experiment": "oscillator/pushed"}, "version: missing"),
+    "unknown key": (plan(grids={}), "grids: unknown; did you mean 'grid'"),
+    "key of the experiment": (plan(duration=1.0), r"duration: unknown; keys of the experiment stand in \[set\]"),
+    "no experiment": ({"version": 1, "measure": {"a": "final momentum"}}, "experiment: missing"),
+    "unknown experiment": (plan(experiment="nesterenko-1983/3.1-one-grian"), "did you mean 'nesterenko-1983/3.1-one-grain'"),
+    "no measures": (plan(measure={}), "measure: missing"),
+    "no such measure": (plan(measure={"a": "maximum velocity"}), "measure.a: got 'maximum velocity', expected such as"),
+    "unknown variable": (plan(measure={"a": "max velocty"}), "measure.a: 'velocty' .* did you mean 'velocity'"),
+    "unknown figure": (plan(measure={"a": "report peak pressures"}), "measure.a: report 'peak pressures'"),
+    "index": (plan(measure={"a": "max velocity[9]"}), r"measure.a: got the index 9 of 'velocity', expected -6 to 5"),
+    "index of a number": (plan(measure={"a": "final momentum[0]"}), "it is a single number"),
+    "array": (plan(measure={"a": "final velocity"}), r"6 elements; name one, such as velocity\[-1\]"),
+    "measurement": (plan(measure={"a": {"measurement": "wave_at"}}), "a.measurement: .*did you mean 'waves_at'"),
+    "take": (plan(measure={"a": {"measurement": "waves_at", "take": "hight"}}), "a.take: got 'hight'"),
+    "argument": (
+        plan(measure={"a": {"measurement": "waves_at", "grain": 1, "above": 0.1, "beyond": 1}}),
+        "a.beyond: unknown",
+    ),
+    "missing argument": (plan(measure={"a": {"measurement": "waves_at", "grain": 1}}), "a.above: missing"),
+    "empty list": (plan(grid={"component.grains": []}), "grid.component.grains: got no values"),
+    "one value": (plan(grid={"component": {"grains": 3}}), "grid.component.grains: got 3, expected a list"),
+    "range": (plan(grid={"duration": {"from": 1.0, "too": 2.0, "count": 3}}), "grid.duration.too: unknown; did you mean 'to'"),
+    "log of nothing": (plan(grid={"a": {"from": 0.0, "to": 2.0, "count": 3, "spacing": "log"}}), "log needs values above 0"),
+    "unknown distribution": (plan(samples={"count": 2, "a": {"distribution": "normal"}}), "samples.a.distribution"),
+    "ends": (plan(samples={"count": 2, "a": {"distribution": "uniform", "from": 2, "to": 1}}), "expected from < to"),
+    "no samples": (plan(samples={"count": 0, "a": {"distribution": "choice", "values": [1]}}), "samples.count: got 0"),
+    "twice": (plan(seeds={"count": 2, "keys": ["component.grains"]}), "seeds.keys.component.grains: this key is in grid too"),
+    "unknown parameter": (plan(set={"component.graisn": 5}), "'graisn' is unknown; did you mean 'grains'"),
+    "unknown parameter of the grid": (plan(grid={"component.graisn": [5, 6]}), "component.graisn=5: .*did you mean 'grains'"),
+    "logs": (plan(logs={"keep": "some"}), "logs.keep: got 'some'"),
+    "both logs": (plan(logs={"keep": "all", "every": 2}), "give keep or every, not both"),
+    "seeds": (plan(seeds=0), "seeds.count: got 0"),
+    "idle seeds": (plan(seeds=3), "seeds.keys: seed changes nothing in this chain"),
+    "every": (plan(every=1.7e-9), "every: 1.7e-09 s is .* internal steps"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_of_a_plan_is_named_and_nothing_is_written(name, tmp_path):
+    content, message = FAULTS[name]
+    with pytest.raises(ge.ExperimentError, match=message):
+        run_sweep(content, tmp_path / "out", engine="serial")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_plan_of_too_many_tasks_is_refused_before_they_are_made(tmp_path):
+    grid = {f"start.velocity.{n}": {"from": 1.0, "to": 2.0, "count": 10**9} for n in range(4)}
+    with pytest.raises(ge.ExperimentError, match="at most 100000"):
+        run_sweep(plan(grid=grid), tmp_path / "out")
+    assert load_plan(plan(grid=grid)).size == 10**36
+
+
+def test_an_override_of_a_key_that_the_plan_varies_is_refused(tmp_path):
+    with pytest.raises(ge.ExperimentError, match="override 'component.grains=5': plan gives this key its values in grid"):
+        run_sweep(plan(), tmp_path / "out", overrides=["component.grains=5"])
+    with pytest.raises(ge.ExperimentError, match="expected key=value"):
+        run_sweep(plan(), tmp_path / "out", overrides=["component.radius"])
+    assert load_plan(plan(), ["component.radius=4e-3"]).fixed == ("duration=4e-05", "component.radius=4e-3")
+
+
+def test_keys_may_be_written_as_tables():
+    nested = load_plan(
+        plan(grid={"component": {"grains": [6, 8]}, "start": {"velocity": {"0": {"from": 1, "to": 2, "count": 2}}}})
+    )
+    assert list(nested.grid) == ["component.grains", "start.velocity.0"]
+
+
+def test_hashes_tell_what_decides_a_result():
+    def hashes(content, basis="x"):
+        return [task.hash for task in make_tasks(load_plan(content), basis, {})]
+
+    first = hashes(plan())
+    assert len(set(first)) == 4
+    assert hashes(plan(grid={"start.velocity.0": [0.5, 1.0], "component.grains": [6, 8]})) != first
+    assert set(hashes(plan(grid={"component.grains": [6, 8, 10], "start.velocity.0": [0.5, 1.0]}))) > set(first)
+    assert not set(hashes(plan(), "y")) & set(first)
+
+
+def test_seeds_are_derived_and_stay_when_a_plan_grows():
+    seeds = {"count": 3, "keys": ["component.arrangement.seed"]}
+    few = make_tasks(load_plan(plan(seeds=seeds)), "x", {})
+    many = make_tasks(load_plan(plan(seeds={**seeds, "count": 5})), "x", {})
+    assert len({task.seed for task in few}) == 12
+    assert {task.hash for task in few} < {task.hash for task in many}
+    assert {task.seed for task in make_tasks(load_plan(plan(seeds={**seeds, "seed": 1})), "x", {})}.isdisjoint(
+        {task.seed for task in few}
+    )
+
+
+# -- results --------------------------------------------------------------------------------------------------------
+
+
+def test_the_table_holds_what_runs_come_to(tmp_path):
+    measures = {
+        "final": "final velocity[-1]",
+        "start": "start momentum",
+        "peak": "max contact_force",
+        "least": "min |velocity|",
+        "mean": "mean kinetic_energy",
+        "when": "time of max velocity[2]",
+        "pressure": "report peak contact pressure",
+        "amplitude": {"measurement": "waves_at", "take": "amplitude", "grain": 2, "above": 0.1},
+        "waves": {"measurement": "waves_at", "take": "count", "grain": 2, "above": 0.1},
+        "tenth": {"measurement": "waves_at", "take": "speed", "which": 9, "grain": 2, "above": 0.1},
+        "front": {"measurement": "front_speed", "above": 0.05, "first": 1, "last": 4},
+        "too far": {"measurement": "front_speed", "above": 100.0, "first": 1, "last": 4},
+    }
+    sweep = run_sweep(plan(measure=measures, every=1e-6), tmp_path / "out", engine="serial")
+    table = sweep.table
+    assert list(table["component.grains"]) == [6, 6, 8, 8] and list(table["start.velocity.0"]) == [0.5, 1.0, 0.5, 1.0]
+    for row in table.itertuples():
+        watch = measurement.Watch(every=1e-6)
+        overrides = ["duration=4e-5", f"component.grains={row[2]}", f"start.velocity.0={row[3]}"]
+        done = ge.run("nesterenko-1983/3.1-one-grain", overrides=overrides, observers=[watch])
+        history = watch.history
+        assert row.final == done.component.get("velocity")[-1]
+        assert row.start == history.mass[0] * row[3]
+        assert row.peak == history.contact_force.max()
+        assert row.least == abs(history.velocity).min()
+        assert row.mean == pytest.approx(measurement.kinetic_energy(history).mean(), rel=1e-12)
+        assert row.when == history.time[history.velocity[:, 2].argmax()]
+        assert row.pressure == done.report["peak contact pressure [Pa]"]
+        waves = measurement.waves_at(history, 2, 0.1)
+        assert (row.amplitude, row.waves) == (waves[0].amplitude, len(waves))
+        assert row.front == measurement.front_speed(history, 0.05, 1, 4)
+        assert math.isnan(row.tenth) and "too far: " in row.notes
+    assert np.isnan(table["too far"]).all() and (table["outcome"] == "done").all()
+
+
+def test_extremes_are_looked_for_at_each_step_where_nothing_else_is_said(tmp_path):
+    (tmp_path / "bare.toml").write_text("name = 'bare'\nduration = 2.0\n[component]\ntype = 'oscillator'\n")
+    content = {
+        "version": 1, "experiment": str(tmp_path / "bare.toml"),
+        "grid": {"start.velocity": [1.0, 2.0]}, "measure": {"peak": "max position"},
+    }  # fmt: skip
+    sweep = run_sweep(content, tmp_path / "out", engine="serial")
+    component = ge.make("oscillator")
+    component.reset(velocity=2.0)
+    seen = [component.get("position")]
+    for _ in range(round(2.0 / component.step_size)):
+        component.step()
+        seen.append(component.get("position"))
+    assert sweep.table["peak"][1] == max(seen)
+
+
+def test_the_dataset_has_a_dimension_for_each_key(tmp_path):
+    content = plan(
+        samples={"count": 3, "seed": 4, "start.velocity.1": {"distribution": "uniform", "from": 0.0, "to": 0.1}},
+        seeds={"count": 2, "keys": ["component.radius.seed"]},
+        set={"duration": 4e-5, "component.radius": {"low": 2.9e-3, "high": 3.1e-3, "seed": 0}},
+    )
+    sweep = run_sweep(content, tmp_path / "out", engine="serial")
+    found, table = sweep.dataset, sweep.table
+    assert dict(found.sizes) == {"component.grains": 2, "start.velocity.0": 2, "sample": 3, "repetition": 2}
+    row = table[(table["component.grains"] == 8) & (table["start.velocity.0"] == 1.0) & (table["sample"] == 2)].iloc[1]
+    cell = found.sel({"component.grains": 8, "start.velocity.0": 1.0, "sample": 2, "repetition": 1})
+    assert float(cell["peak"]) == row["peak"] and float(cell["start.velocity.1"]) == row["start.velocity.1"]
+    assert table["peak"].nunique() == 24
+    assert found["peak"].attrs["measure"] == "max velocity[2]"
+
+
+def test_equal_tasks_are_computed_once_and_a_plan_that_grows_keeps_what_holds(tmp_path):
+    out = tmp_path / "out"
+    grid = {"component.grains": [6, 8, 6], "start.velocity.0": [0.5]}
+    sweep = run_sweep(plan(grid=grid), out, engine="serial")
+    assert (sweep.size, lines(out)) == (3, 2)
+    before = (out / "table.parquet").read_bytes()
+    run_sweep(plan(grid=grid), out, engine="serial")
+    assert lines(out) == 2 and (out / "table.parquet").read_bytes() == before
+    sweep = run_sweep(plan(), out, engine="serial")
+    assert lines(out) == 4 and sweep.done == 4
+    assert (out / "table.parquet").read_bytes() == run_sweep(plan(), tmp_path / "b", engine="serial").write().read_bytes()
+    # Another name or description of the experiment's is not another result; another measure is.
+    run_sweep(plan(measure={"energy": "final kinetic_energy"}), out, engine="serial")
+    assert lines(out) == 8
+
+
+def test_a_task_that_fails_is_a_row(tmp_path):
+    content = plan(grid={"start.velocity.0": [0.5, TOO_FAST, 1000.0, 1.0]}, logs={"keep": "failed"})
+    sweep = run_sweep(content, tmp_path / "out", engine="serial")
+    table = sweep.table
+    assert list(table["outcome"]) == ["done", "failed", "failed", "done"]
+    assert table["error"][1].startswith("ExperimentError: ") and "start" in table["error"][1]
+    assert table["error"][2].startswith("StepError: ")
+    assert np.isnan(table["peak"][1:3]).all() and not np.isnan(table["peak"][[0, 3]]).any()
+    # What can be recorded of it is there, and what went well left no log.
+    assert list(table["log"].notna()) == [False, False, True, False]
+    with ge.open_log(sweep.log(2)) as log:
+        assert log.end_tick >= 0
+    with pytest.raises(ge.SweepError, match="task 0 left no log"):
+        sweep.log(0)
+    assert list(sweep.errors) == [1, 2]
+
+
+def test_logs_replay(tmp_path):
+    sweep = run_sweep(plan(logs={"every": 2}), tmp_path / "out", engine="serial")
+    assert list(sweep.table["log"].notna()) == [True, False, True, False]
+    assert ge.verify(sweep.log(2)).identical
+    # More logs are wanted now: only what has none runs again.
+    more = run_sweep(plan(logs={"keep": "all"}), tmp_path / "out", engine="serial")
+    assert more.table["log"].notna().all() and lines(tmp_path / "out") == 6
+
+
+def test_a_measured_input_goes_with_the_tasks_by_its_content(tmp_path):
+    (tmp_path / "blow.csv").write_text("time [us],force [kN]\n0,0\n10,0.8\n20,0\n")
+    (tmp_path / "blow.toml").write_text(
+        "name = 'blow'\nduration = 1e-4\n[component]\ntype = 'chain'\ngrains = 8\nmaterial = 'steel'\n"
+        "[input.left_force]\nprofile = 'csv'\npath = 'blow.csv'\ntime_column = 'time'\nvalue_column = 'force'\n"
+    )
+    content = {
+        "version": 1, "name": "blow", "experiment": str(tmp_path / "blow.toml"),
+        "grid": {"input.left_force.scale": [0.5, 1.0]}, "measure": {"work": "final input_work"},
+    }  # fmt: skip
+    out = tmp_path / "out"
+    first = run_sweep(content, out, engine="serial").table["work"]
+    direct = ge.run(tmp_path / "blow.toml").component.get("input_work")
+    assert first[1] == direct and 0.0 < first[0] < direct
+    (tmp_path / "blow.csv").write_text("time [us],force [kN]\n0,0\n10,0.9\n20,0\n")
+    again = run_sweep(content, out, engine="serial").table["work"]
+    assert lines(out) == 4 and again[1] > first[1]
+    assert len(list((out / "inputs").iterdir())) == 2
+
+
+@pytest.mark.parametrize("name", shipped_plans())
+def test_shipped_plans_are_computed(name, tmp_path):
+    sweep = run_sweep(name, tmp_path / "out", engine="serial")
+    assert sweep.done == sweep.size
+    table = sweep.table
+    if name == "solitary-wave-speed":
+        # Without precompression velocities scale everything: V goes with v^(1/5), and the amplitude with the striker's speed.
+        slope = np.polyfit(np.log(table["amplitude"]), np.log(table["speed"]), 1)[0]
+        assert slope == pytest.approx(0.2, abs=2e-4)
+        np.testing.assert_allclose(table["amplitude"] / table["start.velocity.0"], 0.6816, atol=5e-4)
+
+
+# -- engines --------------------------------------------------------------------------------------------------------
+
+
+def test_processes_give_the_bits_of_one_process(tmp_path):
+    content = plan(grid={"start.velocity.0": [0.5, TOO_FAST, 1.0], "component.grains": {"from": 3, "to": 12, "count": 10}})
+    one = run_sweep(content, tmp_path / "one", engine="serial")
+    many = run_sweep(content, tmp_path / "many", workers=3)
+    assert (one.done, one.failed) == (20, 10)
+    assert (tmp_path / "one" / "table.parquet").read_bytes() == (tmp_path / "many" / "table.parquet").read_bytes()
+    assert many.table.equals(one.table)
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.slow
+def test_ten_thousand_short_chains_have_the_same_bits(tmp_path):
+    sizes, speeds = {"from": 3, "to": 102, "count": 100}, {"from": 0.5, "to": 1.0, "count": 100}
+    content = plan(grid={"component.grains": sizes, "start.velocity.0": speeds})
+    one = run_sweep(content, tmp_path / "one", engine="serial")
+    run_sweep(content, tmp_path / "many", workers=4)
+    assert one.done == 10_000
+    assert (tmp_path / "one" / "table.parquet").read_bytes() == (tmp_path / "many" / "table.parquet").read_bytes()
+
+
+def long_plan(count: int = 300):
+    return plan(
+        grid={"start.velocity.0": {"from": 0.5, "to": 1.0, "count": count}, "component.grains": [60]}, set={"duration": 2e-4}
+    )
+
+
+def test_a_process_that_is_killed_costs_only_its_running_tasks(tmp_path, monkeypatch):
+    keep, killed = Store.add, []
+
+    def kill_one(self, results):
+        keep(self, results)
+        others = [child.pid for child in multiprocessing.active_children() if child.pid not in killed]
+        if len(killed) < 2 and others:
+            killed.append(others[0])
+            os.kill(others[0], signal.SIGKILL)
+
+    monkeypatch.setattr(Store, "add", kill_one)
+    sweep = run_sweep(long_plan(), tmp_path / "many", workers=2)
+    assert len(killed) == 2 and sweep.done == 300
+    monkeypatch.undo()
+    run_sweep(long_plan(), tmp_path / "one", engine="serial")
+    assert (tmp_path / "one" / "table.parquet").read_bytes() == (tmp_path / "many" / "table.parquet").read_bytes()
+
+
+def test_a_task_that_ends_every_process_is_named_and_the_rest_goes_on(tmp_path, monkeypatch):
+    give = processes._Worker.give
+
+    def deadly(self, bundle):
+        while not self.begun:
+            self.told()
+        if any("start.velocity.0=1.0" in order.overrides for order in bundle):
+            os.kill(self._process.pid, signal.SIGKILL)
+        give(self, bundle)
+
+    monkeypatch.setattr(processes._Worker, "give", deadly)
+    content = plan(grid={"start.velocity.0": [0.5, 1.0, 1.5]})
+    sweep = run_sweep(content, tmp_path / "out", workers=1)
+    assert list(sweep.table["outcome"]) == ["done", "failed", "done"]
+    assert sweep.errors == {1: "lost 3 times: its process was ended by signal 9 (SIGKILL), perhaps for lack of memory"}
+    # That was the machine's fault, not the task's: it is tried again.
+    monkeypatch.undo()
+    assert run_sweep(content, tmp_path / "out", workers=1).done == 3
+
+
+def test_processes_that_cannot_begin_are_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes._Worker, "give", lambda self, bundle: os.kill(self._process.pid, signal.SIGKILL))
+    with pytest.raises(ge.SweepError, match="the processes end before they begin"):
+        run_sweep(plan(), tmp_path / "out", workers=1)
+    assert open_sweep(tmp_path / "out").table["outcome"].tolist() == ["pending"] * 4
+
+
+def test_lost_tasks_wait_alone_and_a_few_times_only():
+    orders = [Order(str(number), ()) for number in range(8)]
+    waiting = bundles.Bundles(orders, 1, 1.0)
+    waiting.timed(1, 0.1)
+    bundle = waiting.take()
+    assert [order.hash for order in bundle] == ["0", "1", "2", "3"]
+    assert waiting.lost(bundle, "why") == []
+    assert [[order.hash for order in waiting.take()] for _ in range(2)] == [["0"], ["1"]]
+    [alone] = waiting.take()
+    assert waiting.lost([alone], "why") == []
+    [result] = waiting.lost(waiting.take(), "why")
+    assert (result.hash, result.outcome, result.error) == ("2", "lost", "lost 3 times: why")
+
+
+def test_an_engine_that_there_is_not(tmp_path):
+    for options, message in (
+        ({"engine": "proceses"}, "did you mean 'processes'"),
+        ({"workers": 0}, "workers: got 0"),
+        ({"address": "127.0.0.1:1"}, "take engine 'ray' with it"),
+    ):
+        with pytest.raises(ge.ParameterError, match=message):
+            run_sweep(plan(), tmp_path / "out", **options)
+
+
+def test_without_pyarrow_the_message_names_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(ge.MissingExtraError, match=r"pip install 'granular-env\[sweep\]'"):
+        run_sweep(plan(), tmp_path / "out")
+
+
+# -- what is kept ---------------------------------------------------------------------------------------------------
+
+
+def test_an_interrupt_keeps_what_is_done(tmp_path, monkeypatch):
+    keep = Store.add
+
+    def interrupted(self, results):
+        keep(self, results)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Store, "add", interrupted)
+    out = tmp_path / "out"
+    sweep = run_sweep(plan(), out, workers=1)
+    assert sweep.interrupted and sweep.table["outcome"].tolist() == ["done", "pending", "pending", "pending"]
+    assert multiprocessing.active_children() == []
+    monkeypatch.undo()
+    again = run_sweep(plan(), out, engine="serial")
+    assert not again.interrupted and again.done == 4 and lines(out) == 4
+
+
+def test_a_line_that_was_cut_off_is_computed_again(tmp_path):
+    out = tmp_path / "out"
+    run_sweep(plan(), out, engine="serial")
+    before, journal = (out / "table.parquet").read_bytes(), out / "results.jsonl"
+    whole = journal.read_bytes()
+    for size in (len(whole) - 1, len(whole) - 30, 5, 0):
+        journal.write_bytes(whole[:size])
+        assert open_sweep(out).done == whole[:size].count(b"\n")
+        run_sweep(plan(), out, engine="serial")
+        assert (out / "table.parquet").read_bytes() == before and open_sweep(out).done == 4
+
+
+def test_folders_that_are_not_this_sweeps(tmp_path):
+    run_sweep(plan(), tmp_path / "mine", engine="serial")
+    with pytest.raises(ge.SweepError, match="results of the plan 'short', this one is 'other'"):
+        run_sweep(plan(name="other"), tmp_path / "mine")
+    with Store(tmp_path / "mine"), pytest.raises(ge.SweepError, match="another process computes a sweep there"):
+        run_sweep(plan(), tmp_path / "mine")
+    description = json.loads((tmp_path / "mine" / "sweep.json").read_text())
+    (tmp_path / "mine" / "sweep.json").write_text(json.dumps({**description, "version": 2}))
+    for call in (lambda: run_sweep(plan(), tmp_path / "mine"), lambda: open_sweep(tmp_path / "mine")):
+        with pytest.raises(ge.SweepError, match="has version 2, this program reads 1"):
+            call()
+    (tmp_path / "mine" / "sweep.json").write_text("{")
+    with pytest.raises(ge.SweepError, match="cannot be read"):
+        open_sweep(tmp_path / "mine")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.tex").write_text("")
+    with pytest.raises(ge.SweepError, match="holds other files"):
+        run_sweep(plan(), tmp_path / "full")
+    with pytest.raises(ge.SweepError, match="cannot be kept"):
+        run_sweep(plan(), tmp_path / "full" / "thesis.tex")
+    for nothing in (tmp_path, tmp_path / "none", 3):
+        with pytest.raises(ge.SweepError):
+            open_sweep(nothing)
+
+
+# -- the command ----------------------------------------------------------------------------------------------------
+
+LONG = """
+version = 1
+name = "long"
+experiment = "nesterenko-1983/3.1-one-grain"
+[grid]
+"start.velocity.0" = { from = 0.5, to = 1.0, count = 2000 }
+[measure]
+peak = "max velocity[40]"
+"""
+
+
+def called(folder: Path, *arguments: str) -> subprocess.Popen:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "granular_env", "sweep", *arguments]
+    return subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def first_results(folder: Path) -> None:
+    path = folder / "sweeps" / "long" / "results.jsonl"
+    while not (path.exists() and path.stat().st_size):
+        time.sleep(0.05)
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def children(pid: int) -> list[int]:
+    return [int(one) for one in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def test_the_command_ends_by_telling_where_the_table_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("plan.toml").write_text(LONG.replace("2000", "2").replace("long", "tiny"))
+    assert main(["sweep", "plan.toml", "--engine", "serial", "--set", "duration=1e-4"]) == 0
+    told = capsys.readouterr().out
+    assert (
+        told.startswith("2 tasks: 2 done, 0 failed\ntable: sweeps/tiny/table.parquet\n")
+        and "ge.open_sweep('sweeps/tiny')" in told
+    )
+    assert main(["sweep", "plan.toml", "--engine", "serial", "--set", "duration=1e-4", "--quiet"]) == 0
+    assert capsys.readouterr().out == "sweeps/tiny/table.parquet\n"
+    assert main(["sweep", "plan.toml", "--engine", "serial", "--set", "duration=1e-4", "--set", "start.velocity.3=1e5"]) == 2
+    Path("plan.toml").write_text(LONG.replace("2000", "3").replace("long", "tiny").replace("to = 1.0", "to = 20000.0"))
+    assert main(["sweep", "plan.toml", "--engine", "serial", "--set", "duration=1e-4"]) == 1
+    assert "failed: task 2: ExperimentError: " in capsys.readouterr().out
+    assert main(["sweep", "tapered-chain"]) == 2
+    assert "did you mean 'tapered-chains'" in capsys.readouterr().err
+    assert main(["describe", "tapered-chains"]) == 0
+    assert "[measure]" in capsys.readouterr().out
+
+
+def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
+    (tmp_path / "plan.toml").write_text(LONG)
+    program = called(tmp_path, "plan.toml", "--workers", "2")
+    first_results(tmp_path)
+    workers = children(program.pid)
+    program.send_signal(signal.SIGINT)
+    told, errors = program.communicate(timeout=60)
+    assert program.returncode == 130, errors
+    assert "interrupted: what is done is kept" in told and "pending" in told
+    assert "Traceback" not in errors
+    assert not any(alive(pid) for pid in workers)
+    assert 0 < open_sweep(tmp_path / "sweeps" / "long").done < 2000
+
+
+def test_after_a_kill_nothing_goes_on_and_what_is_done_is_there(tmp_path):
+    (tmp_path / "plan.toml").write_text(LONG)
+    program = called(tmp_path, "plan.toml", "--workers", "2")
+    first_results(tmp_path)
+    workers = children(program.pid)
+    program.kill()
+    program.communicate(timeout=60)
+    limit = time.monotonic() + 30.0
+    while any(alive(pid) for pid in workers) and time.monotonic() < limit:
+        time.sleep(0.05)
+    assert not any(alive(pid) for pid in workers)
+    sweep = open_sweep(tmp_path / "sweeps" / "long")
+    assert 0 < sweep.done < 2000 and sweep.done + sweep.outcomes.count("pending") == 2000
