@@ -180,7 +180,10 @@ class TaskProblem:
         late = max(self.steps - actuator.delay, 0)
         for seed in seeds:
             env = self._single(seed)
-            env.reset(seed=seed)
+            _, info = env.reset(seed=seed)
+            if goal := env.task.counter_names[: len(env.task.goal_scales)]:
+                # The objective of a task that draws its goals is that of its present demand.
+                env.task.demand = np.array([info[name] for name in goal])
             inputs = np.zeros((self.steps, 2))
             inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
             objective = env.task.objective(env.component, self.steps)

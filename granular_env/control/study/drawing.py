@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+# Returns differ by less than this part of their range by rounding alone.
+_ROUNDING = 1e-15
+# Names of lines need this part of the axes' height.
+_CLOSE = 0.06
+
 
 def pictures(result: StudyResult) -> dict[str, tuple[bytes, str]]:
     """File name -> PNG and description, in the order of the page."""
@@ -54,13 +59,14 @@ def _convergence(result: StudyResult) -> Figure:
                 axes.step(ends, values, where="post", label=name, **line(place))
                 below.step(ends, np.where(values < top, top - values, np.nan), where="post", **line(place))
                 name = None
-    for name, score in result.baselines.items():
-        _draw_level(axes, name, score.value)
-        if score.value < top:
-            _draw_level(below, name, top - score.value)
     axes.set(ylabel="best return so far", xscale="log")
     below.set(xlabel="control steps simulated", ylabel="short of the best of all", yscale="log")
     _let_poor_starts_leave(axes, result)
+    bottom, _ = below.get_ylim()
+    below.set_ylim(bottom=max(bottom, _ROUNDING * (top - min(_ends(result)))) or None)
+    levels = {name: score.value for name, score in result.baselines.items()}
+    _draw_levels(axes, levels)
+    _draw_levels(below, {name: top - value for name, value in levels.items() if value < top})
     legend(axes)
     return figure
 
@@ -71,10 +77,24 @@ def _ends(result: StudyResult) -> list[float]:
     return [score.value for score in result.baselines.values()] + found
 
 
-def _draw_level(axes: Axes, name: str, value: float) -> None:
-    axes.axhline(value, color="0.45", linestyle=(0, (2, 2)), linewidth=1.0)
-    place = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom"}
-    axes.annotate(name, (1.0, value), **place, fontsize=9, color="0.35")
+def _draw_levels(axes: Axes, levels: dict[str, float]) -> None:
+    """Lines across the axes; names whose lines lie so close that they would cover each other stand side by side."""
+    heights = {
+        name: float(axes.transAxes.inverted().transform(axes.transData.transform((1.0, value)))[1])
+        for name, value in levels.items()
+    }
+    shown = sorted((height, name) for name, height in heights.items() if 0.0 <= height <= 1.0)
+    groups: list[tuple[float, list[str]]] = []
+    for height, name in shown:
+        axes.axhline(levels[name], color="0.45", linestyle=(0, (2, 2)), linewidth=1.0)
+        if groups and height - groups[-1][0] < _CLOSE:
+            groups[-1][1].append(name)
+        else:
+            groups.append((height, [name]))
+    for height, names in groups:
+        axes.annotate(
+            ", ".join(names), (1.0, height), xycoords="axes fraction", ha="right", va="bottom", fontsize=9, color="0.35"
+        )
 
 
 def _let_poor_starts_leave(axes: Axes, result: StudyResult) -> None:

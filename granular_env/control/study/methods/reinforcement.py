@@ -108,6 +108,7 @@ class PPO(Reinforcement):
     rollout: int = Field(default=64, ge=2, description="decisions of an environment in a round")
     batch: int = Field(default=256, ge=2, description="decisions that the slope of the loss is estimated from")
     epochs: int = Field(default=10, ge=1, description="passes over a round's decisions")
+    trace: float = Field(default=0.95, ge=0.0, le=1.0, description="lambda of the advantages; 1: of whole returns")
     noise: float = Field(default=0.6, gt=0.0, description="standard deviation of the actions at the start")
 
     def decisions(self) -> int:
@@ -121,7 +122,7 @@ class PPO(Reinforcement):
         return Algorithm(
             "MlpPolicy", env, seed=seed, device="cpu", verbose=0,
             n_steps=self.rollout, batch_size=_divisor(self.rollout * env.num_envs, self.batch), n_epochs=self.epochs,
-            learning_rate=self.learning_rate, gamma=self.discount,
+            learning_rate=self.learning_rate, gamma=self.discount, gae_lambda=self.trace,
             policy_kwargs={"net_arch": self.layers, "log_std_init": float(np.log(self.noise))},
         )  # fmt: skip
 
