@@ -5,6 +5,7 @@ import os
 import re
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import law_pictures
 import matplotlib
@@ -69,8 +70,37 @@ def tutorial() -> None:
             Image.open(drawn).convert("RGB").quantize(_COLOURS).save(IMAGES / f"tutorial-{drawn}", optimize=True)
 
 
+@drawing.styled
+def control() -> None:
+    """The drives that the page on control finds, by the very lines that stand there, and what each leaves in the chain."""
+    blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "control.md").read_text(), re.MULTILINE | re.DOTALL)
+    last = max(place for place, block in enumerate(blocks) if "by_evolution" in block)
+    names: dict[str, Any] = {}
+    with contextlib.redirect_stdout(None):
+        for block in blocks[: last + 1]:
+            exec(block, names)
+    found = {
+        "by hand": names["by_hand"], "by theory": np.array(names["actions"]), "by gradient": names["by_gradient"],
+        "by evolution": names["by_evolution"],
+    }  # fmt: skip
+    env, scale = names["env"], 1000.0
+    time = np.arange(100) * env.duration * 1e6
+    figure = drawing.new_figure(11.0, 5.0)
+    above, below = figure.subplots(2, len(found), sharey="row")
+    for place, (name, actions) in enumerate(found.items()):
+        distance = -names["score"](actions)
+        above[place].step(time, scale * actions, where="post", **drawing.line(0))
+        above[place].set(title=f"{name}: {distance:.1g}", xlabel="time [us]")
+        below[place].bar(range(32), env.component.get("velocity"), width=1.0, color=drawing.line(1)["color"])
+        below[place].set(xlabel="grain, at the deadline")
+    above[0].set_ylabel("force [N]")
+    below[0].set_ylabel("velocity [m/s]")
+    (IMAGES / "control.png").write_bytes(figures.png(figure))
+
+
 if __name__ == "__main__":
     piston()
     tutorial()
     stationary_waves()
+    control()
     law_pictures.draw()
