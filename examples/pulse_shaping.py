@@ -111,12 +111,17 @@ def other_chains() -> dict[str, float]:
     return numbers
 
 
-def two_waves(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> dict[str, float]:
-    """Two waves that pass a grain one after the other, `delay` seconds apart."""
+def two_waves_environment(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> PulseFormingEnv:
+    """Wanted are two waves that pass a grain one after the other, `delay` seconds apart."""
     speeds = PulseFormingEnv(amplitude=[first, second], place=[40, 10]).task.waves[:, 2]
     # When the first is at grain 60, the second has gone on from `grain` for the time that is left.
     behind = grain + speeds[1] * ((60 - grain) / speeds[0] - delay)
-    env = PulseFormingEnv(100, amplitude=[first, second], place=[60.0, float(behind)], deadline=270, action_scale=SCALE)
+    return PulseFormingEnv(100, amplitude=[first, second], place=[60.0, float(behind)], deadline=270, action_scale=SCALE)
+
+
+def two_waves(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> dict[str, float]:
+    """How near two waves come to what is wanted of them."""
+    env = two_waves_environment(first, second, grain, delay)
     drive = shaped(env, pushed=120)
     (early, high), (late, low) = passages(env, drive, grain)
     return {

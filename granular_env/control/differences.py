@@ -121,7 +121,7 @@ def _moved(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLik
 def _changed(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
     """The chain's parameters with everything settled that would otherwise follow from what changes."""
     p = chain.parameters
-    given = p.model_dump() | {"step_size": chain.step_size}
+    given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}
     if "radius" in changes or "mass" in changes:
         host = [material(one) for one in (p.material if isinstance(p.material, list) else [p.material] * p.grains)]
         masses = chain.geometry.mass + changes.get("mass", 0.0)

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba.core import config
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
-from ...jit import address, jit
+from ...jit import JIT, address, jit
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
@@ -32,7 +31,7 @@ _NO_STATES = np.zeros((0, 2, 0))
 @lru_cache(maxsize=64)
 def _called(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
     """Where compiled code finds a function, and what has to live meanwhile. Looking it up takes longer than many a run."""
-    compiled = function if hasattr(function, "compile") or config.DISABLE_JIT else jit(function)
+    compiled = function if hasattr(function, "compile") or not JIT else jit(function)
     try:
         return address(compiled, signature), compiled
     except (NumbaError, TypeError) as error:

@@ -1,0 +1,125 @@
+"""Makes the logs of the gallery, in logs/gallery, and its pictures: ``python docs/gallery.py``."""
+
+import io
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import granular_env as ge
+from granular_env.control.policies import Dashpot, OpenLoop, Policy, Sensors
+from granular_env.envs import AbsorptionEnv, ChainEnv, PulseFormingEnv, RecordEnv
+from granular_env.recording import open_log
+from granular_env.viewing import drawing, figures, footage
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.append(str(ROOT / "examples"))
+
+import pulse_shaping  # noqa: E402
+
+LOGS, IMAGES = ROOT / "logs" / "gallery", ROOT / "docs" / "images"
+EVERY = 3e-6  # s
+SETTING = {"grains": 100, "place": 60, "deadline": 270, "action_scale": pulse_shaping.SCALE}
+DISORDERED = {"radius": {"low": 2.85e-3, "high": 3.15e-3, "seed": 1}}
+DISSIPATIVE = {"law": {"name": "viscous", "dissipation": 2.0}}
+WAVE = {"velocity": {0: 5.0, 1: 5.0}}  # what comes to the absorbing end
+BEST_DASHPOT = 63.0  # N s/m, found by examples/absorbing_end.py
+_COLOURS = 128
+
+
+def recorded(name: str, env: ChainEnv, policy: Policy, options: dict | None = None) -> dict[str, float]:
+    """One episode into logs/gallery/NAME.mcap; its counters."""
+    with RecordEnv(env, LOGS / f"{name}.mcap", every=EVERY, variables=["displacement", "velocity"], overwrite=True) as wrapped:
+        observation, info = wrapped.reset(seed=0, options=options)
+        policy.reset()
+        over = False
+        while not over:
+            observation, _, terminated, truncated, info = wrapped.step(policy(observation, info))
+            over = terminated or truncated
+    return {counter: float(info[counter]) for counter in env.task.counter_names}
+
+
+def driven(name: str, env: PulseFormingEnv, drive: np.ndarray) -> None:
+    """Record a drive [N], and say what it leaves."""
+    print(name, recorded(name, env, OpenLoop(drive / pulse_shaping.SCALE)))
+
+
+def one_wave() -> None:
+    """The paper's triangle, and a drive that makes as high a wave with a lower force."""
+    brief = ["duration=3.96e-4", f"record.every={EVERY}", "record.variables=['displacement', 'velocity']"]
+    ge.run("nesterenko-1983/3.3-triangle-10us", log=LOGS / "triangle.mcap", overrides=brief, overwrite=True)
+    env = PulseFormingEnv(
+        100,
+        place=60,
+        amplitude=pulse_shaping.triangle(),
+        deadline=264,
+        action_scale=pulse_shaping.SCALE,
+        chain=pulse_shaping.PAPER,
+    )
+    driven("one-wave", env, pulse_shaping.shaped(env, pushed=45))
+
+
+def other_chains() -> None:
+    """The best drive found in a chain, and the uniform chain's drive there."""
+    uniform = pulse_shaping.shaped(PulseFormingEnv(**SETTING), pushed=50)
+    for name, chain in (("disordered", DISORDERED), ("dissipative", DISSIPATIVE)):
+        env = PulseFormingEnv(**SETTING, chain=chain)
+        driven(name, env, pulse_shaping.shaped(env))
+        driven(f"{name}-uniform-drive", env, uniform)
+
+
+def two_waves() -> None:
+    """One drive, two waves."""
+    env = pulse_shaping.two_waves_environment()
+    driven("two-waves", env, pulse_shaping.shaped(env, pushed=120))
+
+
+def absorbing_ends() -> None:
+    """The same blow against a piston at rest, a dashpot and an active end."""
+    piston = AbsorptionEnv()
+    for name, policy in (("wall", "nothing"), ("absorbing-piston", "theory")):
+        print(name, recorded(name, piston, piston.task.baselines()[policy], WAVE))
+    force = AbsorptionEnv(action="force", internal_steps=2, deadline=600)
+    task = force.task
+    sensors = Sensors(task.observations["displacement"], task.observations["velocity"], task.observed_force)
+    dashpot = Dashpot(BEST_DASHPOT, 1.0, force.duration, task.actions["right_force"], sensors)
+    print("dashpot", recorded("dashpot", force, dashpot, WAVE))
+
+
+@drawing.styled
+def draw(name: str, titles: dict[str, str]) -> None:
+    """Side by side: the input of each log above its x-t diagram."""
+    figure = drawing.new_figure(5.0 * len(titles), 6.0)
+    panels = figure.subplots(2, len(titles), squeeze=False, height_ratios=[2, 5])
+    for place, (log, title) in enumerate(titles.items()):
+        seen = footage.from_log(open_log(LOGS / f"{log}.mcap"))
+        above, below = panels[:, place]
+        curve = max(seen.inputs.values(), key=lambda curve: (np.abs(curve.values).max(), curve.name))
+        above.plot(curve.times * 1e6, curve.values, **drawing.line(0))
+        above.set(title=title, xlabel="time [us]", ylabel=f"{curve.name.replace('_', ' ')} [{curve.unit}]")
+        drawing.draw_space_time(figure, below, seen.motion, None)
+    picture = Image.open(io.BytesIO(figures.png(figure, 90))).convert("RGB")
+    picture.quantize(_COLOURS).save(IMAGES / f"gallery-{name}.png", optimize=True)
+
+
+def pictures() -> None:
+    """All pictures, from the logs alone."""
+    best, borrowed = "best drive found", "the uniform chain's drive"
+    draw("one-wave", {"triangle": "The paper's triangle, 1764 N", "one-wave": "Shaped, as high a wave"})
+    draw("two-waves", {"two-waves": "5 m/s, and 3 m/s 100 us behind"})
+    draw("disordered", {"disordered-uniform-drive": f"Radii +-5 %: {borrowed}", "disordered": best})
+    draw("dissipative", {"dissipative-uniform-drive": f"2 N s/m: {borrowed}", "dissipative": best})
+    draw("absorbing", {"wall": "A piston at rest", "dashpot": "Best linear dashpot", "absorbing-piston": "An active end"})
+
+
+def main(parts: list[Callable[[], None]]) -> None:
+    """Some or all parts."""
+    LOGS.mkdir(parents=True, exist_ok=True)
+    for part in parts:
+        part()
+
+
+if __name__ == "__main__":
+    main([one_wave, other_chains, two_waves, absorbing_ends, pictures])
