@@ -29,6 +29,9 @@ class TaskProblem:
         name: of the environment, short or as registered.
         arguments: the environment's arguments.
 
+    Attributes:
+        sharpness: of the smooth objective, where it is not the task's own; None for that.
+
     Raises:
         ParameterError: there is no such environment, it does not take an argument, or its episodes have no end.
     """
@@ -42,6 +45,7 @@ class TaskProblem:
         self._draws_chains = bool(set(self._arguments.get("randomise") or {}) - {"velocity", "seed"})
         self._batches: dict[tuple[int, ...], Any] = {}
         self._singles: dict[int, Any] = {}
+        self.sharpness: Sequence[float] | None = None
 
     @property
     def steps(self) -> int:
@@ -186,11 +190,24 @@ class TaskProblem:
                 env.task.demand = np.array([info[name] for name in goal])
             inputs = np.zeros((self.steps, 2))
             inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
-            objective = env.task.objective(env.component, self.steps)
+            objective = self._objective(env)
             bars = value_and_bars(env.component, inputs, env.internal_steps, objective)
             value += bars.value / len(seeds)
             slopes[:late] += env.actuator.scales * bars.inputs[actuator.delay :, actuator.sides] / len(seeds)
         return value, slopes
+
+    def _objective(self, env: Any) -> Any:
+        own = getattr(env.task, "sharpness", None)
+        if self.sharpness is None:
+            return env.task.objective(env.component, self.steps)
+        if own is None or len(own) != len(self.sharpness):
+            came = "none" if own is None else f"{len(own)} numbers"
+            raise ParameterError(f"sharpness: got {list(self.sharpness)}, but the objective of {env.task.name!r} has {came}")
+        env.task.sharpness = tuple(self.sharpness)
+        try:
+            return env.task.objective(env.component, self.steps)
+        finally:
+            env.task.sharpness = own
 
 
 def _numbers(info: Mapping[str, Any]) -> dict[str, float]:

@@ -32,17 +32,34 @@ class Gradient(MethodTable):
     trial: int = Field(default=20, ge=1, description="iterations from each start before the best goes on")
     iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
     rounds: int | None = Field(default=None, ge=1, description="rounds of such starts; default: until the budget is spent")
+    sharpness: list[list[float]] = Field(
+        default=[], description="of an objective with a smooth peak: values to go on with, one after the other, from the best"
+    )
     memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
 
     def run(self, search: Search) -> None:
         """Round after round."""
+        try:
+            self._search(search)
+        finally:
+            self._sharpen(search, None)
+
+    def _search(self, search: Search) -> None:
         number = 0
         while self.rounds is None or number < self.rounds:
             found = [self._descend(search, self._start(search, number, place), self.trial) for place in range(self.starts)]
             # Equal values: the first.
             _, best = min(found, key=lambda pair: pair[0])
-            self._descend(search, best, self.iterations)
+            _, best = self._descend(search, best, self.iterations)
+            for stage in self.sharpness:
+                self._sharpen(search, stage)
+                _, best = self._descend(search, best, self.iterations)
+            self._sharpen(search, None)
             number += 1
+
+    def _sharpen(self, search: Search, stage: list[float] | None) -> None:
+        if self.sharpness:
+            search.problem.sharpness = stage
 
     def _start(self, search: Search, number: int, place: int) -> FloatArray:
         shape = search.shape
