@@ -65,7 +65,8 @@ def _chain(**parameters: Any) -> Chain:
 
 
 def _drive(steps: int) -> np.ndarray:
-    """A push of forty control steps."""
+    """A push of forty control steps, or of as many as there are."""
+    pushed = min(steps, 40)
     drive = np.zeros((steps, 2))
-    drive[:40, 0] = 100.0 * np.sin(np.pi * np.arange(40) / 40)
+    drive[:pushed, 0] = 100.0 * np.sin(np.pi * np.arange(pushed) / 40)
     return drive

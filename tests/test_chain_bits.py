@@ -53,8 +53,8 @@ def plain_numpy(chain: ge.Chain, velocity: np.ndarray, ticks: int) -> tuple[np.n
     shape, h, mass = chain.geometry, chain.step_size, chain.geometry.mass
     u, v = np.zeros(len(velocity) + 2), velocity.copy()
     for _ in range(ticks):
-        u[1:-1] += compositions._PEFRL_DRIFTS[0] * h * v
-        for kick, drift in zip(compositions._PEFRL_KICKS, compositions._PEFRL_DRIFTS[1:], strict=True):
+        u[1:-1] += compositions.PEFRL.drifts[0] * h * v
+        for kick, drift in zip(compositions.PEFRL.kicks, compositions.PEFRL.drifts[1:], strict=True):
             d = np.maximum(u[:-1] - u[1:] + shape.rest_overlap, 0.0)
             force = shape.stiffness * (d * np.sqrt(d))
             v += kick * h * (1.0 / mass) * (force[:-1] - force[1:])
