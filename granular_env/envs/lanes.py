@@ -172,7 +172,8 @@ def _made(
         try:
             made.append(environment(**merged))
         except (ParameterError, TypeError) as error:  # a TypeError names an argument that there is not
-            raise ParameterError(f"parameters[{k}]: {error}") from None
+            cause = error if isinstance(error, TypeError) else None
+            raise ParameterError(f"parameters[{k}]: {error}") from cause
     return made
 
 
