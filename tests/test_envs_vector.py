@@ -323,9 +323,14 @@ def test_seeds_are_given_to_each() -> None:
     first = env.reset(seed=5)[1]["velocity"][:, 0].tolist()
     assert env.reset(seed=[6, 5])[1]["velocity"][:, 0].tolist()[::-1] == [first[0], first[1]]
     assert env.np_random_seed == (6, 5) and len(env.np_random) == 2
-    for wrong in ([1], "one", True):
+    before = [state.to_bytes() for state in env.save()]
+    for wrong in ([1], "one", True, -1, [1, "two"], [3, -3]):
         with pytest.raises(ParameterError, match="seed"):
             env.reset(seed=wrong)  # type: ignore[arg-type]
+    assert [state.to_bytes() for state in env.save()] == before
+    for wrong in (-1, 1.5, "one"):
+        with pytest.raises(ParameterError, match="seed: got"):
+            env.lane(0).reset(seed=wrong)  # type: ignore[arg-type]
 
 
 def test_pictures_of_all() -> None:

@@ -16,7 +16,7 @@ from ..components.errors import ParameterError, StepError, shortened
 from ..components.jit import entry_point
 from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
-from .chain_task import BEGIN, JUDGE, ChainTask
+from .chain_task import BEGIN, JUDGE, ChainTask, task_kernel
 from .environment import ComponentEnv, Observation, _count
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .observing import OBSERVE, Observing, show_goal
@@ -262,10 +262,7 @@ class ChainEnv(ComponentEnv):
 
 
 def _compiled(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
-    function = getattr(type(task), kernel, None)
-    if function is None:
-        raise ParameterError(f"task {task.name!r}: it has no {kernel}; give it a jitted function, see ChainTask")
     try:
-        return entry_point(function, signature)
+        return entry_point(task_kernel(task, kernel), signature)
     except (NumbaError, TypeError) as error:
         raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None

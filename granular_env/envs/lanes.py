@@ -14,7 +14,7 @@ from ..components.errors import ParameterError, shortened
 from ..components.jit import JIT, address
 from .batch import observe_lanes, step_lanes
 from .chain_environment import ChainEnv
-from .chain_task import JUDGE
+from .chain_task import JUDGE, task_kernel
 from .memory import COUNTERS, ELAPSED, LEFT, START
 from .state import EnvState
 
@@ -71,7 +71,7 @@ class Lanes:
         state = [lane.component.state_rows for lane in lanes]
         first_row, last_row = min(rows.start for rows in state), max(rows.stop for rows in state)
         self._judging = (
-            advances, address(type(first.task).judge_kernel, JUDGE), constants, places, self._counters,
+            advances, address(task_kernel(first.task, "judge_kernel"), JUDGE), constants, places, self._counters,
             self._steps_each, np.array([lane._steps for lane in lanes], dtype=np.int64),
             stacked(lane.duration for lane in lanes),
             actuator.sides, stacked(lane.actuator.scales for lane in lanes), stacked(lane.actuator.rate for lane in lanes),

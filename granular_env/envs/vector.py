@@ -12,6 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 from ..components.errors import ParameterError, shortened
 from .chain_environment import ChainEnv
+from .environment import checked_seed
 from .lanes import Lanes
 from .memory import RUNNING
 from .state import EnvState
@@ -228,10 +229,10 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         if seed is None:
             return [None] * self.num_envs
         if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool):
-            return [int(seed) + k for k in range(self.num_envs)]
+            return [checked_seed(int(seed) + k) for k in range(self.num_envs)]
         if not isinstance(seed, (list, tuple)) or len(seed) != self.num_envs:
             raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number, or {self.num_envs} in a list")
-        return seed
+        return [checked_seed(one) for one in seed]
 
     def _mask(self, mask: Any) -> npt.NDArray[np.bool_]:
         if mask is None:
