@@ -133,6 +133,27 @@ def test_plain_functions_are_compiled() -> None:
             ChainEnv(Chain(grains=3, left="piston"), Misfit())
 
 
+def test_a_reward_that_is_not_a_number_is_named() -> None:
+    class Undefined(ChainTask):
+        name = "undefined"
+        actions, observations = {"left_velocity": 1.0}, {"displacement": 1.0, "velocity": 1.0}  # noqa: RUF012
+        begin_kernel = staticmethod(lambda a, counters, constants: None)
+        judge_kernel = staticmethod(
+            lambda a, inputs, counters, constants, duration, elapsed, steps: (inputs[0] * np.nan, False)
+        )
+
+    def make(**options: Any) -> ChainEnv:
+        return ChainEnv(Chain(grains=3, left="piston"), Undefined(), **options)
+
+    env, batch = make(), ChainVectorEnv(make, 2)
+    env.reset(seed=1)
+    batch.reset(seed=1)
+    with pytest.raises(ParameterError, match="'undefined': its reward is nan after control step 1"):
+        env.step([0.1])
+    with pytest.raises(ParameterError, match="'undefined': its reward is nan in environment 0"):
+        batch.step(np.full((2, 1), 0.1))
+
+
 def test_a_chain_task_wants_its_own_environment() -> None:
     task = PistonEnv(grains=4).task
     assert isinstance(task, ChainTask)

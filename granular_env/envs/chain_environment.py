@@ -147,7 +147,7 @@ class ChainEnv(ComponentEnv):
         """One control step; see the class.
 
         Raises:
-            ParameterError: the action is not one, or the episode is over.
+            ParameterError: the action is not one, the episode is over, or the task's reward is NaN (the chain has moved).
         """
         memory = self._memory
         if not memory[RUNNING]:
@@ -172,6 +172,10 @@ class ChainEnv(ComponentEnv):
         reward, done = self._judge(
             self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self._steps
         )
+        if reward != reward:
+            raise ParameterError(
+                f"task {self.task.name!r}: its reward is nan after control step {elapsed}; mend its judge_kernel"
+            )
         terminated = bool(done)
         truncated = not terminated and elapsed >= self._steps > 0
         if terminated or truncated:

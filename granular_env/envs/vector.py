@@ -102,7 +102,8 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         """One control step of all environments; those that have ended are treated as `autoreset_mode` says.
 
         Raises:
-            ParameterError: the actions are none, or an environment's episode is over with autoreset disabled.
+            ParameterError: the actions are none, an environment's episode is over with autoreset disabled, or the task's reward
+                is not a number (the chains have moved).
         """
         given = self._checked(actions)
         going = ~self._ended
@@ -111,6 +112,9 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         terminated, truncated, refused = ends
         special = self._lanes.step(given, going, observations, rewards, terminated, truncated, refused)
         told: dict[int, str] = {}
+        if np.isnan(rewards).any():
+            k, task = int(np.argmax(np.isnan(rewards))), self._lanes.single[0].task
+            raise ParameterError(f"task {task.name!r}: its reward is nan in environment {k}; mend its judge_kernel")
         if special:
             for k in np.flatnonzero(refused).tolist():
                 lane = self._lanes.synchronised(k)
