@@ -13,6 +13,7 @@ from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.table import MASS, PEAK, V
 from granular_env.components.jit import jit
 from granular_env.control.checking import check_objective
+from granular_env.control.differences import central_differences
 from granular_env.control.gradient import value_and_grad
 from granular_env.control.objective import (
     Term,
@@ -119,6 +120,12 @@ def test_a_task_may_bring_its_objective() -> None:
         (lambda chain: total(chain, contact_force(7).at_end()), r"contact_force\[7\]: got 7, expected -7 to 6"),
         (lambda chain: velocity(1).peak(scale=0.0), "scale: got 0.0"),
         (lambda chain: velocity(1).peak(scale=1.0, power=3), "power: got 3, expected an even number"),
+        (lambda chain: velocity(1).mean(begin=8, end=5), "begin, end: got 8 and 5"),
+        (lambda chain: velocity(1).mean(begin=-3, end=-4), "begin, end: got -3 and -4"),
+        (lambda chain: velocity(1).peak(scale=1.0, begin=0.5), "begin: got 0.5"),  # type: ignore[arg-type]
+        (lambda chain: velocity(1).at_end(target="fast"), "target: got 'fast'"),  # type: ignore[arg-type]
+        (lambda chain: total(chain, energy(5, 2).at_end()), r"energy\[5:2\]: got 5 to 2"),
+        (lambda chain: total(chain, velocity(1)), "terms: got Quantity"),  # type: ignore[arg-type]
         (lambda chain: applied("top"), "side: got 'top'"),  # type: ignore[arg-type]
         (lambda chain: Objective(None, _value, _pull), "objective.note: got None"),  # type: ignore[arg-type]
         (lambda chain: Objective(_note, _value, _pull, "one"), "objective.constants: got 'one'"),  # type: ignore[arg-type]
@@ -129,6 +136,52 @@ def test_bad_terms(build: Any, said: str) -> None:
     """Are refused when they are put together."""
     with pytest.raises(ParameterError, match=said):
         build(chain_of())
+
+
+def test_terms_are_numbers_to_calculate_with() -> None:
+    chain = chain_of()
+    first, last = velocity(0).at_end(), velocity(-1).at_end()
+    values = [
+        evaluate(chain, DRIVE[None], 2, total(chain, term))[0] for term in (first, last, -first, first / 4.0, first - last)
+    ]
+    np.testing.assert_allclose(values[2:], [-values[0], values[0] / 4.0, values[0] - values[1]], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("term", "other", "said"),
+    [
+        (velocity(-1).at_end(), {"grains": 3}, "for chains of 7 grains, this one has 3"),
+        (velocity(-1).mean(end=13), {}, "control step 12, but the drive has 12"),
+        (velocity(-1).mean(begin=-13), {}, "control step 12, but the drive has 12"),
+        (velocity(-1).peak(1.0, begin=12), {}, "control step 12, but the drive has 12"),
+    ],
+)
+def test_a_run_that_an_objective_does_not_fit_is_refused(term: Term, other: dict[str, Any], said: str) -> None:
+    """Compiled code would read what is not there."""
+    objective = total(chain_of(), term)
+    with pytest.raises(ParameterError, match=said):
+        value_and_grad(objective, chain_of(**other), DRIVE, ticks=2)
+    with pytest.raises(ParameterError, match=said):
+        evaluate(chain_of(**other), DRIVE[None], 2, objective)
+
+
+def test_bad_arguments_of_gradients_are_refused() -> None:
+    chain = chain_of()
+    objective = total(chain, velocity(-1).at_end())
+    with pytest.raises(ParameterError, match="with_respect_to: got None"):
+        value_and_grad(objective, chain, DRIVE, ticks=2, with_respect_to=None)  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match="drive: got"):
+        value_and_grad(objective, chain, [[1.0, 2.0], [3.0]], ticks=2)  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match="chain: got .*, expected a Chain"):
+        value_and_grad(objective, None, DRIVE, ticks=2)  # type: ignore[arg-type]
+    for direction, said in (
+        ({"radius": np.ones(5)}, r"direction: got radius of shape \(5,\)"),
+        ({"drive": "up"}, "direction.drive"),
+    ):
+        with pytest.raises(ParameterError, match=said):
+            central_differences(objective, chain, DRIVE, direction, ticks=2)
+    with pytest.raises(ParameterError, match="step: got 0"):
+        central_differences(objective, chain, DRIVE, {"drive": DRIVE}, ticks=2, step=0.0)
 
 
 # -- one's own ----------------------------------------------------------------------------------------------------------
@@ -220,6 +273,26 @@ def test_an_objective_that_is_not_a_number_says_where() -> None:
     ):
         with pytest.raises(ParameterError, match=said):
             value_and_grad(objective, chain, DRIVE, ticks=2)
+
+
+def test_functions_of_another_form_are_named() -> None:
+    """By the gradient and by the check alike."""
+    chain = chain_of()
+
+    def pull_of_two(a, bar):
+        pass
+
+    def value_of_nothing(sums, constants, slopes):
+        slopes[0] = 1.0
+
+    for objective, said in (
+        (Objective(_note, _value, pull_of_two), "objective.pull: it does not compile"),
+        (Objective(_note, value_of_nothing, _pull), "objective.value: got None"),
+    ):
+        with pytest.raises(ParameterError, match=said):
+            value_and_grad(objective, chain, DRIVE, ticks=2)
+        with pytest.raises(ParameterError, match=said):
+            check_objective(objective, chain)
 
 
 def test_plain_functions_are_compiled() -> None:

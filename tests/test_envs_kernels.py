@@ -6,13 +6,15 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
 from granular_env.components.jit import JIT, address, caller, jit
-from granular_env.envs import ChainEnv, ChainTask, ComponentEnv, PistonEnv
+from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv, ComponentEnv, PistonEnv
 
 TASK = """
 import numpy as np
@@ -104,6 +106,52 @@ def test_kernels_that_do_not_fit_are_refused_by_name() -> None:
         ChainEnv(Chain(grains=4, left="piston"), Half())
     with pytest.raises(ParameterError, match="'wrong': its judge_kernel does not compile"):
         ChainEnv(Chain(grains=4, left="piston"), Wrong())
+
+
+def test_plain_functions_are_compiled() -> None:
+    """A decorator that was forgotten does not matter, in one environment and in a batch; what does not fit is named."""
+
+    class Plain(ChainTask):
+        name = "plain"
+        actions, observations = {"left_velocity": 1.0}, {"displacement": 1.0, "velocity": 1.0}  # noqa: RUF012
+        begin_kernel = staticmethod(lambda a, counters, constants: None)
+        judge_kernel = staticmethod(lambda a, inputs, counters, constants, duration, elapsed, steps: (0.5, False))
+
+    def make(**options: Any) -> ChainEnv:
+        return ChainEnv(Chain(grains=3, left="piston"), Plain(), **options)
+
+    env, batch = make(), ChainVectorEnv(make, 2)
+    env.reset(seed=1)
+    batch.reset(seed=1)
+    assert env.step([0.0])[1] == 0.5 and batch.step(np.zeros((2, 1)))[1].tolist() == [0.5, 0.5]
+
+    class Misfit(Plain):
+        judge_kernel = staticmethod(lambda a, inputs: (0.5, False))
+
+    if JIT:
+        with pytest.raises(ParameterError, match="judge_kernel does not compile"):
+            ChainEnv(Chain(grains=3, left="piston"), Misfit())
+
+
+def test_a_reward_that_is_not_a_number_is_named() -> None:
+    class Undefined(ChainTask):
+        name = "undefined"
+        actions, observations = {"left_velocity": 1.0}, {"displacement": 1.0, "velocity": 1.0}  # noqa: RUF012
+        begin_kernel = staticmethod(lambda a, counters, constants: None)
+        judge_kernel = staticmethod(
+            lambda a, inputs, counters, constants, duration, elapsed, steps: (inputs[0] * np.nan, False)
+        )
+
+    def make(**options: Any) -> ChainEnv:
+        return ChainEnv(Chain(grains=3, left="piston"), Undefined(), **options)
+
+    env, batch = make(), ChainVectorEnv(make, 2)
+    env.reset(seed=1)
+    batch.reset(seed=1)
+    with pytest.raises(ParameterError, match="'undefined': its reward is nan after control step 1"):
+        env.step([0.1])
+    with pytest.raises(ParameterError, match="'undefined': its reward is nan in environment 0"):
+        batch.step(np.full((2, 1), 0.1))
 
 
 def test_a_chain_task_wants_its_own_environment() -> None:

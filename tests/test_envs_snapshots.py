@@ -131,9 +131,14 @@ def test_states_that_do_not_fit_a_batch_are_refused() -> None:
         (states, [0, 0], "once"),
         (states, [0, 2], "0 to 1"),
         ([states[0], None], None, "state"),
+        (3, None, "got 3, expected 2"),
+        (states, 1, "lanes: got 1"),
     ):
+        batch.step(np.ones((2, 1)))
+        before = [state.to_bytes() for state in batch.save()]
         with pytest.raises(ParameterError, match=words):
             batch.restore(wrong, lanes)  # type: ignore[arg-type]
+        assert [state.to_bytes() for state in batch.save()] == before, "nothing has changed"
 
 
 # -- at an instant of a log -----------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from granular_env.components.contract import GranularWarning, ParameterError
-from granular_env.envs import ChainEnv, ChainVectorEnv, ForceEnv, PistonEnv, register_all
+from granular_env.envs import ChainEnv, ChainVectorEnv, ForceEnv, PistonEnv, PulseFormingEnv, register_all
 from granular_env.recording import record, verify
 
 register_all()
@@ -191,6 +191,41 @@ def test_laws_may_differ_from_lane_to_lane() -> None:
     play(batch, SyncVectorEnv(singles), 6, seed=5)
 
 
+def test_goals_of_other_sizes_may_differ_from_lane_to_lane() -> None:
+    # The wanted waves' tables are as long as their number and the precompression want them.
+    own = [
+        {},
+        {"amplitude": [3.0, 2.0], "place": [9, 3]},
+        {"chain": {"precompression": 9.0}, "randomise": {"radius": (2e-3, 3e-3)}},
+    ]
+    common: dict[str, Any] = {"grains": 12, "amplitude": 3.0, "place": 9, "deadline": 20, "info": "brief"}
+    batch = ChainVectorEnv(PulseFormingEnv, 3, parameters=own, **common)
+    assert len({len(batch.lane(k).constants) for k in range(3)}) == 3
+    fresh = ChainVectorEnv(PulseFormingEnv, 3, parameters=own, **common)
+    singles = [lambda k=k, each=each: PulseFormingEnv(**{**common, **each}, index=k) for k, each in enumerate(own)]
+    play(fresh, SyncVectorEnv(singles), 30, seed=2)
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_what_lanes_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) -> None:
+    env = ChainVectorEnv(ForceEnv, 2, grains=4, deadline=3, autoreset_mode=mode)
+    env.reset(seed=1)
+    for _ in range(3):
+        env.lane(1).step([1.0])
+    if mode == AutoresetMode.DISABLED:
+        with pytest.raises(ParameterError, match=r"\[1\] are over"):
+            env.step(np.zeros((2, 1)))
+        env.lane(1).reset()
+    times = env.step(np.ones((2, 1)))[4]["time"]
+    step = env.lane(0).duration
+    assert times.tolist() == [step, step if mode == AutoresetMode.DISABLED else 0.0], "what is over is reset, not stepped"
+    if mode == AutoresetMode.NEXT_STEP:
+        for _ in range(2):
+            env.step(np.zeros((2, 1)))  # lane 0 is over then
+        env.lane(0).reset(options={"velocity": {2: 1.0}})
+        assert env.step(np.zeros((2, 1)))[4]["time"][0] == step, "what was reset by hand is not reset again"
+
+
 def test_observations_and_infos_are_fresh() -> None:
     env = ChainVectorEnv(ForceEnv, 2, grains=4, info="full")
     observations, infos = env.reset(seed=1)
@@ -273,6 +308,7 @@ def test_what_are_no_actions_is_refused_and_nothing_moves(actions: Any, words: s
         ({"parameters": [{}, {"grains": 5}, {}]}, r"parameters\[1\]: observation space"),
         ({"parameters": [{}, {}, {"control_delay": 2}]}, r"parameters\[2\]: control_delay"),
         ({"parameters": [{}, 3, {}]}, r"parameters\[1\]"),
+        ({"parameters": [{}, {"impuls": 1.0}, {}]}, r"parameters\[1\]: .*'impuls'"),
         ({"randomise": {"radus": (1.0, 2.0)}}, "did you mean 'radius'"),
         ({"randomise": 3}, "randomise"),
     ],
@@ -287,9 +323,14 @@ def test_seeds_are_given_to_each() -> None:
     first = env.reset(seed=5)[1]["velocity"][:, 0].tolist()
     assert env.reset(seed=[6, 5])[1]["velocity"][:, 0].tolist()[::-1] == [first[0], first[1]]
     assert env.np_random_seed == (6, 5) and len(env.np_random) == 2
-    for wrong in ([1], "one", True):
+    before = [state.to_bytes() for state in env.save()]
+    for wrong in ([1], "one", True, -1, [1, "two"], [3, -3]):
         with pytest.raises(ParameterError, match="seed"):
             env.reset(seed=wrong)  # type: ignore[arg-type]
+    assert [state.to_bytes() for state in env.save()] == before
+    for wrong in (-1, 1.5, "one"):
+        with pytest.raises(ParameterError, match="seed: got"):
+            env.lane(0).reset(seed=wrong)  # type: ignore[arg-type]
 
 
 def test_pictures_of_all() -> None:

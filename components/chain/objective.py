@@ -40,6 +40,8 @@ class Objective:
         count: how many features there are.
         smooth: whether the features have derivatives everywhere the state goes.
         description: one line for people.
+        grains: how many grains the chain must have; None where its functions suit any.
+        fewest_steps: control steps that the run must have at least.
     """
 
     note: Callable[..., Any]
@@ -49,6 +51,8 @@ class Objective:
     count: int = 1
     smooth: bool = True
     description: str = ""
+    grains: int | None = None
+    fewest_steps: int = 1
 
     def __post_init__(self) -> None:
         """Bring the constants into the one form that compiled code takes.
@@ -68,3 +72,14 @@ class Objective:
                 raise ParameterError(f"objective.{name}: got {shortened(getattr(self, name))}, expected a jitted function")
         if isinstance(self.count, bool) or not isinstance(self.count, (int, np.integer)) or self.count < 1:
             raise ParameterError(f"objective.count: got {shortened(self.count)}, expected the number of features, at least 1")
+
+    def fit(self, grains: int, steps: int) -> None:
+        """Whether it can judge a run of `steps` control steps of a chain of so many grains.
+
+        Raises:
+            ParameterError: it cannot: compiled code would read what is not there.
+        """
+        if self.grains not in (None, grains):
+            raise ParameterError(f"objective: it is for chains of {self.grains} grains, this one has {grains}; build it anew")
+        if steps < self.fewest_steps:
+            raise ParameterError(f"objective: it looks at control step {self.fewest_steps - 1}, but the drive has {steps}")

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.chain import Chain, table
+from ..components.chain.adjoint import check_functions, valued
 from ..components.chain.objective import Objective
 from ..components.errors import ParameterError
 
@@ -36,6 +37,8 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     Raises:
         ParameterError: a derivative is wrong, or `note` reads what no derivative goes through; names the entry.
     """
+    objective.fit(chain.parameters.grains, steps)
+    check_functions(objective)
     rng = np.random.default_rng(_SEED)
     a, inputs = _state(chain, rng), rng.normal(size=2)
     sums = _noted(objective, a, 0, steps, inputs)
@@ -81,8 +84,8 @@ def _quotient(function: Callable[[], FloatArray], memory: FloatArray, place: tup
 
 
 def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> float:
-    slopes, spare = np.zeros(objective.count), np.zeros(objective.count)
-    objective.value(sums, objective.constants, slopes)
+    _, slopes = valued(objective, sums)
+    spare = np.zeros(objective.count)
     trial = sums.copy()
 
     def value() -> FloatArray:

@@ -15,10 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.chain import Chain
-from ..components.chain.adjoint import KNOWN, contact_states, evaluate, natural_mass
+from ..components.chain.adjoint import KNOWN, checked_drive, contact_states, evaluate, natural_mass
 from ..components.chain.objective import Objective
-from ..components.errors import ParameterError, nearest
+from ..components.errors import ParameterError, nearest, shortened
 from ..components.materials.elastic import material
+from ..components.profiles import positive_number
 from .gradient import Judged, objective_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -67,8 +68,9 @@ def central_differences(
         ticks: internal steps of a control step.
         step: the first step tried, in units of the direction; each next one is half as long.
     """
-    judged = objective_of(objective, chain, len(np.atleast_1d(drive)))
-    base = np.asarray(drive, dtype=np.float64)
+    base = checked_drive(chain, drive)
+    judged = objective_of(objective, chain, len(base))
+    step = positive_number("step", step)
     here = contact_states(chain, base, ticks)
     quotients, steps, kink, size = [], [], None, 0.0
     for level in range(_LEVELS):
@@ -109,7 +111,22 @@ def _moved(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLik
     for name in direction:
         if name not in KNOWN:
             raise ParameterError(f"direction: {name!r} has no gradient; {nearest(name, KNOWN)}")
-    changes = {name: h * np.asarray(way, dtype=np.float64) for name, way in direction.items()}
+    changes = {name: h * _way(name, way) for name, way in direction.items()}
+    try:
+        return _shifted(chain, drive, changes)
+    except ValueError as error:  # numpy's word for shapes that do not go together
+        shapes = ", ".join(f"{name} of shape {np.shape(way)}" for name, way in direction.items())
+        raise ParameterError(f"direction: got {shapes}, expected the shapes of their gradients: {error}") from None
+
+
+def _way(name: str, way: npt.ArrayLike) -> FloatArray:
+    try:
+        return np.asarray(way, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"direction.{name}: got {shortened(way)}, expected an array of numbers") from None
+
+
+def _shifted(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:
     drive = drive + changes.pop("drive", 0.0)
     velocity = chain.get("velocity") + changes.pop("velocity", 0.0)
     displacement = chain.get("displacement") + changes.pop("displacement", 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.chain import Chain
-from ..components.chain.adjoint import parameter_gradient, value_and_bars
+from ..components.chain.adjoint import checked_drive, parameter_gradient, value_and_bars
 from ..components.chain.objective import Objective
 from ..components.errors import ParameterError, shortened
 
@@ -53,8 +53,13 @@ def value_and_grad(
         ParameterError: there is no such gradient, the drive does not fit, or the objective is not a number; says where.
         StepError: the physics breaks down; names the control step.
     """
+    if not isinstance(chain, Chain):
+        raise ParameterError(f"chain: got {shortened(chain)}, expected a Chain; of an environment env.unwrapped.component")
+    if not isinstance(with_respect_to, Iterable):
+        raise ParameterError(f"with_respect_to: got {shortened(with_respect_to)}, expected names, such as ('drive', 'radius')")
     names = (with_respect_to,) if isinstance(with_respect_to, str) else tuple(with_respect_to)
-    bars = value_and_bars(chain, drive, ticks, objective_of(objective, chain, len(np.atleast_1d(drive))))
+    held = checked_drive(chain, drive)
+    bars = value_and_bars(chain, held, ticks, objective_of(objective, chain, len(held)))
     return bars.value, {name: np.array(parameter_gradient(chain, bars, name)) for name in names}
 
 

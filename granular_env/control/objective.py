@@ -34,7 +34,7 @@ derivatives go through displacements, velocities, inputs and the table's constan
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +44,7 @@ from ..components.chain.objective import Objective
 from ..components.chain.table import U, V
 from ..components.errors import ParameterError, shortened
 from ..components.jit import jit
+from ..components.profiles import finite_number
 
 __all__ = [
     "Objective",
@@ -82,6 +83,7 @@ class Quantity:
 
     def mean(self, target: float | None = None, *, begin: int = 0, end: int = 0) -> Term:
         """Its mean over the control steps begin to end - 1 (0: the last one), or that of the squared distance from a target."""
+        _check_window(begin, end)
         return self._term(target, begin, end, "on average")
 
     def peak(self, scale: float, *, power: int = 32, begin: int = 0, end: int = 0) -> Term:
@@ -97,16 +99,19 @@ class Quantity:
             raise ParameterError(f"scale: got {shortened(scale)}, expected the size of the peak to come, above 0")
         if not isinstance(power, int) or power < 2 or power % 2:
             raise ParameterError(f"power: got {shortened(power)}, expected an even number, at least 2")
+        _check_window(begin, end)
         return Term(((self, _PEAK, float(scale), power, begin, end, 1.0),), f"peak of {self.name}")
 
     def _term(self, target: float | None, begin: int, end: int, when: str) -> Term:
+        if target is not None:
+            target = finite_number("target", target)
         kind, said = (_LINEAR, self.name) if target is None else (_SQUARED, f"({self.name} - {target:g})^2")
         return Term(((self, kind, target or 0.0, 1, begin, end, 1.0),), f"{said} {when}")
 
 
 @dataclass(frozen=True)
 class Term:
-    """A part of an objective; terms can be added, and multiplied by numbers."""
+    """A part of an objective; terms can be added and subtracted, multiplied and divided by numbers."""
 
     parts: tuple[tuple[Quantity, int, float, int, int, int, float], ...]
     description: str
@@ -122,6 +127,23 @@ class Term:
         )
 
     __rmul__ = __mul__
+
+    def __truediv__(self, divisor: float) -> Term:
+        return self * (1.0 / divisor)
+
+    def __neg__(self) -> Term:
+        return self * -1.0
+
+    def __sub__(self, other: Term) -> Term:
+        return self + -other
+
+
+def _check_window(begin: Any, end: Any) -> None:
+    for name, place in (("begin", begin), ("end", end)):
+        if isinstance(place, bool) or not isinstance(place, (int, np.integer)):
+            raise ParameterError(f"{name}: got {shortened(place)}, expected a control step, negative from the end")
+    if end <= begin and (begin < 0 or end > 0):  # counted from one side
+        raise ParameterError(f"begin, end: got {begin} and {end}, expected at least one control step between them")
 
 
 def velocity(grain: int) -> Quantity:
@@ -168,12 +190,23 @@ def total(chain: Chain, *terms: Term) -> Objective:
     Raises:
         ParameterError: no terms, a grain or contact that there is not, or forces of contacts that remember.
     """
+    for term in terms:
+        if not isinstance(term, Term):
+            raise ParameterError(f"terms: got {shortened(term)}, expected such as velocity(-1).at_end()")
     parts = [part for term in terms for part in term.parts]
     if not parts:
         raise ParameterError("terms: got none, expected at least one, such as velocity(-1).at_end()")
     constants = np.array([_row(chain, part) for part in parts])
     said = " + ".join(term.description for term in terms)
-    return Objective(_note, _value, _pull, constants.reshape(-1), len(parts), description=said)
+    return Objective(
+        _note, _value, _pull, constants.reshape(-1), len(parts), description=said, grains=chain.parameters.grains,
+        fewest_steps=max(_fewest_steps(begin, end) for *_, begin, end, _ in parts),
+    )  # fmt: skip
+
+
+def _fewest_steps(begin: int, end: int) -> int:
+    """Control steps that a run needs for a window to lie in it."""
+    return max(begin + 1, -begin, end, 1 - end)
 
 
 def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) -> list[float]:
@@ -184,6 +217,8 @@ def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) 
         first = last = real.start + _place(quantity, first, real.stop - real.start)
     elif quantity.code != _APPLIED:
         first, last = _place(quantity, first, grains), _place(quantity, last, grains)
+        if first > last:
+            raise ParameterError(f"{quantity.name}: got {first} to {last}, expected the first grain before the last one")
     if quantity.code in (_CONTACT_FORCE, _ENERGY) and chain.parameters.law.has_history:
         raise ParameterError(f"{quantity.name}: contacts of law {chain.parameters.law.name!r} remember; use another law")  # type: ignore[attr-defined]
     return [quantity.code, first, last, kind, target, power, begin, end, weight]

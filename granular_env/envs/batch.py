@@ -18,7 +18,7 @@ _judge = caller(JUDGE)
 @jit
 def step_lanes(
     tables, memories, actions, going,
-    advances, judge, constants, counters, lengths, steps, durations,
+    advances, judge, constants, places, counters, lengths, steps, durations,
     sides, scales, rates, delay,
     blocks, factors, limits, noises, goals,
     drive, kept, kept_memory, first,
@@ -29,7 +29,8 @@ def step_lanes(
     Lane k is `tables[k]`, `memories[k]` and row k of all that is as long. A lane whose chain refuses is put back to where it
     was, and marked in `refused`. Returns how many lanes are refused, or have ended.
 
-    `advances` and `judge` are addresses; `counters` and `delay` counts; `lengths` internal steps of a control step; `drive` no
+    `advances` and `judge` are addresses; lane k has the `constants` from `places[k]` to `places[k + 1]`, and as many as its
+    task needs; `counters` and `delay` are counts; `lengths` internal steps of a control step; `drive` no
     pieces of a drive; `kept` and `kept_memory` room for a chain's state, whose rows begin with `first`, and for a memory.
     """
     special, none = 0, np.int64(0)
@@ -51,7 +52,7 @@ def step_lanes(
             continue
         memory[ELAPSED] += 1.0
         elapsed = np.int64(memory[ELAPSED])
-        reward, over = _judge(judge, (a, inputs, tally, constants[k], durations[k], elapsed, steps[k]))
+        reward, over = _judge(judge, (a, inputs, tally, constants[places[k] : places[k + 1]], durations[k], elapsed, steps[k]))
         late = not over and elapsed >= steps[k] and steps[k] > 0
         rewards[k], terminated[k], truncated[k] = reward, over, late
         if over or late:

@@ -16,7 +16,7 @@ from ..components.errors import ParameterError, StepError, shortened
 from ..components.jit import entry_point
 from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
-from .chain_task import BEGIN, JUDGE, ChainTask
+from .chain_task import BEGIN, JUDGE, ChainTask, task_kernel
 from .environment import ComponentEnv, Observation, _count
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .observing import OBSERVE, Observing, show_goal
@@ -147,7 +147,7 @@ class ChainEnv(ComponentEnv):
         """One control step; see the class.
 
         Raises:
-            ParameterError: the action is not one, or the episode is over.
+            ParameterError: the action is not one, the episode is over, or the task's reward is NaN (the chain has moved).
         """
         memory = self._memory
         if not memory[RUNNING]:
@@ -172,6 +172,10 @@ class ChainEnv(ComponentEnv):
         reward, done = self._judge(
             self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self._steps
         )
+        if reward != reward:
+            raise ParameterError(
+                f"task {self.task.name!r}: its reward is nan after control step {elapsed}; mend its judge_kernel"
+            )
         terminated = bool(done)
         truncated = not terminated and elapsed >= self._steps > 0
         if terminated or truncated:
@@ -262,10 +266,7 @@ class ChainEnv(ComponentEnv):
 
 
 def _compiled(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
-    function = getattr(type(task), kernel, None)
-    if function is None:
-        raise ParameterError(f"task {task.name!r}: it has no {kernel}; give it a jitted function, see ChainTask")
     try:
-        return entry_point(function, signature)
+        return entry_point(task_kernel(task, kernel), signature)
     except (NumbaError, TypeError) as error:
         raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None

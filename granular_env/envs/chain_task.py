@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..components.chain import Chain
 from ..components.chain.objective import Objective
 from ..components.contract import Component
 from ..components.errors import ParameterError
+from ..components.jit import JIT, jit
 from .task import Seen, Task
 
 FloatArray = npt.NDArray[np.float64]
@@ -95,3 +97,20 @@ class ChainTask(Task):
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Not used: `judge_kernel` is."""
         raise ParameterError(f"task {self.name!r} is judged by compiled code; make its environment with ChainEnv")
+
+
+def task_kernel(task: ChainTask, name: str) -> Callable[..., Any]:
+    """A task's begin_kernel or judge_kernel, jitted; a plain function is jitted here, once.
+
+    Raises:
+        ParameterError: there is none.
+    """
+    function = getattr(type(task), name, None)
+    if not callable(function):
+        raise ParameterError(f"task {task.name!r}: it has no {name}; give it a jitted function, see ChainTask")
+    return function if hasattr(function, "compile") or not JIT else _jitted(function)
+
+
+@cache
+def _jitted(function: Callable[..., Any]) -> Callable[..., Any]:
+    return jit(function)

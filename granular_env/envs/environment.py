@@ -96,11 +96,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Start an episode; see the class.
 
         Raises:
-            ParameterError: a start value in `options` is not valid.
+            ParameterError: a start value in `options` is not valid, or the seed is none.
         """
         if not isinstance(options, Mapping | None) or "seed" in (options or {}):
             raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
-        super().reset(seed=seed)
+        super().reset(seed=checked_seed(seed))
         start = self._start(options or {})
         number = int(self.np_random.integers(2**31))
         self.component.reset(seed=number, **start)
@@ -183,7 +183,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         start = set(options or {}) & {variable.name for variable in self.component.variables.values() if variable.state}
         if start:
             raise ParameterError(f"options: got start values of {', '.join(sorted(start))}, but the log gives the start")
-        super().reset(seed=seed)
+        super().reset(seed=checked_seed(seed))
         self._start(options or {})
         number = int(self.np_random.integers(2**31))
         self.component.restore(snapshot)
@@ -251,6 +251,13 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         info = self._info(self._see())
         info["step_error"] = str(error)
         return self._observation(), self.step_error_reward, True, False, info
+
+
+def checked_seed(seed: Any) -> int | None:
+    """A seed as Gymnasium takes it; `ParameterError` where it is neither None nor a whole number from 0."""
+    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0):
+        raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number from 0, or None")
+    return None if seed is None else int(seed)
 
 
 def _count(name: str, value: Any) -> int:

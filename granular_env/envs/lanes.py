@@ -14,7 +14,7 @@ from ..components.errors import ParameterError, shortened
 from ..components.jit import JIT, address
 from .batch import observe_lanes, step_lanes
 from .chain_environment import ChainEnv
-from .chain_task import JUDGE
+from .chain_task import JUDGE, task_kernel
 from .memory import COUNTERS, ELAPSED, LEFT, START
 from .state import EnvState
 
@@ -61,6 +61,8 @@ class Lanes:
         kernels = [lane.component.scheme_kernel for lane in lanes]
         found = {kernel: address(kernel, ADVANCE) for kernel in set(kernels)}
         advances = np.array([found[kernel] for kernel in kernels], dtype=np.int64 if JIT else object)
+        constants = np.concatenate([lane.constants for lane in lanes])
+        places = np.cumsum([0, *(len(lane.constants) for lane in lanes)], dtype=np.int64)
         stacked = lambda values: np.array(list(values), dtype=np.float64)  # noqa: E731
         self._counters = len(first.task.counter_names)
         self._names, self._sides = actuator.names, actuator.sides
@@ -69,7 +71,7 @@ class Lanes:
         state = [lane.component.state_rows for lane in lanes]
         first_row, last_row = min(rows.start for rows in state), max(rows.stop for rows in state)
         self._judging = (
-            advances, address(type(first.task).judge_kernel, JUDGE), stacked(lane.constants for lane in lanes), self._counters,
+            advances, address(task_kernel(first.task, "judge_kernel"), JUDGE), constants, places, self._counters,
             self._steps_each, np.array([lane._steps for lane in lanes], dtype=np.int64),
             stacked(lane.duration for lane in lanes),
             actuator.sides, stacked(lane.actuator.scales for lane in lanes), stacked(lane.actuator.rate for lane in lanes),
@@ -169,8 +171,9 @@ def _made(
             merged["chain"] = {**(arguments.get("chain") or {}), **own["chain"]}
         try:
             made.append(environment(**merged))
-        except ParameterError as error:
-            raise ParameterError(f"parameters[{k}]: {error}") from None
+        except (ParameterError, TypeError) as error:  # a TypeError names an argument that there is not
+            cause = error if isinstance(error, TypeError) else None
+            raise ParameterError(f"parameters[{k}]: {error}") from cause
     return made
 
 
@@ -180,6 +183,7 @@ def _refuse_unlike(first: ChainEnv, other: ChainEnv, index: int) -> None:
         ("observation space", first.observation_space, other.observation_space),
         ("action", (type(first.task), first.actuator.names), (type(other.task), other.actuator.names)),
         ("observe", first.observing.blocks.tolist(), other.observing.blocks.tolist()),
+        ("counters", first.task.counter_names, other.task.counter_names),
         ("control_delay", first.actuator.delay, other.actuator.delay),
         ("chain (grains, integrator)", first.component.table.shape, other.component.table.shape),
     ):

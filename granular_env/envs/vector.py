@@ -12,6 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 from ..components.errors import ParameterError, shortened
 from .chain_environment import ChainEnv
+from .environment import checked_seed
 from .lanes import Lanes
 from .memory import RUNNING
 from .state import EnvState
@@ -72,10 +73,7 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         self.single_action_space, self.single_observation_space = first.action_space, first.observation_space
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self._rewards = np.zeros(self.num_envs)
-        self._terminations, self._truncations = np.zeros(self.num_envs, np.bool_), np.zeros(self.num_envs, np.bool_)
-        # Which have ended in the last step, and whether there has been a reset of all.
-        self._ended, self._begun = np.zeros(self.num_envs, np.bool_), False
+        self._begun = False
 
     # -- Gymnasium --------------------------------------------------------------------------------------------------
 
@@ -91,11 +89,12 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         Raises:
             ParameterError: a seed, an option or the mask is not valid.
         """
+        if not isinstance(options, Mapping | None):
+            raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
         seeds, options = self._seeds(seed), dict(options or {})
         mask = self._mask(options.pop("reset_mask", None))
         for k in np.flatnonzero(mask).tolist():
             self._lanes.single[k].reset(seed=seeds[k], options=options or None)
-        self._ended[mask] = self._terminations[mask] = self._truncations[mask] = False
         self._begun = True
         return self._lanes.observe(), self._infos(mask)
 
@@ -103,15 +102,19 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         """One control step of all environments; those that have ended are treated as `autoreset_mode` says.
 
         Raises:
-            ParameterError: the actions are none, or an environment's episode is over with autoreset disabled.
+            ParameterError: the actions are none, an environment's episode is over with autoreset disabled, or the task's reward
+                is not a number (the chains have moved).
         """
         given = self._checked(actions)
-        going = ~self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.ones(self.num_envs, np.bool_)
+        going = ~self._ended
         observations = np.empty((self.num_envs, self._lanes.size), np.float32)
         rewards, ends = np.zeros(self.num_envs), np.zeros((3, self.num_envs), np.bool_)
         terminated, truncated, refused = ends
         special = self._lanes.step(given, going, observations, rewards, terminated, truncated, refused)
         told: dict[int, str] = {}
+        if np.isnan(rewards).any():
+            k, task = int(np.argmax(np.isnan(rewards))), self._lanes.single[0].task
+            raise ParameterError(f"task {task.name!r}: its reward is nan in environment {k}; mend its judge_kernel")
         if special:
             for k in np.flatnonzero(refused).tolist():
                 lane = self._lanes.synchronised(k)
@@ -127,7 +130,6 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         if not going.all():
             for k in np.flatnonzero(~going).tolist():
                 observations[k], _ = self._lanes.single[k].reset()
-        self._ended = ended
         infos = {**extra, **self._infos(None)}
         for k, message in told.items():
             infos = self._add_info(infos, {"step_error": message}, k)
@@ -176,14 +178,22 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         """Let the environments with these numbers, or all, go on from saved states. `observe` tells what is seen there.
 
         Raises:
-            ParameterError: there are more or fewer states than environments, or one belongs to another chain or task.
+            ParameterError: there are more or fewer states than environments, or one belongs to another chain or task;
+                nothing has changed.
         """
         numbers = self._lane_numbers(lanes)
-        if len(states) != len(numbers):
-            raise ParameterError(f"states: got {len(states)}, expected {len(numbers)}, one for each environment")
-        for k, state in zip(numbers, states, strict=True):
-            self._lanes.restore(k, state)
-            self._ended[k] = not self._lanes.memories[k, RUNNING]
+        told = len(states) if isinstance(states, Sequence) else shortened(states)
+        if told != len(numbers):
+            raise ParameterError(f"states: got {told}, expected {len(numbers)}, one for each environment")
+        before: list[EnvState] = []
+        try:
+            for k, state in zip(numbers, states, strict=True):
+                before.append(self._lanes.synchronised(k).save())
+                self._lanes.restore(k, state)
+        except ParameterError:
+            for k, state in zip(numbers, before, strict=False):
+                self._lanes.restore(k, state)
+            raise
         self._begun = True
 
     def observe(self) -> tuple[Observations, dict[str, Any]]:
@@ -191,6 +201,11 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         return self._lanes.observe(), self._infos(None)
 
     # -- details ----------------------------------------------------------------------------------------------------
+
+    @property
+    def _ended(self) -> npt.NDArray[np.bool_]:
+        """Whose episodes are over, or have never begun; also where a lane was stepped, reset or restored by itself."""
+        return self._lanes.memories[:, RUNNING] == 0.0
 
     def _checked(self, actions: npt.ArrayLike) -> npt.NDArray[np.float64]:
         wanted = self.action_space.shape
@@ -206,10 +221,10 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
             raise ParameterError(f"actions[{k}, {entry}]: got {numbers[k, entry]}, expected a number from -1 to 1")
         if not self._begun:
             raise ParameterError("step: no episode has begun; call reset() first")
-        if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
-            over = np.flatnonzero(self._ended).tolist()
+        over = np.flatnonzero(self._ended).tolist() if self.autoreset_mode == AutoresetMode.DISABLED else []
+        if over:
             raise ParameterError(
-                f"step: the episodes of environments {shortened(over)} are over and autoreset is disabled; "
+                f"step: the episodes of environments {shortened(over)} are over or have not begun, and autoreset is disabled; "
                 'call reset(options={"reset_mask": mask}) first'
             )
         return numbers
@@ -218,10 +233,10 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         if seed is None:
             return [None] * self.num_envs
         if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool):
-            return [int(seed) + k for k in range(self.num_envs)]
+            return [checked_seed(int(seed) + k) for k in range(self.num_envs)]
         if not isinstance(seed, (list, tuple)) or len(seed) != self.num_envs:
             raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number, or {self.num_envs} in a list")
-        return seed
+        return [checked_seed(one) for one in seed]
 
     def _mask(self, mask: Any) -> npt.NDArray[np.bool_]:
         if mask is None:
@@ -235,6 +250,8 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
     def _lane_numbers(self, lanes: Iterable[int] | None) -> list[int]:
         if lanes is None:
             return list(range(self.num_envs))
+        if not isinstance(lanes, Iterable):
+            raise ParameterError(f"lanes: got {shortened(lanes)}, expected a list of numbers of environments")
         numbers = list(lanes)
         for k in numbers:
             if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < self.num_envs:

@@ -85,7 +85,7 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
     for member, drive in enumerate(given):
         a[U:], a[:U] = start
         sums, _ = _run(chain, a, checked_drive(chain, drive), ticks, objective, 0)
-        values[member], _ = _valued(objective, sums)
+        values[member], _ = valued(objective, sums)
     return values
 
 
@@ -112,7 +112,7 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
     interval = checkpoint_interval(steps, step_rows)
     a = chain.detached_table(interval * step_rows)
     sums, saved = _run(chain, a, inputs, ticks, objective, interval)
-    value, slopes = _valued(objective, sums)
+    value, slopes = valued(objective, sums)
     bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
     pull, kept = _called(objective.pull, loops.PULL, "objective.pull")
     step, ended = loops.backward(
@@ -136,6 +136,7 @@ def _run(
     chain: Chain, a: FloatArray, drive: FloatArray, ticks: int, objective: Objective, interval: int
 ) -> tuple[FloatArray, FloatArray]:
     """The sums of the features, and the states at every `interval` control steps (none for 0)."""
+    objective.fit(chain.parameters.grains, len(drive))
     count = -(-len(drive) // interval) if interval else 0
     saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
     sums = np.zeros(objective.count)
@@ -157,15 +158,25 @@ def _run(
     return sums, saved
 
 
-def _valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
+def valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
+    """An objective's number for these sums of its features, and dJ/dsums; `ParameterError` where one is no finite number."""
     slopes = np.zeros(objective.count)
-    value = float(objective.value(sums, objective.constants, slopes))
+    given = objective.value(sums, objective.constants, slopes)
+    if not isinstance(given, (int, float, np.number)):
+        raise ParameterError(f"objective.value: got {shortened(given)} from it, expected a number")
+    value = float(given)
     if not math.isfinite(value) or not np.isfinite(slopes).all():
         what = f"J is {value}" if not math.isfinite(value) else f"dJ/dsums is {shortened(slopes)}"
         raise ParameterError(
             f"objective.value: {what} for the sums {shortened(sums)}; mend the function, or check its constants"
         )
     return value, slopes
+
+
+def check_functions(objective: Objective) -> None:
+    """Whether an objective's note and pull compile; `ParameterError` otherwise."""
+    _called(objective.note, loops.NOTE, "objective.note")
+    _called(objective.pull, loops.PULL, "objective.pull")
 
 
 def _kernel(chain: Chain) -> Callable[..., Any]:

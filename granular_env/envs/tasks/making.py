@@ -142,7 +142,8 @@ def chosen(environment: type, given: Mapping[str, Any]) -> dict[str, Any]:
         given: the local variables at the constructor's beginning.
     """
     defaults = {name: one.default for name, one in inspect.signature(environment).parameters.items()}
-    values = {**{name: given[name] for name in defaults if name in given}, **given["options"], **(given["chain"] or {})}
+    chain = given["chain"] if isinstance(given["chain"], Mapping) else {}  # what is none is refused where the chain is made
+    values = {**{name: given[name] for name in defaults if name in given}, **given["options"], **chain}
     return {name: one for name, one in values.items() if name not in _SEEN and not _same(one, defaults.get(name))}
 
 
