@@ -39,36 +39,34 @@ def show_list(args: argparse.Namespace) -> int:
 
 
 def show_description(args: argparse.Namespace) -> int:
-    """A component's variables or an experiment's file."""
+    """A component's variables, or the file of an experiment, a plan or a study."""
     from granular_env import describe
     from granular_env.components import catalogue
     from granular_env.experiments.templates import template
-    from granular_env.sweep.plan import shipped_plans
 
-    if args.name in (plans := shipped_plans()):
-        print(plans[args.name].read_text(encoding="utf-8"), end="")
-    elif args.name in catalogue.names():
+    if args.name in catalogue.names():
         parameters = {}
         for override in args.overrides:
             parts, value = parse_override(override)
             parameters[parts[-1]] = value
         print(describe.describe_component(args.name, parameters))
     else:
-        print(_study_text(args.name) or template(args.name), end="")
+        text, _ = _shipped_text(args.name)
+        print(text or template(args.name), end="")
     return 0
 
 
 def write_new(args: argparse.Namespace) -> int:
-    """An experiment file to start from, and the data files that it names."""
+    """A file to start from, and the data files that it names."""
     from granular_env.experiments import templates
 
-    study = _study_text(args.template)
+    text, command = _shipped_text(args.template)
     if args.out is None:
-        print(study or templates.template(args.template), end="")
+        print(text or templates.template(args.template), end="")
         return 0
-    if study:
-        templates.write_text(study, Path(args.out), args.force)
-        print(f"written: {args.out}\nrun it with: granular-env study {shlex.quote(args.out)}")
+    if text:
+        templates.write_text(text, Path(args.out), args.force)
+        print(f"written: {args.out}\nrun it with: granular-env {command} {shlex.quote(args.out)}")
         return 0
     written = templates.write(args.template, Path(args.out), args.force)
     print("\n".join(f"written: {path}" for path in written))
@@ -90,9 +88,11 @@ def run_experiment(args: argparse.Namespace) -> int:
 
 
 def check_file(args: argparse.Namespace) -> int:
-    """Validate an experiment file or a log, without running it."""
+    """Validate a file of an experiment, a plan or a study, or a log, without running it."""
     if Path(args.file).suffix == ".mcap":
         return _check_log(args.file, args.allow_large)
+    if _is_plan(args.file):
+        return _check_plan(args.file, args.overrides, args.allow_large)
     if _is_study(args.file):
         return _check_study(args.file, args.overrides)
     from granular_env.experiments.prepare import prepare
@@ -231,6 +231,24 @@ def compute_sweep(args: argparse.Namespace) -> int:
     return _INTERRUPTED if sweep.interrupted else 1 if sweep.failed else 0
 
 
+def _is_plan(name: str) -> bool:
+    from granular_env.experiments.load import read_document
+    from granular_env.sweep.plan import is_plan, shipped_plans
+
+    return is_plan(read_document(Path(name))) if Path(name).is_file() else name in shipped_plans()
+
+
+def _check_plan(name: str, overrides: list[str], allow_large: bool) -> int:
+    from granular_env.sweep import check_sweep
+
+    plan = check_sweep(name, overrides, allow_large=allow_large)
+    print(
+        f"valid: {plan.name}, {counted(plan.size, 'task')} of the experiment {plan.settings.experiment}, "
+        f"{counted(len(plan.measures), 'measure')}"
+    )
+    return 0
+
+
 # -- studies --------------------------------------------------------------------------------------------------------
 
 
@@ -265,11 +283,16 @@ def _studies() -> dict[str, str]:
     return {name: load_study(name).description for name in shipped_studies()}
 
 
-def _study_text(name: str) -> str:
-    """The text of a shipped study; "" where there is none of that name."""
+def _shipped_text(name: str) -> tuple[str, str]:
+    """The text of a shipped plan or study, and the command that runs it; "" where there is none of that name."""
     from granular_env.control.study.load import shipped_studies, study_path
+    from granular_env.sweep.plan import shipped_plans
 
-    return study_path(name).read_text(encoding="utf-8") if name in shipped_studies() and not Path(name).exists() else ""
+    if Path(name).exists():
+        return "", ""
+    if name in (plans := shipped_plans()):
+        return plans[name].read_text(encoding="utf-8"), "sweep"
+    return (study_path(name).read_text(encoding="utf-8"), "study") if name in shipped_studies() else ("", "")
 
 
 def _is_study(name: str) -> bool:

@@ -544,6 +544,20 @@ def test_the_command_ends_by_telling_where_the_table_is(tmp_path, monkeypatch, c
     assert "[measure]" in capsys.readouterr().out
 
 
+def test_the_command_checks_and_copies_plans(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name in shipped_plans():
+        assert main(["new", name, "-o", f"{name}.toml"]) == 0
+        assert f"run it with: granular-env sweep {name}.toml" in capsys.readouterr().out
+        for source in (name, f"{name}.toml"):
+            assert main(["check", source]) == 0
+            told = capsys.readouterr().out
+            assert told.startswith(f"valid: {name}, {load_plan(name).size} tasks of the experiment ")
+    assert main(["check", "tapered-chains.toml", "--set", "component.grain=3"]) == 2
+    assert "did you mean 'grains'?" in capsys.readouterr().err
+    assert not Path("sweeps").exists()
+
+
 def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
     (tmp_path / "plan.toml").write_text(LONG)
     program = called(tmp_path, "plan.toml", "--workers", "2")
