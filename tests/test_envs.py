@@ -52,6 +52,7 @@ def test_the_registered_environments_pass_too(name: str) -> None:
         env.close()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("name", NAMES)
 def test_stable_baselines_has_nothing_to_say_either(name: str) -> None:
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
