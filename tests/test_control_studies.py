@@ -377,6 +377,7 @@ def test_a_study_of_an_environment_leaves_results_figures_and_logs_that_replay(t
         "study.toml", "checkpoints", "logs", "results.json", "curves.csv", "report.html", "convergence.png", "drives.png",
         "final.png", "final-1.png",
     }  # fmt: skip
+    assert (tmp_path / "report.html").read_text().count(">Final state</h2>") == 1
     for trial in result.trials:
         # The batch of the search and the single environment that judges give the same bits.
         assert trial.score.value == trial.track.best_return
@@ -403,6 +404,10 @@ def test_methods_whose_package_is_missing_say_what_to_install(tmp_path, monkeypa
     for method, extra in (("ppo", "rl"), ("sac", "rl"), ("cma", "control"), ("policy", "control")):
         with pytest.raises(MissingExtraError, match=rf"method '{method}' needs .*pip install 'granular-env\[{extra}\]'"):
             run_study(bowl_study({"type": method}), tmp_path / "a", problem=Bowl())
+    # Figures are drawn at the end; that they cannot be is said at the beginning.
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(MissingExtraError, match=r"the figures of a study needs the package matplotlib"):
+        run_study(bowl_study({"type": "random"}), tmp_path / "a", problem=Bowl())
     assert not (tmp_path / "a").exists()
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, ParameterError, caution
 from granular_env.experiments.faults import blamed
 from granular_env.running import Interrupt
+from granular_env.viewing.extras import needed
 from granular_env.writing import write_files
 
 from ..drive import DriveShape
@@ -62,10 +63,11 @@ def run_study(
     Raises:
         ExperimentError: the study is not valid, the folder belongs to another one, or a return was not finite; then the other
             methods have run, and what came before it is kept.
-        MissingExtraError: a method needs a package that is not installed.
+        MissingExtraError: a method, or the figures, need a package that is not installed.
         ParameterError: the task does not take these arguments.
     """
     study = load_study(source, overrides)
+    needed("matplotlib", "the figures of a study")  # said now, not when hours of searching are over
     for method in study.method:
         method.refuse_unless_installed()
     where = Path(folder) if folder is not None else Path("studies") / safe_name(study.name)
