@@ -59,7 +59,7 @@ def stationary_waves() -> None:
 
 @drawing.styled
 def sweep() -> None:
-    """What the shipped sweep finds: a solitary wave's speed against its amplitude, and how far that is from the lattice's wave."""
+    """The shipped sweep: a solitary wave's speed against its amplitude, and its difference from the lattice's wave."""
     with tempfile.TemporaryDirectory() as folder:
         table = ge.run_sweep("solitary-wave-speed", Path(folder) / "sweep", engine="serial").table
     amplitudes, speeds = table["amplitude"].to_numpy(), table["speed"].to_numpy()
