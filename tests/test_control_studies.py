@@ -160,6 +160,7 @@ def test_what_is_wrong_with_an_override_is_named(override, told):
         ("task.grains=-5", "task: "),
         ("drive.knots=100", "drive.knots: got 100, expected at most 60"),
         ("drive.driven=100", "drive.driven: got 100, expected at most 60"),
+        ("budget=59", "budget: got 59, expected at least 60, which the first result of 'random' takes"),
     ],
 )
 def test_what_does_not_fit_the_task_is_named_before_anything_is_written(change, told, tmp_path):
@@ -170,6 +171,14 @@ def test_what_does_not_fit_the_task_is_named_before_anything_is_written(change, 
 
 
 # -- methods --------------------------------------------------------------------------------------------------------------
+
+
+def test_a_gradient_wants_the_budget_of_an_objective_with_its_slopes_and_a_return(tmp_path):
+    study = bowl_study({"type": "gradient"})
+    least = 5 * Bowl().steps
+    with pytest.raises(ExperimentError, match=f"budget: got {least - 1}, expected at least {least}, .* 'gradient' takes"):
+        run_study(study, tmp_path / "a", overrides=[f"budget={least - 1}"], problem=Bowl())
+    assert run_study(study, tmp_path / "a", overrides=[f"budget={least}"], problem=Bowl()).of("gradient")
 
 
 def test_every_method_gets_the_same_budget_and_none_exceeds_it(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -129,8 +130,20 @@ def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, Dri
             raise ExperimentError(
                 f"{study.origin}: {where}.knots: got {number}, expected at most {driven}, one for every driven control step"
             )
+    _refuse_too_little(study, problem)
     limits = [rate for rate in (table.rate, problem.rate) if rate is not None]
     return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": min(limits, default=None)})
+
+
+def _refuse_too_little(study: Study, problem: Problem) -> None:
+    """`ExperimentError` for a budget with which a method could find nothing at all."""
+    for method in study.method:
+        least = math.ceil(method.least_runs(problem) * problem.steps * study.episodes)
+        if study.budget < least:
+            raise ExperimentError(
+                f"{study.origin}: budget: got {study.budget}, expected at least {least}, which the first result of "
+                f"{method.label!r} takes"
+            )
 
 
 def judged(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:

@@ -12,6 +12,7 @@ from pydantic import Field
 from .method import MethodTable
 
 if TYPE_CHECKING:
+    from ...problem import Problem
     from ..search import Search
 
 FloatArray = npt.NDArray[np.float64]
@@ -33,6 +34,10 @@ class Gradient(MethodTable):
     iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
     rounds: int | None = Field(default=None, ge=1, description="rounds of such starts; default: until the budget is spent")
     memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
+
+    def least_runs(self, problem: Problem) -> float:
+        """An objective with its slopes, and a return."""
+        return problem.gradient_runs + 1.0
 
     def run(self, search: Search) -> None:
         """Round after round."""
