@@ -78,6 +78,7 @@ def run_experiment(args: argparse.Namespace) -> int:
     """Run an experiment, record it, tell where the log is and how far the model held."""
     from granular_env.running import run
 
+    _refuse_what_another_command_runs(args.experiment, "run")
     overrides = [*args.overrides, *([f"record.hash_every={args.hash_every}"] if args.hash_every is not None else [])]
     experiment = load_experiment(args.experiment, overrides)
     log = None if args.no_log else Path(args.log) if args.log else free_log_path(experiment.name)
@@ -217,6 +218,7 @@ def compute_sweep(args: argparse.Namespace) -> int:
     from granular_env.sweep.store import TABLE
     from granular_env.sweep.telling import closing
 
+    _refuse_what_another_command_runs(args.plan, "sweep")
     sweep = run_sweep(
         args.plan,
         args.out,
@@ -260,6 +262,7 @@ def run_study(args: argparse.Namespace) -> int:
         return _list_studies()
     if args.study is None:
         raise ExperimentError("study: no study was named; `granular-env study --list` names those that come with the package")
+    _refuse_what_another_command_runs(args.study, "study")
     study = load_study(args.study, args.overrides)
     with _told_by_us(), telling.telling(study, args.quiet) as told:
         result = running.run_study(study, args.out, overwrite=args.overwrite, told=told)
@@ -316,6 +319,22 @@ def _check_study(name: str, overrides: list[str]) -> int:
         f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
     )
     return 0
+
+
+def _refuse_what_another_command_runs(name: str, command: str) -> None:
+    """`ExperimentError` that names the command for a file, or a shipped name, of another kind."""
+    from granular_env.experiments.load import read_document, shipped_experiments
+
+    if Path(name).is_file() and Path(name).suffix != ".toml":
+        return  # whoever loads it says what it is
+
+    def is_experiment(name: str) -> bool:
+        return "component" in read_document(Path(name)) if Path(name).is_file() else name in shipped_experiments()
+
+    kinds = {"run": ("an experiment", is_experiment), "sweep": ("a sweep's plan", _is_plan), "study": ("a study", _is_study)}
+    for other, (kind, holds) in kinds.items():
+        if other != command and holds(name):
+            raise ExperimentError(f"{name}: it is {kind}; run it with: granular-env {other} {shlex.quote(name)}")
 
 
 # -- details --------------------------------------------------------------------------------------------------------
