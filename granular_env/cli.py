@@ -76,16 +76,16 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    listing = commands.add_parser("list", help="the components, experiments and studies that come with the package")
+    listing = commands.add_parser("list", help="the components, experiments, plans and studies that come with the package")
     listing.add_argument("--json", action="store_true", help="for programs")
 
-    describe = commands.add_parser("describe", help="a component's variables, or an experiment's or a study's file")
-    describe.add_argument("name", metavar="NAME", help="a component or an experiment of `granular-env list`, or a TOML file")
+    describe = commands.add_parser("describe", help="a component's variables, or the file of an experiment, a plan or a study")
+    describe.add_argument("name", metavar="NAME", help="a name of `granular-env list`, or a TOML file")
     _set_option(describe, "a component's parameter, such as grains=5: shapes and inputs depend on them")
 
-    new = commands.add_parser("new", help="write an experiment's or a study's file to start from")
+    new = commands.add_parser("new", help="write a file to start from: of an experiment, a plan of a sweep or a study")
     new.add_argument(
-        "template", metavar="TEMPLATE", help="an experiment or a study to copy, or a component to write all parameters of"
+        "template", metavar="TEMPLATE", help="an experiment, plan or study to copy, or a component to write all parameters of"
     )
     new.add_argument("-o", "--out", metavar="FILE", help="the TOML file to write (default: print it)")
     new.add_argument("--force", action="store_true", help="replace the file if it exists")
@@ -103,8 +103,8 @@ def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentP
     run.add_argument("--live", action="store_true", help="show the run in rerun while it goes on")
     run.add_argument("--quiet", action="store_true", help="no progress bar; print only the log's path")
 
-    check = commands.add_parser("check", help="validate an experiment's or a study's file, or a log, without running it")
-    check.add_argument("file", metavar="FILE", help="a TOML file, an experiment's or a study's name, or a log")
+    check = commands.add_parser("check", help="validate the file of an experiment, plan or study, or a log, without running it")
+    check.add_argument("file", metavar="FILE", help="a TOML file, a name of `granular-env list`, or a log")
     _set_option(check, "as in run")
     _large_option(check)
 

@@ -39,36 +39,34 @@ def show_list(args: argparse.Namespace) -> int:
 
 
 def show_description(args: argparse.Namespace) -> int:
-    """A component's variables or an experiment's file."""
+    """A component's variables, or the file of an experiment, a plan or a study."""
     from granular_env import describe
     from granular_env.components import catalogue
     from granular_env.experiments.templates import template
-    from granular_env.sweep.plan import shipped_plans
 
-    if args.name in (plans := shipped_plans()):
-        print(plans[args.name].read_text(encoding="utf-8"), end="")
-    elif args.name in catalogue.names():
+    if args.name in catalogue.names():
         parameters = {}
         for override in args.overrides:
             parts, value = parse_override(override)
             parameters[parts[-1]] = value
         print(describe.describe_component(args.name, parameters))
     else:
-        print(_study_text(args.name) or template(args.name), end="")
+        text, _ = _shipped_text(args.name)
+        print(text or template(args.name), end="")
     return 0
 
 
 def write_new(args: argparse.Namespace) -> int:
-    """An experiment file to start from, and the data files that it names."""
+    """A file to start from, and the data files that it names."""
     from granular_env.experiments import templates
 
-    study = _study_text(args.template)
+    text, command = _shipped_text(args.template)
     if args.out is None:
-        print(study or templates.template(args.template), end="")
+        print(text or templates.template(args.template), end="")
         return 0
-    if study:
-        templates.write_text(study, Path(args.out), args.force)
-        print(f"written: {args.out}\nrun it with: granular-env study {shlex.quote(args.out)}")
+    if text:
+        templates.write_text(text, Path(args.out), args.force)
+        print(f"written: {args.out}\nrun it with: granular-env {command} {shlex.quote(args.out)}")
         return 0
     written = templates.write(args.template, Path(args.out), args.force)
     print("\n".join(f"written: {path}" for path in written))
@@ -80,6 +78,7 @@ def run_experiment(args: argparse.Namespace) -> int:
     """Run an experiment, record it, tell where the log is and how far the model held."""
     from granular_env.running import run
 
+    _refuse_what_another_command_runs(args.experiment, "run")
     overrides = [*args.overrides, *([f"record.hash_every={args.hash_every}"] if args.hash_every is not None else [])]
     experiment = load_experiment(args.experiment, overrides)
     log = None if args.no_log else Path(args.log) if args.log else free_log_path(experiment.name)
@@ -90,9 +89,11 @@ def run_experiment(args: argparse.Namespace) -> int:
 
 
 def check_file(args: argparse.Namespace) -> int:
-    """Validate an experiment file or a log, without running it."""
+    """Validate a file of an experiment, a plan or a study, or a log, without running it."""
     if Path(args.file).suffix == ".mcap":
         return _check_log(args.file, args.allow_large)
+    if _is_plan(args.file):
+        return _check_plan(args.file, args.overrides, args.allow_large)
     if _is_study(args.file):
         return _check_study(args.file, args.overrides)
     from granular_env.experiments.prepare import prepare
@@ -217,6 +218,7 @@ def compute_sweep(args: argparse.Namespace) -> int:
     from granular_env.sweep.store import TABLE
     from granular_env.sweep.telling import closing
 
+    _refuse_what_another_command_runs(args.plan, "sweep")
     sweep = run_sweep(
         args.plan,
         args.out,
@@ -231,6 +233,24 @@ def compute_sweep(args: argparse.Namespace) -> int:
     return _INTERRUPTED if sweep.interrupted else 1 if sweep.failed else 0
 
 
+def _is_plan(name: str) -> bool:
+    from granular_env.experiments.load import read_document
+    from granular_env.sweep.plan import is_plan, shipped_plans
+
+    return is_plan(read_document(Path(name))) if Path(name).is_file() else name in shipped_plans()
+
+
+def _check_plan(name: str, overrides: list[str], allow_large: bool) -> int:
+    from granular_env.sweep import check_sweep
+
+    plan = check_sweep(name, overrides, allow_large=allow_large)
+    print(
+        f"valid: {plan.name}, {counted(plan.size, 'task')} of the experiment {plan.settings.experiment}, "
+        f"{counted(len(plan.measures), 'measure')}"
+    )
+    return 0
+
+
 # -- studies --------------------------------------------------------------------------------------------------------
 
 
@@ -242,6 +262,7 @@ def run_study(args: argparse.Namespace) -> int:
         return _list_studies()
     if args.study is None:
         raise ExperimentError("study: no study was named; `granular-env study --list` names those that come with the package")
+    _refuse_what_another_command_runs(args.study, "study")
     study = load_study(args.study, args.overrides)
     with _told_by_us(), telling.telling(study, args.quiet) as told:
         result = running.run_study(study, args.out, overwrite=args.overwrite, told=told)
@@ -265,11 +286,16 @@ def _studies() -> dict[str, str]:
     return {name: load_study(name).description for name in shipped_studies()}
 
 
-def _study_text(name: str) -> str:
-    """The text of a shipped study; "" where there is none of that name."""
+def _shipped_text(name: str) -> tuple[str, str]:
+    """The text of a shipped plan or study, and the command that runs it; "" where there is none of that name."""
     from granular_env.control.study.load import shipped_studies, study_path
+    from granular_env.sweep.plan import shipped_plans
 
-    return study_path(name).read_text(encoding="utf-8") if name in shipped_studies() and not Path(name).exists() else ""
+    if Path(name).exists():
+        return "", ""
+    if name in (plans := shipped_plans()):
+        return plans[name].read_text(encoding="utf-8"), "sweep"
+    return (study_path(name).read_text(encoding="utf-8"), "study") if name in shipped_studies() else ("", "")
 
 
 def _is_study(name: str) -> bool:
@@ -293,6 +319,22 @@ def _check_study(name: str, overrides: list[str]) -> int:
         f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
     )
     return 0
+
+
+def _refuse_what_another_command_runs(name: str, command: str) -> None:
+    """`ExperimentError` that names the command for a file, or a shipped name, of another kind."""
+    from granular_env.experiments.load import read_document, shipped_experiments
+
+    if Path(name).is_file() and Path(name).suffix != ".toml":
+        return  # whoever loads it says what it is
+
+    def is_experiment(name: str) -> bool:
+        return "component" in read_document(Path(name)) if Path(name).is_file() else name in shipped_experiments()
+
+    kinds = {"run": ("an experiment", is_experiment), "sweep": ("a sweep's plan", _is_plan), "study": ("a study", _is_study)}
+    for other, (kind, holds) in kinds.items():
+        if other != command and holds(name):
+            raise ExperimentError(f"{name}: it is {kind}; run it with: granular-env {other} {shlex.quote(name)}")
 
 
 # -- details --------------------------------------------------------------------------------------------------------

@@ -160,6 +160,7 @@ def test_what_is_wrong_with_an_override_is_named(override, told):
         ("task.grains=-5", "task: "),
         ("drive.knots=100", "drive.knots: got 100, expected at most 60"),
         ("drive.driven=100", "drive.driven: got 100, expected at most 60"),
+        ("budget=59", "budget: got 59, expected at least 60, which the first result of 'random' takes"),
     ],
 )
 def test_what_does_not_fit_the_task_is_named_before_anything_is_written(change, told, tmp_path):
@@ -170,6 +171,14 @@ def test_what_does_not_fit_the_task_is_named_before_anything_is_written(change, 
 
 
 # -- methods --------------------------------------------------------------------------------------------------------------
+
+
+def test_a_gradient_wants_the_budget_of_an_objective_with_its_slopes_and_a_return(tmp_path):
+    study = bowl_study({"type": "gradient"})
+    least = 5 * Bowl().steps
+    with pytest.raises(ExperimentError, match=f"budget: got {least - 1}, expected at least {least}, .* 'gradient' takes"):
+        run_study(study, tmp_path / "a", overrides=[f"budget={least - 1}"], problem=Bowl())
+    assert run_study(study, tmp_path / "a", overrides=[f"budget={least}"], problem=Bowl()).of("gradient")
 
 
 def test_every_method_gets_the_same_budget_and_none_exceeds_it(tmp_path):
@@ -377,6 +386,7 @@ def test_a_study_of_an_environment_leaves_results_figures_and_logs_that_replay(t
         "study.toml", "checkpoints", "logs", "results.json", "curves.csv", "report.html", "convergence.png", "drives.png",
         "final.png", "final-1.png",
     }  # fmt: skip
+    assert (tmp_path / "report.html").read_text().count(">Final state</h2>") == 1
     for trial in result.trials:
         # The batch of the search and the single environment that judges give the same bits.
         assert trial.score.value == trial.track.best_return
@@ -403,6 +413,10 @@ def test_methods_whose_package_is_missing_say_what_to_install(tmp_path, monkeypa
     for method, extra in (("ppo", "rl"), ("sac", "rl"), ("cma", "control"), ("policy", "control")):
         with pytest.raises(MissingExtraError, match=rf"method '{method}' needs .*pip install 'granular-env\[{extra}\]'"):
             run_study(bowl_study({"type": method}), tmp_path / "a", problem=Bowl())
+    # Figures are drawn at the end; that they cannot be is said at the beginning.
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(MissingExtraError, match=r"the figures of a study needs the package matplotlib"):
+        run_study(bowl_study({"type": "random"}), tmp_path / "a", problem=Bowl())
     assert not (tmp_path / "a").exists()
 
 

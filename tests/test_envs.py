@@ -17,6 +17,7 @@ from gymnasium.utils.env_checker import check_env
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.envs import ComponentEnv, ForceEnv, PistonEnv, register_all
+from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
 NAMES = ["granular_env/Piston-v0", "granular_env/Force-v0"]
@@ -52,13 +53,14 @@ def test_the_registered_environments_pass_too(name: str) -> None:
         env.close()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.extra
+@pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_stable_baselines_has_nothing_to_say_either(name: str) -> None:
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for options in ({}, {"observe": {"velocity": [0, -1]}, "noise": 0.1, "control_delay": 2}):
-            checker.check_env(gymnasium.make(name, grains=6, **options).unwrapped)
+            checker.check_env(gymnasium.make(name, **options).unwrapped)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -480,8 +480,10 @@ def test_folders_that_are_not_this_sweeps(tmp_path):
     (tmp_path / "full" / "thesis.tex").write_text("")
     with pytest.raises(ge.SweepError, match="holds other files"):
         run_sweep(plan(), tmp_path / "full")
-    with pytest.raises(ge.SweepError, match="cannot be kept"):
+    with pytest.raises(ge.SweepError, match="is a file, expected a folder"):
         run_sweep(plan(), tmp_path / "full" / "thesis.tex")
+    with pytest.raises(ge.SweepError, match="cannot be kept"):
+        run_sweep(plan(), tmp_path / "full" / "thesis.tex" / "in")
     for nothing in (tmp_path, tmp_path / "none", 3):
         with pytest.raises(ge.SweepError):
             open_sweep(nothing)
@@ -523,6 +525,14 @@ def children(pid: int) -> list[int]:
     return [int(one) for one in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
+def all_gone(pids: list[int], seconds: float = 30.0) -> bool:
+    """Whether all of them end in time; multiprocessing's tracker of resources outlives its program by a moment."""
+    limit = time.monotonic() + seconds
+    while any(alive(pid) for pid in pids) and time.monotonic() < limit:
+        time.sleep(0.05)
+    return not any(alive(pid) for pid in pids)
+
+
 def test_the_command_ends_by_telling_where_the_table_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("plan.toml").write_text(LONG.replace("2000", "2").replace("long", "tiny"))
@@ -544,6 +554,20 @@ def test_the_command_ends_by_telling_where_the_table_is(tmp_path, monkeypatch, c
     assert "[measure]" in capsys.readouterr().out
 
 
+def test_the_command_checks_and_copies_plans(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name in shipped_plans():
+        assert main(["new", name, "-o", f"{name}.toml"]) == 0
+        assert f"run it with: granular-env sweep {name}.toml" in capsys.readouterr().out
+        for source in (name, f"{name}.toml"):
+            assert main(["check", source]) == 0
+            told = capsys.readouterr().out
+            assert told.startswith(f"valid: {name}, {load_plan(name).size} tasks of the experiment ")
+    assert main(["check", "tapered-chains.toml", "--set", "component.grain=3"]) == 2
+    assert "did you mean 'grains'?" in capsys.readouterr().err
+    assert not Path("sweeps").exists()
+
+
 def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
     (tmp_path / "plan.toml").write_text(LONG)
     program = called(tmp_path, "plan.toml", "--workers", "2")
@@ -554,10 +578,7 @@ def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
     assert program.returncode == 130, errors
     assert "interrupted: what is done is kept" in told and "pending" in told
     assert "Traceback" not in errors
-    deadline = time.monotonic() + 20.0  # those that were in the middle of a task end on their own
-    while any(alive(pid) for pid in workers):
-        assert time.monotonic() < deadline, "a worker outlived its command"
-        time.sleep(0.05)
+    assert all_gone(workers)
     assert 0 < open_sweep(tmp_path / "sweeps" / "long").done < 2000
 
 
@@ -568,9 +589,6 @@ def test_after_a_kill_nothing_goes_on_and_what_is_done_is_there(tmp_path):
     workers = children(program.pid)
     program.kill()
     program.communicate(timeout=60)
-    limit = time.monotonic() + 30.0
-    while any(alive(pid) for pid in workers) and time.monotonic() < limit:
-        time.sleep(0.05)
-    assert not any(alive(pid) for pid in workers)
+    assert all_gone(workers)
     sweep = open_sweep(tmp_path / "sweeps" / "long")
     assert 0 < sweep.done < 2000 and sweep.done + sweep.outcomes.count("pending") == 2000

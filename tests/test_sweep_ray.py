@@ -25,6 +25,8 @@ from granular_env.sweep import open_sweep, run_sweep  # noqa: E402
 from granular_env.sweep.computing import Job, Order  # noqa: E402
 from granular_env.sweep.engines import on_ray  # noqa: E402
 
+pytestmark = pytest.mark.extra
+
 ROOT = Path(__file__).resolve().parents[1]
 RAY = [sys.executable, "-m", "ray.scripts.scripts", "start"]
 PLAN = """

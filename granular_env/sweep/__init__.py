@@ -10,7 +10,7 @@ A plan is a TOML file (`plan.py`): an experiment, a grid or samples of its keys 
 """
 
 from .plan import load_plan, shipped_plans
-from .sweeping import run_sweep
+from .sweeping import check_sweep, run_sweep
 from .table import Sweep, open_sweep
 
-__all__ = ["Sweep", "load_plan", "open_sweep", "run_sweep", "shipped_plans"]
+__all__ = ["Sweep", "check_sweep", "load_plan", "open_sweep", "run_sweep", "shipped_plans"]

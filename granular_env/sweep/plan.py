@@ -124,6 +124,11 @@ def shipped_plans() -> dict[str, Path]:
     return {path.stem: path for path in sorted(_SHIPPED.glob("*.toml"))}
 
 
+def is_plan(document: Mapping[str, Any]) -> bool:
+    """Whether the content of a TOML file is meant as a plan: it names an experiment, or measures, and no component."""
+    return "component" not in document and ("experiment" in document or "measure" in document)
+
+
 def load_plan(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Iterable[str] = ()) -> Plan:
     """A plan, checked as far as that goes without its experiment.
 

@@ -41,6 +41,8 @@ class Store:
         self.folder = folder
 
     def __enter__(self) -> Self:
+        if self.folder.exists() and not self.folder.is_dir():
+            raise SweepError(f"{str(self.folder)!r} is a file, expected a folder; the sweep's results go into it")
         try:
             if self.folder.is_dir() and not (self.folder / DESCRIPTION).exists() and _foreign(self.folder):
                 raise SweepError(f"{str(self.folder)!r} holds other files and no sweep; choose another folder for the results")

@@ -87,6 +87,21 @@ def run_sweep(
     return sweep
 
 
+def check_sweep(
+    plan: str | os.PathLike[str] | Mapping[str, Any], overrides: Iterable[str] = (), *, allow_large: bool = False
+) -> Plan:
+    """The plan, held against its experiment as `run_sweep` does before it begins; nothing is run and nothing written.
+
+    Raises:
+        ExperimentError: the plan or its experiment is not valid.
+    """
+    loaded = load_plan(plan, overrides)
+    refuse_too_many(loaded, allow_large)
+    job, tasks, _ = planned(loaded)
+    checked(loaded, job, _orders(loaded, tasks))
+    return loaded
+
+
 def _gathered(stream: Any, store: Store, known: dict[str, Result], size: int, title: str | None) -> bool:
     """Keep results as they come; whether Ctrl-C ended it."""
     from .telling import bar

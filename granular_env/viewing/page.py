@@ -9,6 +9,9 @@ from html import escape
 # The page may show the pictures and the style it carries; everything else is forbidden, whatever its text holds.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
+# A cell of more characters is given some width, so that a narrow screen does not make a column of single words of it.
+_LONG = 40
+
 _STYLE = """
 :root { color-scheme: light dark; 
   --text: #1d2126; --dim: #5c6670; --back: #ffffff; --line: #dde2e7; --soft: #f4f6f8; --mark: #b2182b; }
@@ -23,10 +26,11 @@ h2 { font-size: 1.2rem; margin: 2.4rem 0 .6rem; padding-top: .8rem; border-top: 
 p { margin: .5rem 0; } .dim { color: var(--dim); }
 figure { margin: .8rem 0; } figcaption { color: var(--dim); font-size: .9rem; }
 img { display: block; width: 100%; height: auto; background: #fff; border-radius: 6px; border: 1px solid var(--line); }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; margin: .8rem 0; }
 table { border-collapse: collapse; font-size: .92rem; min-width: 60%; }
 th, td { padding: .3rem .9rem .3rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line);
          overflow-wrap: normal; }
+.long { min-width: 16rem; }
 .number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 pre { background: var(--soft); padding: .8rem; border-radius: 6px; overflow-x: auto; font-size: .88rem; }
 ul.cautions li { color: var(--mark); } nav a { display: inline-block; margin-right: 1rem; color: inherit; }
@@ -62,7 +66,8 @@ def _is_number(value: object) -> bool:
 
 def _cell(tag: str, value: object, number: bool) -> str:
     words = f"{value:.6g}" if isinstance(value, float) else text(value)
-    return f'<{tag} class="number">{words}</{tag}>' if number else f"<{tag}>{words}</{tag}>"
+    style = ' class="number"' if number else ' class="long"' if tag == "td" and len(words) > _LONG else ""
+    return f"<{tag}{style}>{words}</{tag}>"
 
 
 def bullets(sentences: Iterable[object], style: str = "") -> str:

@@ -116,7 +116,7 @@ def _drives(shown: dict[str, Score]) -> Figure:
             values = score.episode.actions[:, entry]
             style = {**line(place), "linestyle": "-", "alpha": 1.0 - 0.4 * (entry > 0)}
             panel.step(times, np.append(values, values[-1:]), where="post", **style)
-        panel.set_title(f"{name}: {score.value:.4g}", fontsize=10)
+        panel.set_title(f"{name}: {score.value:.6g}", fontsize=10)
         panel.margins(x=0.01)
     panels[-1].set_xlabel("time [\u00b5s]")
     figure.supylabel("action", fontsize=11)
@@ -131,6 +131,7 @@ def _final(shown: dict[str, Score], name: str) -> Figure:
         values: Any = score.episode.final[name]
         axes.plot(np.arange(len(values)), values, label=label, **line(place))
     axes.set(xlabel="grain (0 is the left end)", ylabel=name)
+    axes.ticklabel_format(axis="y", scilimits=(-3, 4), useMathText=True)
     axes.margins(x=0.01)
     legend(axes)
     return figure

@@ -19,7 +19,8 @@ def page_of(result: StudyResult, pictures: Mapping[str, tuple[bytes, str]]) -> s
     sections = [("Comparison", _comparison(result) + shown.pop("convergence", ""))]
     if "drives" in shown:
         sections.append(("Drives", shown.pop("drives")))
-    sections += [("Final state", picture) for picture in shown.values()]
+    if shown:
+        sections.append(("Final state", "".join(shown.values())))
     sections += [("Trials", _trials(result)), ("Study", page.preformatted(as_toml(result.study)))]
     return page.page(f"Study: {result.study.name}", _lead(result), sections)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -15,6 +16,7 @@ import numpy as np
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, ParameterError, caution
 from granular_env.experiments.faults import blamed
 from granular_env.running import Interrupt
+from granular_env.viewing.extras import needed
 from granular_env.writing import write_files
 
 from ..drive import DriveShape
@@ -62,10 +64,11 @@ def run_study(
     Raises:
         ExperimentError: the study is not valid, the folder belongs to another one, or a return was not finite; then the other
             methods have run, and what came before it is kept.
-        MissingExtraError: a method needs a package that is not installed.
+        MissingExtraError: a method, or the figures, need a package that is not installed.
         ParameterError: the task does not take these arguments.
     """
     study = load_study(source, overrides)
+    needed("matplotlib", "the figures of a study")  # said now, not when hours of searching are over
     for method in study.method:
         method.refuse_unless_installed()
     where = Path(folder) if folder is not None else Path("studies") / safe_name(study.name)
@@ -127,8 +130,20 @@ def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, Dri
             raise ExperimentError(
                 f"{study.origin}: {where}.knots: got {number}, expected at most {driven}, one for every driven control step"
             )
+    _refuse_too_little(study, problem)
     limits = [rate for rate in (table.rate, problem.rate) if rate is not None]
     return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": min(limits, default=None)})
+
+
+def _refuse_too_little(study: Study, problem: Problem) -> None:
+    """`ExperimentError` for a budget with which a method could find nothing at all."""
+    for method in study.method:
+        least = math.ceil(method.least_runs(problem) * problem.steps * study.episodes)
+        if study.budget < least:
+            raise ExperimentError(
+                f"{study.origin}: budget: got {study.budget}, expected at least {least}, which the first result of "
+                f"{method.label!r} takes"
+            )
 
 
 def judged(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:

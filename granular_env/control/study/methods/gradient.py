@@ -12,6 +12,7 @@ from pydantic import Field
 from .method import MethodTable
 
 if TYPE_CHECKING:
+    from ...problem import Problem
     from ..search import Search
 
 FloatArray = npt.NDArray[np.float64]
@@ -36,6 +37,10 @@ class Gradient(MethodTable):
         default=[], description="of an objective with a smooth peak: values to go on with, one after the other, from the best"
     )
     memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
+
+    def least_runs(self, problem: Problem) -> float:
+        """An objective with its slopes, and a return."""
+        return problem.gradient_runs + 1.0
 
     def run(self, search: Search) -> None:
         """Round after round."""

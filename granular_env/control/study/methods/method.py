@@ -49,6 +49,10 @@ class MethodTable(Table):
                     f"run: pip install 'granular-env[{self.extra}]'"
                 ) from error
 
+    def least_runs(self, problem: Problem) -> float:
+        """Forward runs of an episode that its first result takes."""
+        return 1.0
+
     def run(self, search: Search) -> None:
         """Search until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
         raise NotImplementedError
