@@ -9,6 +9,7 @@ import sys
 import time
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -463,3 +464,15 @@ def test_the_command_checks_lists_and_copies_studies(folder, capsys):
 
 def test_every_method_is_named_by_its_type():
     assert {name: kind().type for name, kind in METHODS.items()} == {name: name for name in METHODS}
+
+
+def test_starts_lie_about_a_baseline_on_a_few_straight_lines():
+    shape = DriveShape(steps=40, entries=1, knots=40, lowest=0.0)
+    middle = np.full(40, 0.5)
+    search = SimpleNamespace(shape=shape, random=np.random.default_rng)
+    gradient = METHODS["gradient"](begin="theory", spread=0.2, draws=4)
+    assert np.array_equal(gradient._start(search, middle, 0), middle)
+    start = gradient._start(search, middle, 1)
+    assert 0.0 < np.abs(start - middle).max() <= 0.2
+    bends = np.abs(np.diff(start, 2)) > 1e-12
+    assert bends.sum() <= 4 and not np.array_equal(start, gradient._start(search, middle, 2))

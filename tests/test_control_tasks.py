@@ -270,7 +270,7 @@ def test_the_gradient_of_a_task_agrees_with_differences() -> None:
 RETURNS = {
     ("PulseForming", "force"): (-1.0, -7.26e-4, -1.5e-13),
     ("PulseForming", "piston"): (-1.0, -1.353e-3, -1.5e-13),
-    ("Protection", "force"): (0.0, 0.7923, 0.8456),
+    ("Protection", "force"): (0.0, 0.7923, 0.8461),
     ("Protection", "piston"): (0.0, 0.7838, 0.8409),
     ("EnergyDelivery", "force"): (0.0, 0.809965, 0.81),
     ("EnergyDelivery", "piston"): (0.0, 0.809942, 0.81),

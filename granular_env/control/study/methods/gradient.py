@@ -26,9 +26,12 @@ class Gradient(MethodTable):
     """
 
     type: str = "gradient"
-    begin: str = Field(default="", description="a baseline that the first start is to be near to; default: none")
-    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the starts lie about")
+    begin: str = Field(default="", description="a baseline that the starts lie about, the first one on it; default: none")
+    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the starts lie about otherwise")
     spread: float = Field(default=0.3, ge=0.0, description="how far they are drawn from it, in units of the bounds' distance")
+    draws: int | None = Field(
+        default=None, ge=2, description="numbers that a start is drawn from, straight lines between; default: one for each knot"
+    )
     starts: int = Field(default=4, ge=1, description="starts of a round")
     trial: int = Field(default=20, ge=1, description="iterations from each start before the best goes on")
     iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
@@ -50,9 +53,13 @@ class Gradient(MethodTable):
             self._sharpen(search, None)
 
     def _search(self, search: Search) -> None:
-        number = 0
+        shape, number = search.shape, 0
+        middle = search.baseline(self.begin) if self.begin else np.full(shape.size, self.start)
         while self.rounds is None or number < self.rounds:
-            found = [self._descend(search, self._start(search, number, place), self.trial) for place in range(self.starts)]
+            found = [
+                self._descend(search, self._start(search, middle, number * self.starts + place), self.trial)
+                for place in range(self.starts)
+            ]
             # Equal values: the first.
             _, best = min(found, key=lambda pair: pair[0])
             _, best = self._descend(search, best, self.iterations)
@@ -66,12 +73,17 @@ class Gradient(MethodTable):
         if self.sharpness:
             search.problem.sharpness = stage
 
-    def _start(self, search: Search, number: int, place: int) -> FloatArray:
+    def _start(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
+        """The start of that number, about the middle; the first one of all lies on a baseline."""
         shape = search.shape
-        if self.begin and number == place == 0:
-            return search.baseline(self.begin)
-        drawn = search.random(number * self.starts + place).uniform(-1.0, 1.0, shape.size)
-        return np.clip(self.start + self.spread * (shape.highest - shape.lowest) * drawn, shape.lowest, shape.highest)
+        if self.begin and number == 0:
+            return middle
+        drawn = search.random(number).uniform(-1.0, 1.0, (shape.entries, self.draws or shape.knots))
+        if self.draws is not None:
+            along = np.linspace(0.0, self.draws - 1.0, shape.knots)
+            drawn = np.array([np.interp(along, np.arange(self.draws), row) for row in drawn])
+        reach = self.spread * (shape.highest - shape.lowest)
+        return np.clip(middle + reach * drawn.reshape(-1), shape.lowest, shape.highest)
 
     def _descend(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
         """The least value found, and where."""
