@@ -56,10 +56,8 @@ class Gradient(MethodTable):
         shape, number = search.shape, 0
         middle = search.baseline(self.begin) if self.begin else np.full(shape.size, self.start)
         while self.rounds is None or number < self.rounds:
-            found = [
-                self._descend(search, self._start(search, middle, number * self.starts + place), self.trial)
-                for place in range(self.starts)
-            ]
+            starts = [self._start(search, middle, number * self.starts + place) for place in range(self.starts)]
+            found = [self._descend(search, start, self.trial) for start in starts]
             # Equal values: the first.
             _, best = min(found, key=lambda pair: pair[0])
             _, best = self._descend(search, best, self.iterations)
