@@ -8,10 +8,14 @@ from typing import Any
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from stable_baselines3.common.vec_env import VecEnv
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
-from granular_env.components.errors import ParameterError
+from granular_env.components.errors import MissingExtraError, ParameterError
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMissingImports]
+    from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices  # pyright: ignore[reportMissingImports]
+except ModuleNotFoundError as error:
+    raise MissingExtraError("stable_baselines3 is not installed; run: pip install 'granular-env[rl]'") from error
 
 
 def clocked(observations: np.ndarray, part: npt.ArrayLike, count: int) -> np.ndarray:

@@ -117,7 +117,7 @@ class PPO(Reinforcement):
 
     def algorithm(self, env: Any, seed: int) -> Any:
         """PPO of stable-baselines3."""
-        from stable_baselines3 import PPO as Algorithm
+        from stable_baselines3 import PPO as Algorithm  # pyright: ignore[reportMissingImports]
 
         return Algorithm(
             "MlpPolicy", env, seed=seed, device="cpu", verbose=0,
@@ -143,7 +143,7 @@ class SAC(Reinforcement):
 
     def algorithm(self, env: Any, seed: int) -> Any:
         """SAC of stable-baselines3."""
-        from stable_baselines3 import SAC as Algorithm
+        from stable_baselines3 import SAC as Algorithm  # pyright: ignore[reportMissingImports]
 
         return Algorithm(
             "MlpPolicy", env, seed=seed, device="cpu", verbose=0,
@@ -207,7 +207,7 @@ def arrays_of(model: Any) -> Arrays:
 
 def put_arrays(model: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
     """Put into a model what `arrays_of` took out of one that was made in the same way."""
-    import torch
+    import torch  # pyright: ignore[reportMissingImports]
 
     parameters = model.get_parameters()
     for part, state in parameters.items():
@@ -230,7 +230,7 @@ def _array(tensor: Any) -> npt.NDArray[Any]:
 
 
 def _tensors(arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
-    import torch
+    import torch  # pyright: ignore[reportMissingImports]
 
     return {name: torch.from_numpy(np.array(array)) for name, array in arrays.items()}
 
@@ -238,7 +238,7 @@ def _tensors(arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Networks this small are slower on several threads, and sum in another order."""
-    import torch
+    import torch  # pyright: ignore[reportMissingImports]
 
     before = torch.get_num_threads()
     torch.set_num_threads(1)
