@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -16,6 +17,7 @@ from granular_env.components.chain.adjoint import evaluate, value_and_bars
 from granular_env.components.chain.table import MASS, REST, STIFFNESS, U, V
 from granular_env.components.chain.theory import lattice_wave
 from granular_env.components.contract import ParameterError
+from granular_env.control.policies import play
 from granular_env.envs import ChainEnv, register_all
 from granular_env.envs.policies import Constant, OpenLoop
 from granular_env.envs.tasks.absorption import AbsorptionEnv
@@ -37,14 +39,8 @@ TASKS: dict[str, type[ChainEnv]] = {
 BOTH = [(name, action) for name in TASKS for action in ("force", "piston")]
 
 
-def episode(env: ChainEnv, policy: Any, seed: int = 1) -> tuple[float, dict[str, Any]]:
-    observation, info = env.reset(seed=seed)
-    policy.reset()
-    total, over = 0.0, False
-    while not over:
-        observation, reward, terminated, truncated, info = env.step(policy(observation, info))
-        total, over = total + float(reward), terminated or truncated
-    return total, info
+def episode(env: ChainEnv, policy: Any, seed: int = 1) -> tuple[float, Mapping[str, Any]]:
+    return play(env, policy, seed=seed)
 
 
 def noise(seed: int, count: int = 60) -> OpenLoop:
