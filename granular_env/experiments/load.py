@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import ExperimentError
+from granular_env.components.files import read_bounded
 
 from .faults import overridden, shortened
-from .files import read_bounded, refuse_long_keys
+from .files import refuse_long_keys
 from .schema import Experiment, known_keys, parse, refuse_unknown
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
@@ -109,7 +110,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 def read_document(path: Path) -> dict[str, Any]:
     """The content of a TOML file; `ExperimentError` with the line where it is none."""
     try:
-        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file").decode("utf-8")
+        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError).decode("utf-8")
         refuse_long_keys(path, text)
         return tomllib.loads(text)
     except OSError as error:

@@ -14,11 +14,11 @@ from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Component
+from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError
+from granular_env.components.files import read_bounded
 from granular_env.writing import write_files
 
-from .csv_input import LARGEST_FILE
-from .files import read_bounded
 from .inputs import CsvTable, ProfileTable, SumTable
 from .load import experiment_path, load_experiment, nearest_names, shipped_experiments
 
@@ -82,7 +82,7 @@ def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
 
 def _content(original: Path) -> bytes:
     try:
-        return read_bounded(original, LARGEST_FILE, "copy it by hand")
+        return read_bounded(original, LARGEST_FILE, "copy it by hand", ExperimentError)
     except (OSError, ValueError) as error:
         if isinstance(error, ExperimentError):
             raise
