@@ -31,6 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0: done. 1: a verification found a difference. 2: an error, told in one message. 130: ended by Ctrl-C.
     """
     parsed = _parser().parse_args(arguments)
+    if getattr(parsed, "quiet", False):
+        os.environ.setdefault("GRANULAR_ENV_QUIET", "1")
     try:
         from granular_env.commands import COMMANDS
 

@@ -42,8 +42,8 @@ class ChainTask(Task):
 
     A subclass sets `actions` (which inputs of the chain it drives), `observations` (the scales of "displacement" [m] and
     "velocity" [m/s]), `constants` and `counter_names`, and gives two functions made with
-    `granular_env.components.jit.jit`. They may call functions of their own file and of `granular_env.components`: an edit of
-    either is noticed.
+    `granular_env.components.jit.jit`. They may call jitted functions of any module and refer to globals; an edit of these, or
+    another value, is noticed. Within a process a global must keep its value: numbers that vary are `constants`.
 
     Attributes:
         counter_names: what the counters hold, in order; each is shown in ``info``.
