@@ -19,6 +19,8 @@ _OPTIONS = {
     "take engine 'ray'": "take --engine ray",
     "try engine 'serial'": "try --engine serial",
     "(web=True)": "(--web)",
+    "run without live=True": "run without --live",
+    "pass live=True": "pass --live",
     "(save_rrd)": "(--save FILE.rrd)",
     "(screenshot)": "(--screenshot FILE.png)",
 }
@@ -103,6 +105,12 @@ def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentP
         "--hash-every", metavar="N", type=int, help="hash the state every N steps; 1 lets a verification name the step"
     )
     run.add_argument("--live", action="store_true", help="show the run in rerun while it goes on")
+    run.add_argument(
+        "--pace",
+        metavar="SECONDS",
+        type=float,
+        help="with --live: how long the run takes to watch (default: 10; 0: no longer than needed)",
+    )
     run.add_argument("--quiet", action="store_true", help="no progress bar; print only the log's path")
 
     check = commands.add_parser("check", help="validate the file of an experiment, plan or study, or a log, without running it")

@@ -83,7 +83,7 @@ def run_experiment(args: argparse.Namespace) -> int:
     experiment = load_experiment(args.experiment, overrides)
     log = None if args.no_log else Path(args.log) if args.log else free_log_path(experiment.name)
     with _told_by_us():
-        result = run(experiment, log=log, progress=not args.quiet, live=args.live, overwrite=args.overwrite)
+        result = run(experiment, log=log, progress=not args.quiet, live=args.live, pace=args.pace, overwrite=args.overwrite)
     _print_result(result, args.quiet)
     return _INTERRUPTED if result.interrupted else 0
 

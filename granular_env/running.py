@@ -14,15 +14,17 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.contract import Component, Observer
-from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError
+from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError, ParameterError
 from granular_env.components.memory import refuse_beyond
-from granular_env.components.profiles import CompiledProfile, Profile
+from granular_env.components.profiles import CompiledProfile, Profile, finite_number
 from granular_env.experiments.load import Source, load_experiment
 from granular_env.experiments.prepare import prepare
 from granular_env.experiments.stops import StopWatch
 
 # A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
 _PIECE_SECONDS = 0.02
+# A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
+_LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
 _COPIES_RECORDED = 4
 
@@ -63,6 +65,7 @@ def run(
     overrides: Iterable[str] = (),
     progress: bool = False,
     live: bool = False,
+    pace: float | None = None,
     overwrite: bool = False,
     observers: Iterable[Observer] = (),
 ) -> RunResult:
@@ -79,22 +82,27 @@ def run(
         overrides: ``"a.b=value"`` each, as in `load_experiment`.
         progress: show a bar with simulated time, speed and the ledger's residual.
         live: open rerun and show the run while it goes on.
+        pace: with `live`, the wall time that the run takes at least [s], so that it can be watched; 0 lets it go as fast as it
+            can. By default 10 s.
         overwrite: whether an existing log may be replaced.
         observers: others that look on.
 
     Raises:
         ExperimentError: the experiment is not valid, or asks for more memory than there is; nothing has been written. Or
             memory ran out on the way.
+        ParameterError: `pace` without `live`, or not a number >= 0.
+        GranularError: `live`, and there is no screen, or the viewer cannot be started; nothing has been written.
         StepError: the physics would break down; the log is complete up to the last good state, a note of the error names it.
         LogError: the log cannot be written.
     """
     loaded = load_experiment(experiment, overrides)
+    seconds = _live_seconds(live, pace)
     with memory_told(loaded.origin, ExperimentError), collected() as told, ExitStack() as stack:
         ready = prepare(loaded)
+        if live:
+            _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
-        if live:
-            _show_live(stack, ready.component, loaded.name)
         return advance(
             ready.component,
             ready.ticks,
@@ -283,10 +291,27 @@ def _record(
     stack.enter_context(recorder)
 
 
-def _show_live(stack: ExitStack, component: Component, title: str) -> None:
+def _live_seconds(live: bool, pace: float | None) -> float | None:
+    """Return the wall time that a live run takes at least [s], None for no such time; refuse what cannot be shown."""
+    if not live:
+        if pace is not None:
+            raise ParameterError(f"pace: got {pace!r} for a run that is not shown; pass live=True")
+        return None
+    from granular_env.viewing.rerun_process import require_screen
+
+    require_screen(
+        "run without live=True and look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
+    )
+    seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
+    if seconds < 0.0:
+        raise ParameterError(f"pace: got {pace!r} s, expected 0 or more")
+    return seconds or None
+
+
+def _show_live(stack: ExitStack, component: Component, title: str, duration: float, pace: float | None) -> None:
     from granular_env.viewing import LiveViewer
 
-    stack.enter_context(LiveViewer(component, title=title))
+    stack.enter_context(LiveViewer(component, title=title, duration=duration, pace=pace))
 
 
 def _shown(stack: ExitStack, title: str, component: Component, end: int) -> Callable[[Component], None]:

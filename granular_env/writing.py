@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import secrets
 from collections.abc import Iterator, Mapping
@@ -38,10 +39,7 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         yield part
         os.replace(part, target)
     except OSError as error:
-        raise kind(
-            f"{os.fspath(path)!r} cannot be written: {error.strerror or error}; free some space or choose another folder; "
-            "what stood there is kept"
-        ) from error
+        raise _unwritable(path, error, kind) from error
     finally:
         if part is not None:
             with contextlib.suppress(OSError):
@@ -66,6 +64,53 @@ def refused_unless_file(path: str | os.PathLike[str]) -> Path:
         what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"
         raise ParameterError(f"{os.fspath(path)!r} is {what}; give the path of a file to write")
     return target
+
+
+def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Path:
+    """Return where a path leads, links followed, if a file can be written there; nothing is made.
+
+    Work that takes long calls this first, so that a wrong path is told before the work and not after it. A disk that is full
+    is told by the writing alone.
+
+    Args:
+        path: the file that will be written.
+        kind: class of the error.
+
+    Raises:
+        ParameterError: there is something that is no regular file, or the name holds a zero byte.
+        GranularError: of that `kind`; no file can have this name, or its folder is not to be written to.
+    """
+    target = refused_unless_file(path)
+    try:
+        folder, missing = target.parent, [target.name]
+        while not _stands(folder):
+            folder, missing = folder.parent, [*missing, folder.name]
+        if not folder.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
+        longest = os.pathconf(folder, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
+        if any(len(os.fsencode(name)) > longest for name in missing):
+            raise OSError(errno.ENAMETOOLONG, os.strerror(errno.ENAMETOOLONG))
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    except OSError as error:
+        raise _unwritable(path, error, kind) from error
+    return target
+
+
+def _stands(folder: Path) -> bool:
+    """Tell whether something is there; other errors than its absence are raised."""
+    try:
+        folder.stat()
+    except FileNotFoundError:
+        return folder == folder.parent
+    return True
+
+
+def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[GranularError]) -> GranularError:
+    """Return the error of a file that cannot be written, with advice that fits its cause."""
+    full = error.errno in (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
+    advice = "free some space or choose another folder" if full else "choose another path"
+    return kind(f"{os.fspath(path)!r} cannot be written: {error.strerror or error}; {advice}; what stood there is kept")
 
 
 def with_article(name: object) -> str:

@@ -13,6 +13,7 @@ from granular_env.viewing import colours, figures, report
 from granular_env.viewing.events import told_events
 from granular_env.viewing.exaggeration import chosen_exaggeration
 from granular_env.viewing.footage import from_component, from_log
+from granular_env.viewing.space_time import space_time_picture
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -130,7 +131,7 @@ def test_what_the_log_does_not_have_is_refused_and_nothing_written(chain_log, tm
 
 def test_the_rows_of_the_picture_are_the_instants(chain_log):
     motion = from_log(chain_log).motion
-    picture = figures.space_time_picture(motion, 10.0)
+    picture = space_time_picture(motion, 10.0)
     rows = picture.rows(motion.times)
     assert (rows[0], rows[-1]) == pytest.approx((picture.bottom, picture.top))
     assert 0 < picture.top < picture.bottom < picture.pixels.shape[0] and picture.right < picture.pixels.shape[1]

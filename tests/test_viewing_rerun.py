@@ -1,18 +1,15 @@
 """Rerun scenes: what arrives in the file, live viewers that change nothing, servers on 127.0.0.1 only."""
 
-import ctypes.util
-import socket
 import sys
 
 import numpy as np
 import pytest
 
 from granular_env.components.catalogue import make
-from granular_env.components.errors import GranularError, GranularWarning, MissingExtraError, ParameterError
+from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
 from granular_env.recording import open_log, record
-from granular_env.viewing import LiveViewer, save_rrd, screenshot, view, viewer
+from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view, viewer
 from granular_env.viewing.footage import from_log
-from granular_env.viewing.live import _grown
 from granular_env.viewing.scene import scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
@@ -99,6 +96,31 @@ def test_a_jump_of_an_input_is_drawn_as_a_jump(tmp_path):
     assert found["inputs/force"]["tick"] == [0, 9, 10, 20]
 
 
+def test_no_peak_of_an_input_of_many_steps_is_lost(tmp_path):
+    """One step of 3 N among ten thousand of 0 N, and the stairs before it, arrive with their heights."""
+    oscillator = make("oscillator")
+    with record(oscillator, tmp_path / "log.mcap", every=10.0):
+        for number in range(10_000):
+            oscillator.step(0.01, force=3.0 if number == 7001 else float(number % 2))
+    with open_log(tmp_path / "log.mcap") as log:
+        curve = from_log(log).inputs["force"]
+    assert len(curve.values) <= 4000
+    assert curve.values.max() == 3.0
+    # What is drawn between two samples lies between 0 and 1 N, and touches both within each hundredth of the run.
+    for part in np.array_split(curve.values[curve.times < 70.0], 70):
+        assert (part.min(), part.max()) == (0.0, 1.0)
+
+
+def test_series_are_drawn_point_by_point(chain_log, tmp_path):
+    """Rerun would draw the mean of the points that fall on one pixel: stairs as ramps, peaks too low."""
+    import rerun as rr
+
+    found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd"))
+    for path in ("inputs/left_velocity", "energy/kinetic_energy"):
+        policies = [row for row in found[path]["aggregation_policy"] if row is not None]
+        assert policies == [[rr.components.AggregationPolicy.Off.value]]
+
+
 def test_a_live_run_is_not_written_over_a_folder(tmp_path):
     with pytest.raises(ParameterError, match="is a folder"):
         LiveViewer(make("oscillator"), save=tmp_path)
@@ -126,6 +148,56 @@ def test_missing_rerun_says_what_to_install(chain_log, tmp_path, monkeypatch, ca
         call(chain_log, tmp_path / "file")
 
 
+WRONG_PATHS = {
+    "a name too long": "x" * 300,
+    "a file for a folder": "taken/scene",
+    "a long name in a new folder": f"new/{'x' * 300}",
+}
+
+
+@pytest.mark.parametrize("name", WRONG_PATHS.values(), ids=WRONG_PATHS)
+@pytest.mark.parametrize("suffix", [".rrd", ".png", ""], ids=["save", "screenshot", "report"])
+def test_a_path_that_cannot_be_written_is_told_before_any_work(chain_log, tmp_path, monkeypatch, name, suffix):
+    from granular_env.viewing import reporting
+
+    def work(*_, **__):
+        raise AssertionError("the path was not looked at first")
+
+    for module in (viewer, reporting):
+        monkeypatch.setattr(module, "from_log", work)
+    monkeypatch.setattr(viewer, "rerun_process", work)
+    (tmp_path / "taken").write_text("a file, no folder")
+    call = {".rrd": save_rrd, ".png": screenshot, "": report}[suffix]
+    with pytest.raises(GranularError, match="cannot be written: (File name too long|Not a directory)|is a file, expected"):
+        call(chain_log, tmp_path / f"{name}{suffix}")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["taken"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        ({"path": None}, "path: got None"),
+        ({"path": 3}, "path: got 3"),
+        ({"log": "a.mcap"}, "log: got str, expected an open log"),
+        ({"exaggerate": "2"}, "exaggerate: got '2'"),
+        ({"at": "1"}, "at: got '1'"),
+        ({"at": [1.0]}, "at: got"),
+        ({"size": 800}, "size: got 800"),
+        ({"size": (0, 600)}, "size: got"),
+    ],
+    ids=str,
+)
+def test_values_of_a_wrong_type_are_told(chain_log, tmp_path, arguments, word):
+    given = {"log": chain_log, "path": tmp_path / "picture", **arguments}
+    log, path = given.pop("log"), given.pop("path")
+    for call, suffix in ((save_rrd, ".rrd"), (screenshot, ".png")):
+        if call is save_rrd and {"at", "size"} & set(given):
+            continue
+        named = path.with_suffix(suffix) if hasattr(path, "with_suffix") else path
+        with pytest.raises(ParameterError, match=word):
+            call(log, named, **given)
+
+
 def test_without_a_screen_the_other_ways_are_named(chain_log, monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
@@ -137,89 +209,3 @@ def test_without_a_screen_the_other_ways_are_named(chain_log, monkeypatch):
 def test_an_instant_outside_the_log_is_refused(chain_log, tmp_path):
     with pytest.raises(ParameterError, match="at: got 1 s"):
         screenshot(chain_log, tmp_path / "picture.png", at=1.0)
-
-
-# -- live -----------------------------------------------------------------------------------------------------------------
-
-
-def test_a_live_viewer_changes_no_bit_and_sends_frames(tmp_path):
-    plain, seen = (make("chain", grains=60, left="piston") for _ in range(2))
-    with LiveViewer(seen, save=tmp_path / "live.rrd") as live:
-        for chain in (plain, seen):
-            chain.step(1e-4, left_velocity=5.0)
-    assert plain.save().to_bytes() == seen.save().to_bytes()
-    found, _ = columns(tmp_path / "live.rrd")
-    drawn = [row for row in found["scene/grains"]["positions"] if row is not None]
-    assert live.frames == len(drawn) >= 2 and {len(row) for row in drawn} == {60}
-    assert "caption" in found and "inputs/left_velocity" in found
-
-
-def test_live_histories_are_laid_end_to_end(tmp_path):
-    oscillator = make("oscillator")
-    with LiveViewer(oscillator, save=tmp_path / "live.rrd"):
-        oscillator.step(1.0)
-        oscillator.reset(position=1.0)
-        oscillator.step(0.5)
-    found, _ = columns(tmp_path / "live.rrd")
-    assert max(found["outputs/position"]["tick"]) == 150
-
-
-def test_live_scales_only_grow_to_hold_what_comes(chain_log):
-    motion = from_log(chain_log).motion
-    scales = _grown(scales_of(motion), motion, None)
-    assert scales == scales_of(motion)
-    louder = type(motion)(
-        **{name: getattr(motion, name) for name in motion.__dataclass_fields__} | {"colour": 3.0 * motion.colour}
-    )
-    assert _grown(scales, louder, None).colour_limit > 2.5 * scales.colour_limit
-
-
-def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):
-    from granular_env.viewing import live
-
-    oscillator = make("oscillator")
-    watching = LiveViewer(oscillator, save=tmp_path / "live.rrd")
-
-    def broken(*_):
-        raise RuntimeError("gone")
-
-    monkeypatch.setattr(live, "send_curves", broken)
-    with pytest.warns(GranularWarning, match="gone"):
-        watching.close()
-    oscillator.step(1.0)
-    assert oscillator.tick == 100
-
-
-# -- processes ------------------------------------------------------------------------------------------------------------
-
-
-def test_the_web_viewer_listens_on_this_machine_only(chain_log, tmp_path, capfd):
-    file = save_rrd(chain_log, tmp_path / "scene.rrd")
-    with viewer._web_viewer(file) as process:
-        assert process.poll() is None
-        printed = capfd.readouterr().out
-        port = int(printed.partition("http://127.0.0.1:")[2].partition("/")[0])
-        with socket.create_connection(("127.0.0.1", port), timeout=5.0) as page:
-            page.sendall(b"GET / HTTP/1.0\r\nHost: 127.0.0.1\r\n\r\n")
-            assert b"200" in page.recv(64)
-        # Every 127.x address is this machine; a server on all interfaces would answer here, one on 127.0.0.1 does not.
-        with pytest.raises(OSError), socket.create_connection(("127.0.0.2", port), timeout=5.0):
-            pass
-    assert process.poll() is not None
-
-
-@pytest.mark.skipif(
-    not all(ctypes.util.find_library(name) for name in ("vulkan", "EGL", "xkbcommon-x11")),
-    reason=f"headless rerun needs the system packages {' '.join(viewer.HEADLESS_PACKAGES)}",
-)
-def test_a_screenshot_is_taken_without_a_screen(chain_log, tmp_path):
-    from matplotlib.image import imread
-
-    picture = imread(screenshot(chain_log, tmp_path / "scene.png", size=(800, 600)))
-    assert picture.shape[:2] == (600, 800) and len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 100
-
-
-def test_a_viewer_that_does_not_start_names_the_packages_it_needs(chain_log, tmp_path, monkeypatch):
-    monkeypatch.setattr(viewer, "rerun_program", lambda: "/bin/false")
-    with pytest.raises(GranularError, match="mesa-vulkan-drivers.*apt-get"):
-        screenshot(chain_log, tmp_path / "picture.png")

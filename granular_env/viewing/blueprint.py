@@ -51,7 +51,7 @@ def _time_panel(rrb: Any, duration: float | None) -> Any:
     if duration is None:
         return rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="following")
     speed = duration / _PLAYBACK_SECONDS if duration > 0.0 else 1.0
-    return rrb.TimePanel(state="collapsed", timeline=TIMELINE, playback_speed=speed, play_state="paused", loop_mode="all")
+    return rrb.TimePanel(state="collapsed", timeline=TIMELINE, playback_speed=speed, play_state="playing", loop_mode="all")
 
 
 def _plot(rrb: Any, plot: Plot) -> Any:

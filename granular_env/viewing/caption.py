@@ -62,7 +62,7 @@ def _motion_lines(motion: Motion, scales: Scales) -> list[str]:
     if has_closeup(motion):
         lines += [f"**Close-up:** the {WINDOW} grains around the one of largest {name}, numbered from 0 at the left.", ""]
     if len(motion.times) > 1 or not scales.settled:
-        lines += [f"**x-t diagram:** {name} of every grain at every instant.", ""]
+        lines += [f"**x-t diagram:** {name} of every grain; grey: instants of which there is no frame.", ""]
     if len(motion.times) > 1:
         lines += [
             f"The orange line is now. {len(motion.times)} frames from "

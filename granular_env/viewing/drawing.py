@@ -26,7 +26,13 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 _LINE_STYLES = ("-", "--", "-.", ":")
-_ROWS = 800
+_ROWS, _FEW_ROWS = 800, 240
+# A frame stands for instants up to this part of the usual time between frames; a bit more than half, as frames may jitter.
+_REACH_OF_FRAME = 0.75
+# Twice this many frames, evenly spaced, fill a diagram.
+_FEWEST_FRAMES = 60
+# Ground of an x-t diagram: what was not sampled.
+NOT_SAMPLED = "#8b9096"
 _STYLE = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
@@ -69,15 +75,29 @@ def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     return buffer.getvalue()
 
 
-def draw_space_time(figure: Figure, axes: Axes, motion: Motion, limit: float | None) -> None:
-    """The colouring quantity of every particle (across) at every instant (up), with its colour bar."""
+def draw_space_time(
+    figure: Figure, axes: Axes, motion: Motion, limit: float | None, ends: tuple[float, float] | None = None
+) -> None:
+    """Draw the colouring quantity of every particle (across) at every instant (up), with its colour bar.
+
+    Instants that are far from any frame are left in a grey that the colour map does not hold.
+
+    Args:
+        figure: it gets the colour bar.
+        axes: where to draw.
+        motion: what to draw.
+        limit: the value at the ends of the colour map; None for the largest magnitude.
+        ends: first and last instant of the diagram [s]; None for those of the motion.
+    """
     colors = needed("matplotlib.colors", "figures")
     values = coloured(motion)
     limit = limit or symmetric_limit(values)
-    scale, unit = time_unit(span(motion))
-    start, end = float(motion.times[0]) * scale, float(motion.times[-1]) * scale
+    first, last = ends or (float(motion.times[0]), float(motion.times[-1]))
+    scale, unit = time_unit(last)
+    start, end = first * scale, last * scale
+    axes.set_facecolor(NOT_SAMPLED)
     image = axes.imshow(
-        _evenly_timed(motion, values),
+        _evenly_timed(motion.times, values, first, last),
         origin="lower", aspect="auto", interpolation="nearest", vmin=-limit, vmax=limit,
         cmap=colors.LinearSegmentedColormap.from_list("granular", DIVERGING),
         extent=(-0.5 * motion.every, (values.shape[1] - 0.5) * motion.every, start, end if end > start else start + 1.0),
@@ -88,13 +108,31 @@ def draw_space_time(figure: Figure, axes: Axes, motion: Motion, limit: float | N
     figure.colorbar(image, ax=axes, label=quantity(motion), pad=0.02)
 
 
-def _evenly_timed(motion: Motion, values: FloatArray) -> FloatArray:
-    """Rows at even instants: at each the latest frame that is not later."""
-    if len(motion.times) < 2:
+def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: float) -> FloatArray:
+    """Return rows at even instants, each of the nearest frame, NaN where none is near."""
+    if len(times) < 2:
         return values
-    instants = np.linspace(motion.times[0], motion.times[-1], min(_ROWS, max(2, 4 * len(motion.times))))
-    rows = np.searchsorted(motion.times, instants * (1.0 + 1e-12), side="right") - 1
-    return values[np.clip(rows, 0, len(values) - 1)]
+    instants = np.linspace(first, last, min(_ROWS, max(_FEW_ROWS, 4 * len(times))))
+    frames = nearest_frames(times, instants)
+    return np.where((frames >= 0)[:, None], values[frames], np.nan)
+
+
+def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.int64]:
+    """Return the index of the frame nearest to each instant, -1 where it is too far away to stand for it.
+
+    A frame stands for the instants around it up to the middle between usual frames, but never for more than a 30th of all
+    instants: a few frames of a long run are stripes, and not a run that stands still in between.
+
+    Args:
+        times: of the frames, ascending, shape (frames,) [s].
+        instants: ascending, shape (n,) [s].
+    """
+    frames = np.searchsorted(0.5 * (times[1:] + times[:-1]), instants, side="right")
+    gaps = np.diff(times)
+    usual = float(np.median(gaps[gaps > 0.0])) if np.any(gaps > 0.0) else np.inf
+    reach = min(_REACH_OF_FRAME * usual, (instants[-1] - instants[0]) / _FEWEST_FRAMES)
+    near = np.abs(times[frames] - instants) <= reach * (1.0 + 1e-9)
+    return np.where(near, frames, -1)
 
 
 def draw_curves(axes: Axes, curves: Sequence[Curve], label: str) -> None:

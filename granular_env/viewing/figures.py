@@ -8,7 +8,6 @@ figure into a file's bytes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,9 +17,7 @@ from granular_env.components.errors import ParameterError
 
 from .colours import DIVERGING, PALETTE
 from .drawing import (
-    DARK,
     broken,
-    canvas,
     coloured,
     draw_curves,
     draw_space_time,
@@ -36,14 +33,12 @@ from .drawing import (
     styled,
     time_unit,
 )
-from .extras import needed
 from .footage import ENERGIES, RESIDUALS, Curve, Footage, Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
-    "Picture",
     "curves",
     "default_grains",
     "default_times",
@@ -53,7 +48,6 @@ __all__ = [
     "png",
     "profiles",
     "space_time",
-    "space_time_picture",
     "time_unit",
 ]
 
@@ -159,46 +153,6 @@ def curves(chosen: Sequence[Curve]) -> Figure:
         if panel is not panels[-1]:
             panel.set_xlabel("")
     return figure
-
-
-# -- for the viewer -------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Picture:
-    """An x-t diagram as pixels, and where its axes lie.
-
-    Attributes:
-        pixels: shape (height, width, 3), uint8.
-        left, right: columns of the ends of the x axis.
-        bottom, top: rows of the ends of the time axis (rows are counted downwards).
-        start, end: instants at these rows [s].
-    """
-
-    pixels: npt.NDArray[np.uint8]
-    left: float
-    right: float
-    bottom: float
-    top: float
-    start: float
-    end: float
-
-    def rows(self, times: FloatArray) -> FloatArray:
-        """Row of each instant [s]."""
-        return self.bottom + (self.top - self.bottom) * (times - self.start) / (self.end - self.start)
-
-
-def space_time_picture(motion: Motion, limit: float) -> Picture:
-    """The x-t diagram on a dark ground as pixels."""
-    with needed("matplotlib", "the x-t diagram").rc_context(DARK):
-        figure = new_figure(6.4, 5.2)
-        axes = figure.subplots()
-        draw_space_time(figure, axes, motion, limit)
-        drawn = canvas(figure, 150)
-    pixels = np.asarray(drawn.buffer_rgba())[..., :3].copy()
-    box, (low, high), (scale, _) = axes.get_window_extent(), axes.get_ylim(), time_unit(span(motion))
-    height = len(pixels)
-    return Picture(pixels, box.x0, box.x1, height - box.y0, height - box.y1, low / scale, high / scale)
 
 
 # -- choices --------------------------------------------------------------------------------------------------------------

@@ -197,6 +197,18 @@ def _picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
     return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
 
 
+def _picked_with_extremes(values: FloatArray, most: int) -> npt.NDArray[np.int64]:
+    """Return indices of at most `most` samples: of each stretch its first, its last, its least and its largest.
+
+    So no peak is lost, and where samples lie closer than can be drawn, what is drawn is the band that they fill.
+    """
+    if len(values) <= most:
+        return np.arange(len(values))
+    stretches = np.array_split(np.arange(len(values)), most // 4)
+    marks = [(part[0], part[np.argmin(values[part])], part[np.argmax(values[part])], part[-1]) for part in stretches]
+    return np.unique(np.array(marks, dtype=np.int64))
+
+
 def _cuts(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """Which of the frames picked are the first of a later segment."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
@@ -218,11 +230,10 @@ def sampled(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[FloatAr
 
 def _curve(log: Any, name: str) -> Curve:
     variable = log.variables[name]
-    picked = _picked(len(log.times(name)), MAXIMUM_CURVE_POINTS)
-    times, values = sampled(log, name, picked)
-    return Curve(
-        name, variable.unit, variable.description, times, np.asarray(log.ticks(name))[picked], values, _cuts(log, name, picked)
-    )
+    times, values = sampled(log, name, np.arange(len(log.times(name))))
+    picked = _picked_with_extremes(values, MAXIMUM_CURVE_POINTS)
+    ticks, cuts = np.asarray(log.ticks(name))[picked], _cuts(log, name, picked)
+    return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked], cuts)
 
 
 def _input_curve(log: Any, name: str) -> Curve:
@@ -230,7 +241,7 @@ def _input_curve(log: Any, name: str) -> Curve:
     # What was held before the first step set it acted on nothing.
     first = max(int(np.searchsorted(times, times[0], side="right")) - 1, 0)
     times, values = times[first:], values[first:]
-    picked = _picked(len(times), MAXIMUM_CURVE_POINTS)
+    picked = _picked_with_extremes(values, MAXIMUM_CURVE_POINTS)
     variable = log.input_variables[name]
     ticks = np.rint(times[picked] / log.step_size).astype(np.int64)
     return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 import os
-import subprocess
 import warnings
 from collections.abc import Mapping
 from time import perf_counter
@@ -14,22 +14,21 @@ from typing import Any, Self
 import numpy as np
 
 from granular_env.components.contract import Component, Held
-from granular_env.components.errors import GranularError, GranularWarning
+from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 
 from .blueprint import blueprint
 from .extras import needed
 from .footage import Footage, Motion, from_component
+from .pacing import Pacing
 from .rerun_file import rerun_target
-from .scene import APPLICATION, Scales, scales_of, send_curves, send_motion, send_space_time_picture, send_static
-from .viewer import LOCALHOST, free_port, started, stopped, wait_for_port, web_address
+from .rerun_process import RerunProcess, require_screen
+from .scene import APPLICATION, Scales, scales_of, send_curves, send_motion, send_picture, send_static
+from .space_time import GrowingPicture
+from .web_page import WebPage, web_arguments
 
-# Wall time between two frames [s]; what happens in between is not shown.
-_FRAME_SECONDS = 0.05
-_LONGEST_STRIDE = 1 << 40
-# Rows of the x-t diagram that are kept; when there are more, each second one is dropped.
-_ROWS = 400
-# The x-t diagram is drawn anew when it has grown by this part.
-_GROWTH = 1.25
+# Wall time between two x-t diagrams [s].
+_PICTURE_SECONDS = 0.25
+_NEVER = 1 << 62
 # Room beside the chain at rest, left and right, in its lengths.
 _ROOM = (0.1, 0.3)
 # Older frames are dropped by the viewer beyond this.
@@ -42,8 +41,9 @@ class LiveViewer:
         with LiveViewer(chain):
             chain.step(5e-4, left_velocity=5.0)
 
-    About 20 frames per second of wall time are sent, however fast the run is. Where the component is reset or restored, time
-    goes on: the histories are laid end to end, as in a log.
+    Twenty frames per second of wall time are sent, however fast the run is. Most runs are over within one of them: with
+    `duration` and `pace` the run is held back, so that it can be watched. Where the component is reset or restored, time goes
+    on: the histories are laid end to end, as in a log.
 
     Attributes:
         next_tick: the tick at which it wants to look next.
@@ -58,6 +58,8 @@ class LiveViewer:
         web: bool = False,
         save: str | os.PathLike[str] | None = None,
         exaggerate: float | None = None,
+        duration: float | None = None,
+        pace: float | None = None,
     ) -> None:
         """Open the viewer and begin to look.
 
@@ -67,20 +69,24 @@ class LiveViewer:
             web: serve the web viewer on 127.0.0.1 and print its address, instead of opening a window.
             save: write the frames to this .rrd file, instead of opening a viewer.
             exaggerate: draw displacements so many times larger; by default chosen, and lowered as the wave grows.
+            duration: how much simulated time is going to be shown [s], if that is known.
+            pace: the wall time that `duration` takes at least [s]; by default the run goes as fast as it can.
 
         Raises:
             MissingExtraError: rerun is not installed.
-            ParameterError: `save` does not end in .rrd, or something other than a rerun file stands there.
-            GranularError: the viewer cannot be started.
+            ParameterError: `save` does not end in .rrd, or something other than a rerun file stands there; `duration` or
+                `pace` is not a positive number, or there is a pace for no duration.
+            GranularError: there is no screen, or the viewer cannot be started.
         """
         self.next_tick, self.frames = 0, 0
         self._component, self._title, self._exaggerate = component, title, exaggerate
-        self._stride, self._sent_at, self._elapsed, self._last_tick, self._working = 1, -np.inf, 0, 0, True
-        self._rows: list[tuple[int, float, np.ndarray]] = []
-        self._kept_every, self._drawn_rows = 1, 4.0
+        self._pacing = Pacing(_ticks_per_second(component, duration, pace))
+        self._elapsed, self._last_tick, self._sent_tick, self._working = 0, 0, -1, True
+        self._picture = GrowingPicture(component.time, None if duration is None else component.time + duration)
+        self._drawn_at = -math.inf
         self._scales: Scales | None = None
-        self._web = web and save is None
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: RerunProcess | None = None
+        self._page: WebPage | None = None
         rr = needed("rerun", "the live viewer")
         self._recording = rr.RecordingStream(APPLICATION)
         footage = from_component(component, title)
@@ -96,17 +102,22 @@ class LiveViewer:
             except (OSError, RuntimeError) as error:
                 raise GranularError(f"cannot write the rerun file {str(save)!r}: {error}") from error
             return
-        port, web_port = free_port(), free_port()
-        served = ("--serve-web", "--web-viewer-port", str(web_port)) if web else ("--expect-data-soon",)
-        self._process = started(*served, "--port", str(port), *_MEMORY)
+        if not web:
+            require_screen("use the web viewer (web=True), or write a rerun file (save)")
+        source, served = web_arguments() if web else (None, ("--expect-data-soon",))
+        # A window is its user's to close, also when this program has ended.
+        process = RerunProcess(*served, *_MEMORY, bound=web)
         try:
-            wait_for_port(self._process, port, None)
-        except GranularError:
-            stopped(self._process)
+            process.wait_until_it_listens()
+            if source is not None:
+                process.wait_until_it_listens(source)
+                self._page = WebPage(process, source)
+                print(f"rerun's web viewer: {self._page.address}", flush=True)
+        except BaseException:
+            process.stop()
             raise
-        self._recording.connect_grpc(f"rerun+http://{LOCALHOST}:{port}/proxy", default_blueprint=layout)
-        if web:
-            print(f"rerun's web viewer: {web_address(web_port, port)}", flush=True)
+        self._process = process
+        self._recording.connect_grpc(process.url, default_blueprint=layout)
 
     # -- the observer -----------------------------------------------------------------------------------------------
 
@@ -114,20 +125,20 @@ class LiveViewer:
         """A new history starts here; time goes on."""
         self._elapsed += self._last_tick - component.tick
         self._last_tick = component.tick
-        self.next_tick = component.tick + self._stride
+        self._pacing.restart(self._elapsed + component.tick)
         self._send(component, anew=True)
+        self.next_tick = component.tick + 1
 
     def look(self, component: Component) -> None:
-        """Send a frame if the last one is old enough; look less often while frames come too fast."""
+        """Send a frame if one is due; wait before, if the run is ahead of its pace."""
         self._last_tick = component.tick
-        waited = perf_counter() - self._sent_at
-        if waited >= _FRAME_SECONDS:
+        if not self._working:
+            self.next_tick = _NEVER
+            return
+        shown = self._elapsed + component.tick
+        if self._pacing.arrive(shown):
             self._send(component, anew=False)
-        if waited < 0.5 * _FRAME_SECONDS:
-            self._stride = min(2 * self._stride, _LONGEST_STRIDE)
-        elif waited > 2.0 * _FRAME_SECONDS:
-            self._stride = max(self._stride // 2, 1)
-        self.next_tick = component.tick + self._stride
+        self.next_tick = self._pacing.leave(shown) - self._elapsed
 
     def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Nothing to do: `look` has seen it."""
@@ -136,28 +147,31 @@ class LiveViewer:
     def failed(self, component: Component, error: BaseException) -> None:
         """The component went back to where its step began; so does the next look."""
         self._last_tick = component.tick
-        self.next_tick = component.tick + self._stride
+        self._pacing.restart(self._elapsed + component.tick)
+        self.next_tick = component.tick + 1
 
     # -- the end ----------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
         """Send the last state and stop looking; a window stays open, a served page ends (call `wait` before, to keep it)."""
         self._component.ignore(self)
-        self._send(self._component, anew=False)
-        if self._working and self._scales is not None and len(self._rows) > 1:
-            self._draw_space_time()
+        if self._elapsed + self._component.tick != self._sent_tick:
+            self._send(self._component, anew=False)
         with contextlib.suppress(Exception):
+            if self._working:
+                self._draw_picture()
             self._recording.flush()
             self._recording.disconnect()
-        if self._web and self._process is not None:
-            stopped(self._process)
+        if self._page is not None and self._process is not None:
+            self._page.close()
+            self._process.stop()
 
     def wait(self) -> None:
         """Until the viewer is closed, or Ctrl-C."""
         if self._process is not None:
             with contextlib.suppress(KeyboardInterrupt):
-                self._process.wait()
-            stopped(self._process)
+                self._process.process.wait()
+            self._process.stop()
 
     def __enter__(self) -> Self:
         return self
@@ -176,22 +190,30 @@ class LiveViewer:
         except Exception as error:
             self._working = False
             warnings.warn(f"the live viewer stopped: {error}; the run goes on", GranularWarning, stacklevel=2)
-        self._sent_at = perf_counter()
 
     def _send_frame(self, component: Component, anew: bool) -> None:
         footage = self._shifted(from_component(component, self._title))
         if footage.motion is not None and self._scales is not None:
             scales = _grown(self._scales, footage.motion, self._exaggerate)
             anew, self._scales = anew or scales != self._scales, scales
-            self._keep_row(footage.motion)
+            self._picture.keep(footage.motion)
         if anew:
             send_static(self._recording, footage, self._scales)
         if footage.motion is not None and self._scales is not None:
             send_motion(self._recording, footage.motion, self._scales)
-            if len(self._rows) * self._kept_every >= self._drawn_rows:
-                self._draw_space_time()
+            if perf_counter() >= self._drawn_at + _PICTURE_SECONDS:
+                self._draw_picture(footage.motion)
         send_curves(self._recording, footage)
+        self._sent_tick = self._elapsed + component.tick
         self.frames += 1
+
+    def _draw_picture(self, motion: Motion | None = None) -> None:
+        """Send the x-t diagram as far as the run has come."""
+        motion = motion or from_component(self._component).motion
+        if motion is None or self._scales is None or not self._picture.is_drawable:
+            return
+        send_picture(self._recording, self._picture.draw(motion, self._scales.colour_limit))
+        self._drawn_at = perf_counter()
 
     def _shifted(self, footage: Footage) -> Footage:
         """The footage in the viewer's time."""
@@ -209,22 +231,17 @@ class LiveViewer:
             inputs={name: later(curve) for name, curve in footage.inputs.items()},
         )
 
-    def _keep_row(self, motion: Motion) -> None:
-        if motion.colour is None or self.frames % self._kept_every:
-            return
-        self._rows.append((int(motion.ticks[0]), float(motion.times[0]), motion.colour[0]))
-        if len(self._rows) > _ROWS:
-            self._rows, self._kept_every = self._rows[::2], 2 * self._kept_every
 
-    def _draw_space_time(self) -> None:
-        assert self._scales is not None
-        motion = from_component(self._component).motion
-        ticks, times, rows = zip(*self._rows, strict=True)
-        if motion is None or times[-1] <= times[0]:
-            return
-        whole = dataclasses.replace(motion, ticks=np.array(ticks), times=np.array(times), colour=np.stack(rows))
-        send_space_time_picture(self._recording, whole, self._scales)
-        self._drawn_rows = _GROWTH * len(self._rows) * self._kept_every
+def _ticks_per_second(component: Component, duration: float | None, pace: float | None) -> float | None:
+    """Return the most ticks in a second of wall time, None for no limit; check both numbers."""
+    for name, value in (("duration", duration), ("pace", pace)):
+        if value is not None and not (isinstance(value, (int, float)) and 0.0 < value < math.inf):
+            raise ParameterError(f"{name}: got {value!r}, expected a positive number of seconds")
+    if pace is None:
+        return None
+    if duration is None:
+        raise ParameterError("pace: expected a duration beside it, the simulated time [s] that takes so long")
+    return duration / component.step_size / pace
 
 
 def _first_scales(motion: Motion, exaggerate: float | None) -> Scales:
@@ -248,6 +265,14 @@ def _grown(scales: Scales, motion: Motion, exaggerate: float | None) -> Scales:
     return dataclasses.replace(
         scales,
         exaggeration=factor,
-        colour_limit=now.colour_limit if float(np.abs(colour).max()) > scales.colour_limit else scales.colour_limit,
-        contact_limit=now.contact_limit if float(contact.max(initial=0.0)) > scales.contact_limit else scales.contact_limit,
+        colour_limit=_roomy(scales.colour_limit, float(np.abs(colour).max())),
+        contact_limit=_roomy(scales.contact_limit, float(contact.max(initial=0.0))),
     )
+
+
+def _roomy(limit: float, value: float) -> float:
+    """Return the limit while it holds the value, else the next 1, 2 or 5 x 10^k: few changes while a wave grows."""
+    if value <= limit or not math.isfinite(value):
+        return limit
+    decade = 10.0 ** math.floor(math.log10(value))
+    return next(float(f"{step * decade:.6g}") for step in (1, 2, 5, 10) if step * decade >= value * (1.0 - 1e-12))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.writing import with_article, write_files
+from granular_env.writing import require_writable, with_article, write_files
 
 from . import figures, page
 from .events import told_events
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 # Frames that the figures use: more than a viewer, they are only drawn once.
 _FRAMES = 2000
 _LONGEST_LIST = 8
+_PAGE = "report.html"
 
 
 def report(
@@ -52,6 +53,7 @@ def report(
     """
     if os.path.lexists(folder) and not os.path.isdir(folder):
         raise ParameterError(f"{os.fspath(folder)!r} is a file, expected a folder; the report's pages and pictures go into it")
+    require_writable(Path(folder) / _PAGE)
     footage = from_log(log, _FRAMES)
     drawn = _drawn(footage, times, grains)
     pictures = {name: figures.png(figure) for name, (figure, _) in drawn.items()}
@@ -61,7 +63,7 @@ def report(
 
 
 def _written(folder: Path, html: str, pictures: Mapping[str, bytes]) -> Path:
-    target = folder / "report.html"
+    target = folder / _PAGE
     write_files({**{folder / f"{name}.png": data for name, data in pictures.items()}, target: html.encode("utf-8")})
     return target
 

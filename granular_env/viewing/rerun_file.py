@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from granular_env.components.errors import GranularError, ParameterError
-from granular_env.writing import refused_unless_file
+from granular_env.writing import require_writable
 
 # The first bytes of every rerun file; the version that follows them differs.
 _MAGIC = b"RRF"
@@ -17,13 +17,15 @@ def rerun_target(path: str | os.PathLike[str]) -> Path:
 
     Raises:
         ParameterError: its name does not end in .rrd, or what stands there (a log, say) is no rerun file.
-        GranularError: what stands there cannot be read.
+        GranularError: what stands there cannot be read, or no file can be written there.
     """
-    name = os.fspath(path)
-    there = refused_unless_file(path)
+    try:
+        name = os.fspath(path)
+    except TypeError:
+        raise ParameterError(f"path: got {path!r}, expected the path of a file") from None
+    there = require_writable(path)
     if Path(name).suffix.lower() != ".rrd":
         raise ParameterError(f"{name!r}: a rerun file is written; give a name that ends in .rrd")
-    # A name that no file can have is told by the writing itself.
     if not os.path.exists(there):
         return Path(path)
     try:

@@ -27,7 +27,7 @@ from .footage import Footage, Motion
 from .plots import plots
 
 if TYPE_CHECKING:
-    from .figures import Picture
+    from .space_time import Picture
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -129,7 +129,11 @@ def send_static(recording: Any, footage: Footage, scales: Scales | None) -> None
     for plot in plots(footage):
         for place, (path, curve) in enumerate(zip(plot.paths, plot.curves, strict=True)):
             name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", rgb(PALETTE[place % len(PALETTE)])
-            recording.log(path, rr.SeriesLines(names=name, colors=colour, widths=2.0), static=True)
+            # Rerun's default draws the mean of the points that fall on one pixel: stairs would become ramps of other heights.
+            lines = rr.SeriesLines(
+                names=name, colors=colour, widths=2.0, aggregation_policy=rr.components.AggregationPolicy.Off
+            )
+            recording.log(path, lines, static=True)
 
 
 def _send_guides(recording: Any, motion: Motion, scales: Scales) -> None:
@@ -222,21 +226,20 @@ def _colours(motion: Motion, scales: Scales) -> npt.NDArray[np.uint8]:
     return diverging(motion.colour, scales.colour_limit)
 
 
-def send_space_time_picture(recording: Any, motion: Motion, scales: Scales) -> Picture:
-    """The x-t diagram as a picture."""
-    from .figures import space_time_picture
-
-    picture = space_time_picture(motion, scales.colour_limit)
+def send_picture(recording: Any, picture: Picture) -> None:
+    """Send the x-t diagram, in the place of one that was sent before."""
     recording.log("space_time/picture", needed("rerun", "the viewer").Image(picture.pixels), static=True)
-    return picture
 
 
 def _send_space_time(recording: Any, motion: Motion, scales: Scales) -> None:
     """The x-t diagram, and a line across it at the present instant."""
     if motion.colour is None or len(motion.times) < 2:
         return
+    from .space_time import space_time_picture
+
     rr = needed("rerun", "the viewer")
-    picture = send_space_time_picture(recording, motion, scales)
+    picture = space_time_picture(motion, scales.colour_limit)
+    send_picture(recording, picture)
     rows = picture.rows(motion.times)
     lines = np.empty((len(rows), 2, 2), np.float32)
     lines[:, 0, 0], lines[:, 1, 0] = picture.left, picture.right

@@ -6,42 +6,23 @@ screen. Every server that is started listens on 127.0.0.1 only (rerun's default 
 
 from __future__ import annotations
 
-import contextlib
 import os
-import shutil
-import signal
-import socket
-import subprocess
-import sys
-import sysconfig
-import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularError, ParameterError
-from granular_env.writing import refused_unless_file, write_files
+from granular_env.writing import require_writable, write_files
 
 from .blueprint import blueprint
 from .extras import needed
 from .footage import Footage, from_log
 from .rerun_file import rerun_target
+from .rerun_process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
 from .scene import APPLICATION, TIMELINE, Scales, scales_of, send
+from .web_page import WebPage, web_arguments
 
-# What headless rerun needs of a Debian system, beyond Python packages.
-HEADLESS_PACKAGES = (
-    "mesa-vulkan-drivers",
-    "libvulkan1",
-    "libegl1",
-    "libgl1-mesa-dri",
-    "libxkbcommon-x11-0",
-    "libx11-xcb1",
-    "libxcursor1",
-    "libxi6",
-)
-LOCALHOST = "127.0.0.1"
-_START_SECONDS = 60.0
 _SETTLE_SECONDS = 5.0
 
 
@@ -62,8 +43,16 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
         ParameterError: the factor is not a positive number, or the path does not end in .rrd or is that of another file.
         GranularError: the file cannot be written.
     """
-    rr = needed("rerun", "saving a rerun file")
+    needed("rerun", "saving a rerun file")
     target = rerun_target(path)
+    write_files({target: scene_bytes(log, exaggerate)})
+    return target
+
+
+def scene_bytes(log: Any, exaggerate: float | None = None) -> bytes:
+    """Return the content of the file that `save_rrd` writes; errors as there."""
+    _require_log(log)
+    rr = needed("rerun", "the viewer")
     footage = from_log(log)
     scales = _scales(footage, exaggerate)
     # A file's name may hold bytes that are no text; rerun takes text only.
@@ -72,15 +61,15 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
     # Through memory: where the disk becomes full, rerun's own writer drops the rest, or hangs, and raises nothing.
     kept = recording.memory_recording()
     try:
-        recording.send_blueprint(blueprint(footage, scales, log.duration), make_active=False)
+        # Active: what a server hands on to the web viewer shows a layout that is a mere default to nobody.
+        recording.send_blueprint(blueprint(footage, scales, log.duration), make_active=True)
         recording.send_recording_name(footage.title)
         send(recording, footage, scales)
-        write_files({target: kept.drain_as_bytes()})
+        return kept.drain_as_bytes()
     except RuntimeError as error:
-        raise GranularError(f"cannot write the rerun file {str(target)!r}: {error}") from error
+        raise GranularError(f"rerun cannot take the scene of {name!r}: {error}") from error
     finally:
         recording.disconnect()
-    return target
 
 
 def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
@@ -95,17 +84,30 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
         MissingExtraError, GranularError: rerun is not installed, or cannot start (no screen).
     """
     needed("rerun", "the viewer")
-    if not web and sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise GranularError(
-            "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set, so the desktop viewer cannot open; "
-            "use the web viewer (web=True), a rerun file (save_rrd) or a picture (screenshot)"
-        )
-    with tempfile.TemporaryDirectory(prefix="granular-env-") as folder:
-        file = save_rrd(log, Path(folder) / "scene.rrd", exaggerate)
-        with _web_viewer(file) if web else _desktop_viewer(file) as process, contextlib.suppress(KeyboardInterrupt):
-            process.wait()
-            if process.returncode:
-                raise GranularError(f"rerun's viewer ended with status {process.returncode}; its messages are above")
+    if not web:
+        require_screen("use the web viewer (web=True), a rerun file (save_rrd) or a picture (screenshot)")
+    data = scene_bytes(log, exaggerate)
+    try:
+        if web:
+            _serve(data)
+        else:
+            with rerun_process(data=data) as viewer:
+                viewer.wait()
+    except KeyboardInterrupt:
+        return
+
+
+def _serve(data: bytes) -> None:
+    """Serve the web viewer until it ends."""
+    source, arguments = web_arguments()
+    with rerun_process(*arguments, data=data) as viewer:
+        viewer.wait_until_it_listens(source)
+        page = WebPage(viewer, source)
+        try:
+            print(f"rerun's web viewer: {page.address}  (Ctrl-C ends it)", flush=True)
+            viewer.wait()
+        finally:
+            page.close()
 
 
 def screenshot(
@@ -130,149 +132,80 @@ def screenshot(
         GranularError: the viewer cannot start; the message names the system packages it needs.
     """
     needed("rerun", "a screenshot")
-    target = Path(png).absolute()
-    refused_unless_file(target)
+    target = Path(os.path.abspath(_path(png)))
     if target.suffix.lower() != ".png":
         raise ParameterError(f"{str(target)!r}: a screenshot is a PNG picture; give a name that ends in .png")
+    require_writable(target)
+    width, height = _window(size)
+    _require_log(log)
     start = log.start_tick * log.step_size
-    instant = start + 2.0 / 3.0 * log.duration if at is None else at
+    instant = start + 2.0 / 3.0 * log.duration if at is None else _number("at", at)
     if not start <= instant <= start + log.duration:
         raise ParameterError(f"at: got {instant:g} s, expected {start:g} to {start + log.duration:g} s")
-    with tempfile.TemporaryDirectory(prefix="granular-env-") as folder:
-        file = save_rrd(log, Path(folder) / "scene.rrd", exaggerate)
-        picture = Path(folder) / "picture.png"
-        with _headless_viewer(file, size) as port:
-            data = _take(port, picture, instant)
-    write_files({target: data})
+    with rerun_process("--headless", "--window-size", f"{width}x{height}", data=scene_bytes(log, exaggerate)) as viewer:
+        picture = _take(viewer, instant)
+    write_files({target: picture})
     return target
 
 
+def _take(viewer: RerunProcess, instant: float) -> bytes:
+    """Return the PNG of a viewer without a window at an instant [s]."""
+    client_class = needed("rerun.experimental", "a screenshot").ViewerClient
+    viewer.wait_until_it_listens(advice=NEEDED)
+    client = _while_it_lives(viewer, lambda: client_class.connect(viewer.url))
+    # Until the recording is loaded there is no such time.
+    _while_it_lives(viewer, lambda: client.set_time(TIMELINE, duration=instant, play_state="paused"))
+    # Textures arrive some frames later, the viewer's own notices leave after seconds, and rerun has no signal for either.
+    time.sleep(_SETTLE_SECONDS)
+    return _while_it_lives(viewer, client.take_screenshot)
+
+
+def _while_it_lives(viewer: RerunProcess, ask: Callable[[], Any]) -> Any:
+    """Return what a viewer answers, asking again until it does; `GranularError` where it ends, or never answers."""
+    deadline = time.monotonic() + START_SECONDS
+    while True:
+        try:
+            return ask()
+        except Exception as error:  # rerun raises several kinds
+            viewer.require_alive(NEEDED)
+            if time.monotonic() > deadline:
+                raise GranularError(
+                    f"rerun's viewer gave no picture: {error}; {NEEDED}; it said: {viewer.messages()}"
+                ) from error
+            time.sleep(0.2)
+
+
+# -- arguments ------------------------------------------------------------------------------------------------------------
+
+
+def _require_log(log: Any) -> None:
+    """Raise `ParameterError` where something else than an open log was given."""
+    if not hasattr(log, "metadata") or not hasattr(log, "variables"):
+        raise ParameterError(f"log: got {type(log).__name__}, expected an open log: open_log(path)")
+
+
+def _path(path: Any) -> str | bytes:
+    try:
+        return os.fspath(path)
+    except TypeError:
+        raise ParameterError(f"path: got {path!r}, expected the path of a file") from None
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ParameterError(f"{name}: got {value!r}, expected a number")
+    return float(value)
+
+
+def _window(size: Any) -> tuple[int, int]:
+    if not (
+        isinstance(size, (tuple, list)) and len(size) == 2 and all(type(side) is int and 100 <= side <= 8192 for side in size)
+    ):
+        raise ParameterError(f"size: got {size!r}, expected a width and a height, whole numbers from 100 to 8192")
+    return size[0], size[1]
+
+
 def _scales(footage: Footage, exaggerate: float | None) -> Scales | None:
-    if exaggerate is not None and not 0.0 < exaggerate < float("inf"):
+    if exaggerate is not None and not 0.0 < _number("exaggerate", exaggerate) < float("inf"):
         raise ParameterError(f"exaggerate: got {exaggerate!r}, expected a positive number")
     return None if footage.motion is None else scales_of(footage.motion, exaggerate)
-
-
-# -- rerun's processes ----------------------------------------------------------------------------------------------------
-
-
-def rerun_program() -> str:
-    """Path of rerun's command, the one that belongs to this Python before any other.
-
-    Raises:
-        GranularError: there is none.
-    """
-    beside = Path(sysconfig.get_path("scripts")) / ("rerun.exe" if os.name == "nt" else "rerun")
-    found = str(beside) if beside.exists() else shutil.which("rerun")
-    if found is None:
-        raise GranularError(
-            "the program `rerun` is not found beside this Python or on PATH; run: pip install --force-reinstall rerun-sdk"
-        )
-    return found
-
-
-def free_port() -> int:
-    """A TCP port of 127.0.0.1 that nobody listens on now."""
-    with socket.socket() as probe:
-        probe.bind((LOCALHOST, 0))
-        return probe.getsockname()[1]
-
-
-def started(*arguments: str, log_to: Path | None = None) -> subprocess.Popen[bytes]:
-    """Rerun with these arguments, listening on 127.0.0.1 only."""
-    command = [rerun_program(), *arguments, "--bind", LOCALHOST]
-    with log_to.open("wb") if log_to is not None else contextlib.nullcontext() as output:
-        # A session of its own: rerun's command is a launcher, whose child has to end with it.
-        return subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=output, stderr=output, start_new_session=os.name == "posix"
-        )
-
-
-def stopped(process: subprocess.Popen[bytes]) -> None:
-    """End a viewer that `started` began, gently, then not."""
-    for number in (signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM)):
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            if os.name == "posix":
-                os.killpg(process.pid, number)
-            else:
-                process.terminate()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(5.0)
-            return
-
-
-@contextlib.contextmanager
-def _running(*arguments: str, log_to: Path | None = None) -> Iterator[subprocess.Popen[bytes]]:
-    process = started(*arguments, log_to=log_to)
-    try:
-        yield process
-    finally:
-        stopped(process)
-
-
-@contextlib.contextmanager
-def _desktop_viewer(file: Path) -> Iterator[subprocess.Popen[bytes]]:
-    with _running(str(file), "--port", str(free_port())) as process:
-        yield process
-
-
-@contextlib.contextmanager
-def _web_viewer(file: Path) -> Iterator[subprocess.Popen[bytes]]:
-    web_port, port = free_port(), free_port()
-    with _running(str(file), "--serve-web", "--port", str(port), "--web-viewer-port", str(web_port)) as process:
-        wait_for_port(process, web_port, None)
-        print(f"rerun's web viewer: {web_address(web_port, port)}  (Ctrl-C ends it)", flush=True)
-        yield process
-
-
-def web_address(web_port: int, port: int) -> str:
-    """Address of a served web viewer that reads from the data server at `port`."""
-    return f"http://{LOCALHOST}:{web_port}/?url=rerun%2Bhttp%3A%2F%2F{LOCALHOST}%3A{port}%2Fproxy"
-
-
-@contextlib.contextmanager
-def _headless_viewer(file: Path, size: tuple[int, int]) -> Iterator[int]:
-    """The port of a viewer without a window that has started."""
-    port, messages = free_port(), file.with_name("viewer.txt")
-    window = f"{size[0]}x{size[1]}"
-    with _running(str(file), "--headless", "--port", str(port), "--window-size", window, log_to=messages) as process:
-        wait_for_port(process, port, messages)
-        yield port
-
-
-def wait_for_port(process: subprocess.Popen[bytes], port: int, messages: Path | None) -> None:
-    """Until a viewer listens; `GranularError` with what it said where it does not come up."""
-    deadline = time.monotonic() + _START_SECONDS
-    while time.monotonic() < deadline and process.poll() is None:
-        with contextlib.suppress(OSError), socket.create_connection((LOCALHOST, port), timeout=1.0):
-            return
-        time.sleep(0.1)
-    said = messages.read_text(errors="replace")[-600:] if messages is not None else ""
-    raise GranularError(
-        "rerun's viewer did not start; without a screen it needs the system packages (Debian names) "
-        f"{' '.join(HEADLESS_PACKAGES)}: apt-get install them. It said: {said.strip() or 'nothing'}"
-    )
-
-
-def _take(port: int, picture: Path, instant: float) -> bytes:
-    client_class = needed("rerun.experimental", "a screenshot").ViewerClient
-    try:
-        client = client_class.connect(f"rerun+http://{LOCALHOST}:{port}/proxy")
-        deadline = time.monotonic() + _START_SECONDS
-        while True:
-            try:
-                client.set_time(TIMELINE, duration=instant, play_state="paused")
-                break
-            except Exception:  # The recording is still being loaded; rerun raises several kinds.
-                if time.monotonic() > deadline:
-                    raise
-                time.sleep(0.3)
-        # Textures arrive some frames later, the viewer's own notices leave after seconds, and rerun has no signal for either.
-        time.sleep(_SETTLE_SECONDS)
-        client.save_screenshot(str(picture))
-        return picture.read_bytes()
-    except Exception as error:
-        raise GranularError(
-            f"rerun's viewer gave no picture: {error}. It needs the system packages (Debian names) "
-            f"{' '.join(HEADLESS_PACKAGES)}"
-        ) from error

@@ -1,0 +1,276 @@
+"""Live views: they change no bit, send twenty frames a second of wall time, and tell what was not sampled."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from granular_env.cli import main
+from granular_env.components.catalogue import make
+from granular_env.components.errors import GranularError, GranularWarning, ParameterError
+from granular_env.running import run
+from granular_env.viewing import LiveViewer, pacing
+from granular_env.viewing.colours import rgb
+from granular_env.viewing.drawing import NOT_SAMPLED, nearest_frames
+from granular_env.viewing.footage import from_component
+from granular_env.viewing.live import _grown
+from granular_env.viewing.pacing import Pacing
+from granular_env.viewing.scene import scales_of
+from granular_env.viewing.space_time import GrowingPicture
+
+pytest.importorskip("rerun", reason="the extra `view` is not installed")
+
+
+def columns(path):
+    """Entity -> component -> values of each row of an .rrd file."""
+    from rerun.chunk import RrdReader
+
+    found = {}
+    for chunk in RrdReader(path).stream().to_chunks():
+        batch = chunk.to_record_batch()
+        entity = found.setdefault(str(chunk.entity_path).strip("/"), {})
+        for name in batch.schema.names:
+            entity.setdefault(name.rpartition(":")[2], []).extend(batch.column(name).to_pylist())
+    return found
+
+
+class Clock:
+    """Wall time that passes only where it is told to."""
+
+    def __init__(self, monkeypatch):
+        self.now = 100.0
+        monkeypatch.setattr(pacing, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(pacing, "sleep", self.sleep)
+
+    def sleep(self, seconds):
+        assert seconds > 0.0
+        self.now += seconds
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    return Clock(monkeypatch)
+
+
+def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds):
+    """Wall times [s] and ticks of the frames of a run that does so many ticks per second."""
+    frames, tick, begin = [], 0, clock.now
+    pacing.restart(0)
+    upcoming = 1
+    while clock.now < begin + seconds:
+        clock.now += (upcoming - tick) / ticks_per_second
+        tick = upcoming
+        if pacing.arrive(tick):
+            frames.append((clock.now - begin, tick))
+            clock.now += frame_seconds
+        upcoming = pacing.leave(tick)
+        assert upcoming > tick
+    return np.array(frames)
+
+
+@pytest.mark.parametrize("ticks_per_second", [200.0, 1e3, 2e4, 1e7])
+@pytest.mark.parametrize("frame_seconds", [0.0, 0.01, 0.02])
+def test_twenty_frames_a_second_are_sent_however_fast_the_run_is(clock, ticks_per_second, frame_seconds):
+    frames = instants_of_frames(clock, Pacing(), ticks_per_second, frame_seconds, 10.0)
+    # A frame is sent up to a tenth early, or up to a tick late.
+    assert 190 <= len(frames) <= 224
+    assert np.diff(frames[5:, 0]).max() < 0.06
+
+
+def test_large_frames_take_at_most_half_of_the_time(clock):
+    frames = instants_of_frames(clock, Pacing(), 1e5, 0.2, 20.0)
+    assert 45 <= len(frames) <= 51
+
+
+def test_a_pace_holds_a_run_back_and_spaces_its_frames_evenly(clock):
+    frames = instants_of_frames(clock, Pacing(1000.0), 1e6, 0.002, 4.0)
+    assert len(frames) == pytest.approx(80, abs=1)
+    # The first frame is that of the first tick.
+    assert frames[0, 1] == 1.0 and set(np.diff(frames[1:, 1])) == {50.0}
+    np.testing.assert_allclose(frames[:, 0], frames[:, 1] / 1000.0, atol=2e-3)
+
+
+def test_a_run_that_is_too_slow_for_its_pace_has_twenty_frames_a_second_all_the_same(clock):
+    frames = instants_of_frames(clock, Pacing(1e6), 1e4, 0.005, 5.0)
+    assert 95 <= len(frames) <= 112
+
+
+def test_a_run_of_few_ticks_shows_each_of_them(clock):
+    frames = instants_of_frames(clock, Pacing(6.0), 1e6, 0.002, 10.0)
+    np.testing.assert_array_equal(frames[:, 1], np.arange(1, len(frames) + 1))
+    np.testing.assert_allclose(frames[:, 0], frames[:, 1] / 6.0, atol=3e-3)
+
+
+def test_what_is_received_are_twenty_frames_of_each_second_of_a_paced_run(tmp_path, clock):
+    """A run of .1 ms that is given 3 s: 60 frames arrive, 1/60 of the run apart, at their instants of wall time."""
+    chain, times = make("chain", grains=60, left="piston"), []
+    with LiveViewer(chain, save=tmp_path / "live.rrd", duration=1e-4, pace=3.0) as live:
+        send = live._send
+
+        def timed(component, anew):
+            times.append((clock.now - 100.0, component.time))
+            send(component, anew)
+
+        live._send = timed
+        chain.step(1e-4, left_velocity=5.0)
+    found = columns(tmp_path / "live.rrd")
+    received = np.array([time.value for time in found["scene/grains"]["time"] if time is not None and time.value >= 0]) * 1e-9
+    assert len(set(received)) == pytest.approx(61, abs=1) and received[-1] == pytest.approx(1e-4)
+    wall, simulated = np.array(times).T
+    np.testing.assert_allclose(wall, simulated / 1e-4 * 3.0, atol=0.03)
+    assert np.diff(np.unique(received)).max() < 1.5e-4 / 60
+
+
+def test_a_live_viewer_changes_no_bit_and_sends_frames(tmp_path):
+    plain, seen = (make("chain", grains=60, left="piston") for _ in range(2))
+    with LiveViewer(seen, save=tmp_path / "live.rrd", duration=1e-4, pace=0.3) as live:
+        for chain in (plain, seen):
+            chain.step(1e-4, left_velocity=5.0)
+    assert plain.save().to_bytes() == seen.save().to_bytes()
+    found = columns(tmp_path / "live.rrd")
+    drawn = [row for row in found["scene/grains"]["positions"] if row is not None]
+    assert live.frames == len(drawn) >= 2 and {len(row) for row in drawn} == {60}
+    assert "caption" in found and "inputs/left_velocity" in found
+
+
+# -- the x-t diagram ------------------------------------------------------------------------------------------------------
+
+
+def picture_of(times, end):
+    """The x-t diagram of a chain whose grains have the velocity 1 m/s at each instant that was sampled."""
+    motion = from_component(make("chain", grains=10)).motion
+    growing = GrowingPicture(0.0, end)
+    for time in times:
+        growing.keep(type(motion)(**{**vars(motion), "times": np.array([time]), "colour": np.ones((1, 10))}))
+    return growing.draw(motion, 2.0)
+
+
+def sampled_part(picture, low, high):
+    """How much of an interval of time is drawn in a colour of the map."""
+    rows = np.rint(picture.rows(np.linspace(low, high, 200)[1:-1])).astype(int)
+    column = picture.pixels[rows, int(0.5 * (picture.left + picture.right))]
+    return float((column != np.array(rgb(NOT_SAMPLED))).any(axis=1).mean())
+
+
+def test_instants_that_were_not_sampled_are_not_drawn_as_a_chain_at_rest():
+    """Three frames, two of them at the end: what a run that is over at once leaves."""
+    picture = picture_of([0.0, 4.9e-4, 5e-4], 5e-4)
+    assert sampled_part(picture, 0.2e-4, 4.6e-4) == 0.0
+    assert sampled_part(picture, 4.95e-4, 5e-4) == 1.0
+
+
+def test_even_frames_fill_the_diagram_as_far_as_the_run_has_come():
+    picture = picture_of(np.linspace(0.0, 2.5e-4, 101), 5e-4)
+    assert sampled_part(picture, 0.0, 2.5e-4) == 1.0
+    assert sampled_part(picture, 2.6e-4, 5e-4) == 0.0
+
+
+def test_a_gap_between_frames_stays_a_gap():
+    picture = picture_of(np.concatenate([np.linspace(0, 2e-4, 100), np.linspace(2.3e-4, 5e-4, 100)]), 5e-4)
+    assert sampled_part(picture, 2.05e-4, 2.25e-4) == 0.0
+    assert sampled_part(picture, 2.35e-4, 5e-4) == 1.0
+
+
+def test_a_diagram_whose_end_nobody_knows_has_room():
+    picture = picture_of(np.linspace(0.0, 3e-4, 200), None)
+    assert picture.end >= 3e-4 and sampled_part(picture, 0.0, 3e-4) == 1.0
+
+
+def test_each_instant_belongs_to_the_nearest_frame():
+    times = np.linspace(0.0, 1.0, 101)
+    np.testing.assert_array_equal(nearest_frames(times, times), np.arange(101))
+    np.testing.assert_array_equal(nearest_frames(times, np.linspace(0.0, 1.0, 100_001)[[4_990, 5_010]]), [-1, -1])
+
+
+# -- other histories ------------------------------------------------------------------------------------------------------
+
+
+def test_live_histories_are_laid_end_to_end(tmp_path):
+    oscillator = make("oscillator")
+    with LiveViewer(oscillator, save=tmp_path / "live.rrd"):
+        oscillator.step(1.0)
+        oscillator.reset(position=1.0)
+        oscillator.step(0.5)
+    assert max(columns(tmp_path / "live.rrd")["outputs/position"]["tick"]) == 150
+
+
+def test_live_scales_only_grow_to_hold_what_comes():
+    chain = make("chain", grains=20, left="piston")
+    chain.step(5e-5, left_velocity=5.0)
+    motion = from_component(chain).motion
+    scales = _grown(scales_of(motion), motion, None)
+    assert scales == scales_of(motion)
+    louder = type(motion)(**{**vars(motion), "colour": 3.0 * motion.colour})
+    assert _grown(scales, louder, None).colour_limit >= float(np.abs(louder.colour).max())
+
+
+def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):
+    from granular_env.viewing import live
+
+    oscillator = make("oscillator")
+    watching = LiveViewer(oscillator, save=tmp_path / "live.rrd")
+
+    def broken(*_):
+        raise RuntimeError("gone")
+
+    monkeypatch.setattr(live, "send_curves", broken)
+    with pytest.warns(GranularWarning, match="gone"):
+        oscillator.step(1.0)
+    assert oscillator.tick == 100
+    watching.close()
+
+
+# -- what is refused ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def no_screen(monkeypatch):
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+
+
+def test_a_live_run_without_a_screen_is_refused_before_it_begins(no_screen, tmp_path, capsys):
+    log = tmp_path / "new" / "a.mcap"
+    assert main(["run", "oscillator/pushed", "--live", "--log", str(log)]) == 2
+    told = capsys.readouterr().err
+    assert "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set" in told and "run without --live" in told
+    assert "apt-get" not in told
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_live_run_whose_viewer_does_not_start_leaves_no_log(tmp_path, monkeypatch):
+    from granular_env.viewing import rerun_process
+
+    monkeypatch.setenv("DISPLAY", ":99")
+    monkeypatch.setattr(rerun_process, "rerun_program", lambda: "/bin/false")
+    with pytest.raises(GranularError, match="ended with status 1"):
+        run("oscillator/pushed", log=tmp_path / "a.mcap", live=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_live_viewer_without_a_screen_names_the_other_ways(no_screen):
+    with pytest.raises(GranularError, match=r"no screen.*web=True.*save"):
+        LiveViewer(make("oscillator"))
+
+
+@pytest.mark.parametrize(
+    ("given", "word"),
+    [
+        ({"pace": 3.0}, "pace: expected a duration"),
+        ({"pace": -1.0, "duration": 1.0}, "pace: got -1.0"),
+        ({"pace": "fast", "duration": 1.0}, "pace: got 'fast'"),
+        ({"duration": 0.0}, "duration: got 0.0"),
+    ],
+    ids=str,
+)
+def test_a_pace_that_is_none_is_refused(tmp_path, given, word):
+    with pytest.raises(ParameterError, match=word):
+        LiveViewer(make("oscillator"), save=tmp_path / "live.rrd", **given)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_pace_for_a_run_that_is_not_shown_is_refused(tmp_path, capsys):
+    assert main(["run", "oscillator/pushed", "--pace", "3", "--log", str(tmp_path / "a.mcap")]) == 2
+    assert "pace: got 3.0 for a run that is not shown; pass --live" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,228 @@
+"""Rerun's processes: on 127.0.0.1 only, silent, without reports to anybody, and gone when ours has gone."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes.util
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import browser
+import numpy as np
+import pytest
+
+from granular_env.components.catalogue import make
+from granular_env.components.errors import GranularError
+from granular_env.recording import open_log, record
+from granular_env.viewing import rerun_process, screenshot, viewer
+from granular_env.viewing.web_page import WebPage, web_arguments
+
+pytest.importorskip("rerun", reason="the extra `view` is not installed")
+
+HEADLESS = pytest.mark.skipif(
+    not all(ctypes.util.find_library(name) for name in ("vulkan", "EGL", "xkbcommon-x11")),
+    reason="headless rerun needs system packages: make system-packages",
+)
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="/proc tells which processes there are")
+
+
+@pytest.fixture(scope="module")
+def log_path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("logs") / "chain.mcap"
+    chain = make("chain", grains=60, left="piston")
+    with record(chain, path, every=2e-6, experiment={"name": "piston", "duration": 1e-4}):
+        chain.step(1e-4, left_velocity=5.0)
+    return path
+
+
+@contextlib.contextmanager
+def served(path):
+    """A log in the web viewer, as `view` serves it: the page and the process."""
+    with open_log(path) as log:
+        data = viewer.scene_bytes(log)
+    source, arguments = web_arguments()
+    with rerun_process.rerun_process(*arguments, data=data) as process:
+        process.wait_until_it_listens(source)
+        page = WebPage(process, source)
+        yield page, process
+        page.close()
+
+
+def port_of(page):
+    return int(page.address.partition("http://127.0.0.1:")[2].partition("/")[0])
+
+
+def answer(port, host, path="/"):
+    with socket.create_connection(("127.0.0.1", port), timeout=10.0) as page:
+        page.sendall(f"GET {path} HTTP/1.0\r\nHost: {host}\r\n\r\n".encode())
+        pieces = iter(lambda: page.recv(1 << 16), b"")
+        return b"".join(pieces)
+
+
+def test_the_web_viewer_listens_on_this_machine_only(log_path):
+    with served(log_path) as (page, process):
+        for port in (port_of(page), process.port):
+            # Every 127.x address is this machine; a server on all interfaces would answer here, one on 127.0.0.1 does not.
+            with pytest.raises(OSError), socket.create_connection(("127.0.0.2", port), timeout=5.0):
+                pass
+        assert b" 200 " in answer(port_of(page), f"127.0.0.1:{port_of(page)}").partition(b"\r\n")[0]
+        # The page of another site, whose name was made to lead here.
+        assert b" 403 " in answer(port_of(page), "example.org").partition(b"\r\n")[0]
+    assert process.process.poll() is not None
+
+
+def test_the_page_may_ask_this_machine_and_nobody_else(log_path):
+    with served(log_path) as (page, process):
+        head, _, body = answer(port_of(page), f"127.0.0.1:{port_of(page)}", "/?theme=dark").partition(b"\r\n\r\n")
+    policy = next(line for line in head.decode().splitlines() if line.startswith("Content-Security-Policy: "))
+    assert "default-src 'none'" in policy and f"connect-src 'self' data: blob: http://127.0.0.1:{process.port};" in policy
+    assert "https:" not in policy and b"<link" in body and b'href="https:' not in body
+
+
+@pytest.mark.skipif(browser.found() is None, reason="no Chromium here: make system-packages")
+def test_the_web_viewer_shows_the_layout_and_plays_in_a_real_browser(log_path, tmp_path):
+    """The chain's pane reaches over the whole width, on its own dark ground; the line at `now` in the x-t diagram moves."""
+    with served(log_path) as (page, _), browser.Browser() as chromium:
+        chromium.call("Emulation.setDeviceMetricsOverride", width=900, height=600, deviceScaleFactor=1, mobile=False)
+        light = {"name": "prefers-color-scheme", "value": "light"}
+        chromium.call("Emulation.setEmulatedMedia", features=[light])
+        chromium.call("Page.navigate", url=page.address)
+        rows = set()
+        for _ in range(60):
+            time.sleep(1.0)
+            chromium.picture(tmp_path / "page.png", whole=False)
+            if now := row_of_now(tmp_path / "page.png"):
+                rows.add(now)
+            if len(rows) > 1:
+                break
+        assert len(rows) > 1, "the layout did not appear, or does not play"
+        addresses = [
+            address for address in chromium.requests() if not address.startswith(("http://127.0.0.1:", "data:", "blob:"))
+        ]
+        failed = {event["params"]["requestId"] for event in chromium._events if event.get("method") == "Network.loadingFailed"}
+        sent = {
+            event["params"]["requestId"]
+            for event in chromium._events
+            if event.get("method") == "Network.requestWillBeSent" and event["params"]["request"]["url"] in addresses
+        }
+        assert sent <= failed, addresses
+
+
+def row_of_now(picture):
+    """The row of the orange line that lies across the x-t diagram, 0 where the chain's pane does not reach over the page."""
+    from matplotlib.image import imread
+
+    pixels = np.rint(255 * imread(picture)[..., :3]).astype(int)
+    height, width, _ = pixels.shape
+    chain = pixels[int(0.1 * height) : int(0.3 * height)]
+    pane = (np.abs(chain - [13, 16, 17]).max(axis=2) <= 2).mean()
+    curve = (chain.min(axis=2) > 150).any(axis=0)[int(0.05 * width) : int(0.95 * width)].mean()
+    if pane < 0.6 or curve < 0.95:
+        return 0
+    orange = (np.abs(pixels[:, : width // 3] - [230, 159, 0]).max(axis=2) <= 30).sum(axis=1)
+    return int(orange.argmax()) if orange.max() > 0.15 * width else 0
+
+
+# -- the end --------------------------------------------------------------------------------------------------------------
+
+
+def children(pid):
+    """The process, and what it started, by /proc."""
+    parents = {}
+    for entry in Path("/proc").iterdir():
+        with contextlib.suppress(OSError, ValueError):
+            fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            if fields[0] != "Z":
+                parents[int(entry.name)] = int(fields[1])
+    found = [pid]
+    for known in found:
+        found += [child for child, parent in parents.items() if parent == known]
+    return found
+
+
+def alive(pid):
+    try:
+        return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.fixture
+def viewing(log_path, tmp_path):
+    """`granular-env view LOG --web` in a process of its own that serves already, and its folder for temporary files."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    environment = {**os.environ, "TMPDIR": str(folder), "HOME": str(tmp_path), "XDG_CONFIG_HOME": "", "XDG_DATA_HOME": ""}
+    environment.pop("CI", None)
+    command = [sys.executable, "-m", "granular_env", "view", str(log_path), "--web"]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        line = process.stdout.readline()
+        assert line.startswith("rerun's web viewer: http://127.0.0.1:"), line + process.stdout.read()
+        yield process, folder
+        process.kill()
+
+
+@LINUX
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGKILL", "SIGINT"])
+def test_whatever_ends_the_command_ends_the_server_and_leaves_no_file(viewing, name):
+    process, folder = viewing
+    family = children(process.pid)
+    assert len(family) == 2
+    process.send_signal(getattr(signal, name))
+    assert process.wait(30.0) == (0 if name == "SIGINT" else -getattr(signal, name))
+    deadline = time.monotonic() + 30.0
+    while any(map(alive, family)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(map(alive, family))
+    assert list(folder.iterdir()) == []
+
+
+@LINUX
+def test_rerun_prints_nothing_and_keeps_no_usage_data(viewing, tmp_path):
+    process, _ = viewing
+    process.send_signal(signal.SIGINT)
+    assert process.stdout.read() == ""
+    assert not [path for path in tmp_path.rglob("*") if "analytics" in path.name]
+
+
+# -- pictures -------------------------------------------------------------------------------------------------------------
+
+
+@HEADLESS
+def test_a_screenshot_is_taken_without_a_screen(log_path, tmp_path):
+    from matplotlib.image import imread
+
+    with open_log(log_path) as log:
+        picture = imread(screenshot(log, tmp_path / "scene.png", size=(800, 600)))
+    assert picture.shape[:2] == (600, 800) and len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 100
+
+
+@LINUX
+@pytest.mark.parametrize("drivers", ["/nonexistent", "EMPTY"])
+def test_without_vulkan_the_command_that_installs_it_is_named(log_path, tmp_path, monkeypatch, drivers):
+    (tmp_path / "EMPTY").mkdir()
+    (tmp_path / "out").mkdir()
+    monkeypatch.setenv("VK_DRIVER_FILES", str(tmp_path / drivers))
+    monkeypatch.setattr(viewer, "_SETTLE_SECONDS", 0.0)
+    # A viewer that never answers would be asked again for this long; one that has ended is not.
+    monkeypatch.setattr(viewer, "START_SECONDS", 1e6)
+    with (
+        open_log(log_path) as log,
+        pytest.raises(GranularError, match=r"needs Vulkan.*make system-packages.*mesa-vulkan-drivers.*it said: "),
+    ):
+        screenshot(log, tmp_path / "out" / "picture.png")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_a_viewer_that_does_not_start_names_the_packages_it_needs(log_path, tmp_path, monkeypatch):
+    monkeypatch.setattr(rerun_process, "rerun_program", lambda: "/bin/false")
+    with (
+        open_log(log_path) as log,
+        pytest.raises(GranularError, match=r"ended with status 1.*make system-packages.*mesa-vulkan-drivers"),
+    ):
+        screenshot(log, tmp_path / "picture.png")
