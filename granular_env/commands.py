@@ -393,14 +393,15 @@ def _check_log(path: str, allow_large: bool) -> int:
 
 
 def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
-    from granular_env.progress import residual
+    from granular_env.running import energy_residual
 
     if quiet:
         if result.log is not None:
             _print_log(True, result.log)
         return
     component = result.component
-    print(f"{result.steps} steps, to {component.time:.9g} s, in {result.seconds:.2f} s of wall time; {residual(component)}")
+    wall = f"{result.seconds:.2f} s of wall time"
+    print(f"{result.steps} steps, to {component.time:.9g} s, in {wall}; {energy_residual(component)}")
     if result.stopped_by is not None:
         print(f"stopped: {result.stopped_by}")
     if result.interrupted:

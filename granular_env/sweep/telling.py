@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
 
+from granular_env.progress import progress_bar
 from granular_env.writing import counted
 
 from .computing import Result
@@ -19,32 +20,21 @@ _MOST_ERRORS = 3
 
 @contextmanager
 def bar(title: str | None, size: int, known: Sequence[Result]) -> Iterator[Callable[[Sequence[Result]], None]]:
-    """A bar on standard error: tasks done and failed, their rate, the time that is left; none without a title.
+    """Show a progress bar: tasks done and failed, their rate, the time that is left; none without a title.
 
     Args:
         title: what stands before it.
         size: how many tasks there are.
         known: results that there are already.
     """
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if title is None or not console.is_interactive:
-        yield lambda results: None
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn())
-    figures = TextColumn("{task.fields[figures]}")
-    with Progress(*columns, figures, TimeRemainingColumn(), console=console, transient=True) as shown:
-        task = shown.add_task(title, total=size, completed=len(known), figures="")
-        began, done, failed = perf_counter(), 0, _failures(known)
+    with progress_bar(title or "", size, done=len(known), show=title is not None) as shown:
+        begun, first, done, failed = perf_counter(), len(known), len(known), _failures(known)
 
         def told(results: Sequence[Result]) -> None:
             nonlocal done, failed
             done, failed = done + len(results), failed + _failures(results)
-            rate = done / max(perf_counter() - began, 1e-9)
-            shown.update(task, advance=len(results), figures=f"{failed} failed  {rate:,.3g} tasks/s")
+            rate = (done - first) / max(perf_counter() - begun, 1e-9)
+            shown.update(done, f"{done}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
 
         yield told
 
