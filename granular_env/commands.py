@@ -205,7 +205,7 @@ def write_atlas(args: argparse.Namespace) -> int:
     paper = atlas.paper(args.paper)
     constants = _constants(args.overrides)
     folder = Path(args.out) if args.out else Path("atlas") / paper.name
-    with telling(paper, args.quiet) as told:
+    with telling(atlas.chosen(paper, args.only), paper.name, args.quiet) as told:
         done = atlas.compute(paper, folder, constants, only=args.only, processes=args.processes, told=told)
     page = atlas.write(done, folder)
     print(page if args.quiet else closing(done, page))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import fcntl
 import os
 import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import IO, Any
 
 from .components.errors import GranularError, ParameterError
 
@@ -51,6 +53,19 @@ def write_files(contents: Mapping[Path, bytes], kind: type[GranularError] = Gran
     with ExitStack() as stack:
         for path, data in contents.items():
             stack.enter_context(replacing(path, kind)).write_bytes(data)
+
+
+def lock(file: IO[Any], refusal: GranularError) -> None:
+    """Lock an open file for this process until it is closed or the process ends, however it ends.
+
+    Raises:
+        GranularError: `refusal`, where another process has locked it.
+        OSError: the file system knows no locks.
+    """
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise refusal from None
 
 
 def refused_unless_file(path: str | os.PathLike[str]) -> Path:

@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from granular_env.progress import progress_bar
 
 from .building import Atlas
-from .model import Entry, Paper
+from .model import Entry
 
 
 @contextmanager
-def telling(paper: Paper, quiet: bool) -> Iterator[Callable[[Entry, float], None]]:
-    """Show a progress bar that goes on with each entry that is done."""
-    with progress_bar(paper.name, show=not quiet) as bar:
-        yield lambda entry, share: bar.advance(share, f"{entry.section} {entry.title}")
+def telling(entries: Sequence[Entry], title: str, quiet: bool) -> Iterator[Callable[[Entry, float], None]]:
+    """Show a progress bar by the work that is done, and which entries are being computed, each with its own share."""
+    shares = {entry.name: 0.0 for entry in entries}
+    weights = {entry.name: entry.weight for entry in entries}
+    running: dict[str, None] = {}
+    with progress_bar(title, sum(weights.values()), show=not quiet) as bar:
+
+        def told(entry: Entry, share: float) -> None:
+            running[entry.name], shares[entry.name] = None, share
+            if share >= 1.0:
+                running.pop(entry.name, None)
+            done = sum(weights[name] * shares[name] for name in weights)
+            bar.update(done, *(f"{name} {100.0 * shares[name]:.0f} %" for name in running))
+
+        yield told
 
 
 def closing(atlas: Atlas, page: Path) -> str:

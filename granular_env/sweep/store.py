@@ -11,7 +11,6 @@ Results are known by their task's hash. A plan that was edited finds there what 
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 from collections.abc import Iterable, Sequence
@@ -19,7 +18,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from granular_env.components.errors import SweepError
-from granular_env.writing import replacing
+from granular_env.writing import lock, replacing
 
 from .computing import Result
 
@@ -50,13 +49,15 @@ class Store:
             self._journal = (self.folder / JOURNAL).open("ab")
         except OSError as error:
             raise self._unwritable(error) from error
+        busy = f"{str(self.folder)!r}: another process computes a sweep there; wait for it, or choose another folder"
         try:
-            fcntl.flock(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            lock(self._journal, SweepError(busy))
+        except OSError as error:
             self._journal.close()
-            raise SweepError(
-                f"{str(self.folder)!r}: another process computes a sweep there; wait for it, or choose another folder"
-            ) from None
+            raise self._unwritable(error) from error
+        except SweepError:
+            self._journal.close()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
