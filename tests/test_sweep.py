@@ -230,7 +230,7 @@ def test_the_time_of_a_crest_of_a_force_is_known_between_the_looks(tmp_path, kin
     # The force that rises above the static one and, as "min", the wall's, which is negative in compression.
     name = "contact_force[9]" if kind == "max" else "right_wall_force"
     chain = {"component.grains": 14, "component.right": "plane", "component.step_size": 2e-8}
-    experiment = {"duration": 1.5e-4, "start.velocity.0": 1.0, **chain}
+    experiment = {"duration": 2e-4, "start.velocity.0": 1.0, **chain}
     content = {
         "version": 1,
         "experiment": "nesterenko-1983/3.1-one-grain",
