@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from granular_env.components.contract import Parameters
 from granular_env.components.named import tables
 from granular_env.experiments.load import experiment_path, read_document, shipped_experiments
 from granular_env.experiments.templates import default_of, example_of, first_sentence, unit_of
+from granular_env.terminal import columns
 
 
 def overview() -> dict[str, dict[str, str]]:
@@ -28,14 +28,6 @@ def title(path: Path) -> str:
         if first.startswith("#")
         else first_sentence(str(read_document(path).get("description", "")))
     )
-
-
-def columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
-    """Rows of cells, aligned."""
-    table = [tuple(row) for row in rows]
-    widths = [max(len(row[place]) for row in table) for place in range(len(table[0]))] if table else []
-    lines = (indent + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table)
-    return "\n".join(lines)
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:

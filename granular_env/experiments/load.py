@@ -47,7 +47,7 @@ def load_experiment(source: Source, overrides: Iterable[str] = (), folder: Path 
     Raises:
         ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
     """
-    overrides, before = list(overrides), ()
+    overrides, before = override_list(overrides), ()
     if isinstance(source, Experiment):
         if not overrides:
             return source
@@ -121,6 +121,18 @@ def read_document(path: Path) -> dict[str, Any]:
         raise ExperimentError(f"{path}: not valid TOML: {error}") from None
     except (RecursionError, ValueError, ArithmeticError) as error:
         raise ExperimentError(f"{path}: not readable as TOML: {error}") from None
+
+
+def override_list(overrides: Iterable[str]) -> list[str]:
+    """Return overrides as a list; `ExperimentError` where they are no ``"key=value"`` texts."""
+    expected = "expected a list of texts, such as ['component.grains=500']"
+    if isinstance(overrides, str) or not isinstance(overrides, Iterable):
+        raise ExperimentError(f"overrides: got {shortened(overrides)}, {expected}")
+    found = list(overrides)
+    for place, override in enumerate(found):
+        if not isinstance(override, str):
+            raise ExperimentError(f"overrides[{place}]: got {shortened(override)}, {expected}")
+    return found
 
 
 def parse_override(override: str) -> tuple[list[str], Any]:

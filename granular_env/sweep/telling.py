@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
 
 from granular_env.progress import progress_bar
+from granular_env.terminal import printable, table
 from granular_env.writing import counted
 
 from .computing import Result
-from .store import TABLE
+from .store import CSV, TABLE
 from .table import Sweep
 
+# A table of so many rows is printed.
+_MOST_ROWS = 24
+_WAYS = {"pandas": ".table for pandas", "xarray": ".dataset for xarray"}
 # So many errors are told at the end; the table has all of them.
 _MOST_ERRORS = 3
 
@@ -54,5 +59,29 @@ def closing(sweep: Sweep) -> str:
         lines.append(f"failed: {len(errors) - _MOST_ERRORS} more; the column 'error' of the table tells why")
     if sweep.interrupted:
         lines.append("interrupted: what is done is kept; the same command goes on from there")
-    lines += [f"table: {shlex.quote(str(sweep.folder / TABLE))}", "  import granular_env as ge"]
-    return "\n".join([*lines, f"  sweep = ge.open_sweep({str(sweep.folder)!r})      # .table for pandas, .dataset for xarray"])
+    if 0 < sweep.done and sweep.size <= _MOST_ROWS:
+        lines += ["", table(_rows(sweep)), ""]
+    lines += [f"table: {shlex.quote(str(sweep.folder / TABLE))} (and {CSV})", "  import granular_env as ge"]
+    return "\n".join([*lines, f"  sweep = ge.open_sweep({str(sweep.folder)!r})      # {_ways_in()}"])
+
+
+def _rows(sweep: Sweep) -> list[list[str]]:
+    """Return headings with units, and the keys that vary, the measures and what failed of each task."""
+    columns, about = sweep.columns(), sweep.description
+    shown = ["task", *about["grid"], *about["samples"], *(["repetition"] if about["repetitions"] else []), *about["measures"]]
+    shown += ["outcome"] if sweep.done < sweep.size else []
+    units = sweep.units
+    heads = [f"{name} [{units[name]}]" if units.get(name, "1") != "1" else name for name in shown]
+    return [heads, *([_cell(columns[name][row]) for name in shown] for row in range(sweep.size))]
+
+
+def _cell(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else printable(value)
+
+
+def _ways_in() -> str:
+    """Return what opens the table with the packages that are here, and what installs the others."""
+    ways = [way for package, way in _WAYS.items() if importlib.util.find_spec(package) is not None]
+    missing = [package for package in _WAYS if importlib.util.find_spec(package) is None]
+    advice = f"; pip install 'granular-env[sweep]' adds {' and '.join(missing)}" if missing else ""
+    return ", ".join([*ways, ".columns() for lists"]) + advice
