@@ -199,7 +199,7 @@ def _resolve(
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
     """Yield a name itself, or for a module those of its attributes that the code asks anything for."""
     module = look_up()
-    if not isinstance(module, types.ModuleType) or _is_versioned(module.__name__) or depth > len(attributes):
+    if not isinstance(module, types.ModuleType) or is_versioned(module.__name__) or depth > len(attributes):
         yield name, look_up
         return
     yield f"{name} (module)", lambda: module.__name__
@@ -216,7 +216,8 @@ def _cell_value(cell: Any) -> Any:
         return _MISSING
 
 
-def _is_versioned(module: str) -> bool:
+def is_versioned(module: str) -> bool:
+    """Return whether all that a module holds is told by the version of the package that it is part of."""
     return module.split(".")[0] in _VERSIONED
 
 
@@ -235,6 +236,11 @@ def _names(code: types.CodeType) -> tuple[tuple[str, ...], tuple[str, ...]]:
             elif step.opname in ("LOAD_ATTR", "LOAD_METHOD"):
                 attributes[step.argval] = None
     return tuple(names), tuple(attributes)
+
+
+def names_in(code: types.CodeType) -> tuple[str, ...]:
+    """Return the globals that code asks for, those of nested functions included."""
+    return _names(code)[0]
 
 
 @lru_cache(maxsize=4096)
@@ -311,7 +317,7 @@ def _object_text(value: Any) -> str:
         token = None
     if token is not None:
         return token
-    if isinstance(value, types.ModuleType) and _is_versioned(value.__name__):
+    if isinstance(value, types.ModuleType) and is_versioned(value.__name__):
         return f"module {value.__name__}"
     if isinstance(value, np.ufunc):
         if getattr(np, value.__name__, None) is value:
@@ -322,6 +328,6 @@ def _object_text(value: Any) -> str:
     if isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields"):
         return f"{value.__module__}.{value.__qualname__} {getattr(value, '_fields', '')}"
     module, name = getattr(value, "__module__", None), getattr(value, "__qualname__", None)
-    if isinstance(module, str) and isinstance(name, str) and _is_versioned(module):
+    if isinstance(module, str) and isinstance(name, str) and is_versioned(module):
         return f"{module}.{name}"
     raise _Unknown

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .recording import RecordEnv
     from .state import EnvState
     from .task import Task
+    from .task_check import check_task
     from .tasks.absorption import AbsorptionEnv, AbsorptionTask
     from .tasks.energy_delivery import EnergyDeliveryEnv, EnergyDeliveryTask
     from .tasks.force import ForceEnv, ForceTask
@@ -53,6 +54,7 @@ _HOMES = {
     "SolitonTrainEnv": ".tasks.soliton_train",
     "SolitonTrainTask": ".tasks.soliton_train",
     "Task": ".task",
+    "check_task": ".task_check",
 }
 
 __all__ = [
@@ -79,6 +81,7 @@ __all__ = [
     "SolitonTrainEnv",
     "SolitonTrainTask",
     "Task",
+    "check_task",
     "register_all",
     "register_when_imported",
 ]

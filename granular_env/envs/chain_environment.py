@@ -9,10 +9,9 @@ from typing import Any, ClassVar, Self, SupportsFloat, TypedDict
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from numba.core.errors import NumbaError
 
 from ..components.chain import Chain
-from ..components.errors import ParameterError, StepError, shortened
+from ..components.errors import GranularError, ParameterError, StepError, shortened
 from ..components.jit import entry_point
 from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
@@ -23,6 +22,7 @@ from .observing import OBSERVE, Observing, show_goal
 from .observing import observe as observe_kernel
 from .randomising import Impacts
 from .state import EnvState
+from .task_check import refuse_slips
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -101,6 +101,8 @@ class ChainEnv(ComponentEnv):
         randomise: Mapping[str, Any] | None = None,
         index: int = 0,
     ) -> None:
+        if not isinstance(component, Chain):
+            raise ParameterError(f"component: got {shortened(component)}, expected a Chain; for others there is ComponentEnv")
         super().__init__(
             component, task, internal_steps=internal_steps, deadline=deadline, step_error_reward=step_error_reward,
             render_mode=render_mode,
@@ -123,6 +125,7 @@ class ChainEnv(ComponentEnv):
         self._judge = _compiled(task, "judge_kernel", JUDGE)
         self._actuate, self._look = entry_point(actuate, ACTUATE), entry_point(observe_kernel, OBSERVE)
         self._lay_out(np.zeros(COUNTERS + len(task.counter_names) + self.actuator.memory_size))
+        refuse_slips(self)
 
     def _lay_out(self, memory: FloatArray) -> None:
         """Let the episode's memory lie there."""
@@ -147,7 +150,7 @@ class ChainEnv(ComponentEnv):
         """One control step; see the class.
 
         Raises:
-            ParameterError: the action is not one, the episode is over, or the task's reward is NaN (the chain has moved).
+            ParameterError: the action is not one, the episode is over, or the reward is not finite (the chain has moved).
         """
         memory = self._memory
         if not memory[RUNNING]:
@@ -172,9 +175,9 @@ class ChainEnv(ComponentEnv):
         reward, done = self._judge(
             self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self._steps
         )
-        if reward != reward:
+        if not math.isfinite(reward):
             raise ParameterError(
-                f"task {self.task.name!r}: its reward is nan after control step {elapsed}; mend its judge_kernel"
+                f"task {self.task.name!r}: its reward is {reward} after control step {elapsed}; mend its judge_kernel"
             )
         terminated = bool(done)
         truncated = not terminated and elapsed >= self._steps > 0
@@ -268,5 +271,7 @@ class ChainEnv(ComponentEnv):
 def _compiled(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
     try:
         return entry_point(task_kernel(task, kernel), signature)
-    except (NumbaError, TypeError) as error:
+    except GranularError:
+        raise
+    except Exception as error:  # numba hands on what it meets in the function
         raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None

@@ -16,7 +16,8 @@ from ..components.errors import ParameterError, StepError, nearest, shortened
 from ..components.profiles import finite_number
 from .drawing import draw
 from .state import EnvState
-from .task import Task
+from .task import Task, checked_judgement
+from .task_check import refuse_incomplete
 
 Observation = npt.NDArray[np.float32]
 
@@ -65,6 +66,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     ) -> None:
         if render_mode not in self._modes:
             raise ParameterError(f'render_mode: got {render_mode!r}, expected None or "rgb_array"')
+        refuse_incomplete(task)
         self.component, self.task, self.render_mode = component, task, render_mode
         self.internal_steps = _count("internal_steps", internal_steps)
         self.deadline = math.inf if deadline is None else _count("deadline", deadline)
@@ -112,7 +114,8 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """One control step; see the class.
 
         Raises:
-            ParameterError: the action is not one, or the episode is over.
+            ParameterError: the action is not one, the episode is over, or the task's judgement is no (finite reward, done), and
+                the component has moved then.
         """
         if not self._running:
             raise ParameterError("step: the episode is over or has not begun; call reset() first")
@@ -123,7 +126,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             return self._broken(error)
         self._elapsed += 1
         seen = self._see()
-        reward, terminated = self.task.judge(self.component, seen, self.duration)
+        reward, terminated = checked_judgement(self.task, self.task.judge(self.component, seen, self.duration))
         truncated = not terminated and self._elapsed >= self.deadline
         self._running = not (terminated or truncated)
         return self._observation(), reward, terminated, truncated, self._info(seen)

@@ -112,9 +112,9 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         terminated, truncated, refused = ends
         special = self._lanes.step(given, going, observations, rewards, terminated, truncated, refused)
         told: dict[int, str] = {}
-        if np.isnan(rewards).any():
-            k, task = int(np.argmax(np.isnan(rewards))), self._lanes.single[0].task
-            raise ParameterError(f"task {task.name!r}: its reward is nan in environment {k}; mend its judge_kernel")
+        if not np.isfinite(rewards).all():
+            k, task = int(np.argmin(np.isfinite(rewards))), self._lanes.single[0].task
+            raise ParameterError(f"task {task.name!r}: its reward is {rewards[k]} in environment {k}; mend its judge_kernel")
         if special:
             for k in np.flatnonzero(refused).tolist():
                 lane = self._lanes.synchronised(k)
