@@ -46,6 +46,9 @@ class Pacing:
             if ahead > 0.0:
                 sleep(ahead)
                 now = perf_counter()
+            elif ahead < -FRAME_SECONDS:
+                # What was lost is not caught up: the frames in between would be missing.
+                self._origin -= ahead
             even = tick == self._next_even(tick - 1) and now >= self._sent + 0.5 * FRAME_SECONDS
         self._sends = even or now >= self._due - _EARLY * FRAME_SECONDS
         if self._sends:
