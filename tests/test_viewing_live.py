@@ -170,6 +170,11 @@ def test_even_frames_fill_the_diagram_as_far_as_the_run_has_come():
     assert sampled_part(picture, 2.6e-4, 5e-4) == 0.0
 
 
+def test_even_thinning_leaves_no_gap():
+    times = np.linspace(0.0, 5e-4, 546)[np.unique(np.rint(np.linspace(0, 545, 400)).astype(int))]
+    assert (nearest_frames(times, np.linspace(0.0, 5e-4, 800)) >= 0).all()
+
+
 def test_a_gap_between_frames_stays_a_gap():
     picture = picture_of(np.concatenate([np.linspace(0, 2e-4, 100), np.linspace(2.3e-4, 5e-4, 100)]), 5e-4)
     assert sampled_part(picture, 2.05e-4, 2.25e-4) == 0.0
