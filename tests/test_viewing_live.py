@@ -52,8 +52,8 @@ def clock(monkeypatch):
     return Clock(monkeypatch)
 
 
-def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds):
-    """Wall times [s] and ticks of the frames of a run that does so many ticks per second."""
+def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, stalls=()):
+    """Wall times [s] and ticks of the frames of a run that does so many ticks per second; `stalls`: frames that take 1 s."""
     frames, tick, begin = [], 0, clock.now
     pacing.restart(0)
     upcoming = 1
@@ -62,7 +62,7 @@ def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds):
         tick = upcoming
         if pacing.arrive(tick):
             frames.append((clock.now - begin, tick))
-            clock.now += frame_seconds
+            clock.now += 1.0 if len(frames) in stalls else frame_seconds
         upcoming = pacing.leave(tick)
         assert upcoming > tick
     return np.array(frames)
@@ -88,6 +88,11 @@ def test_a_pace_holds_a_run_back_and_spaces_its_frames_evenly(clock):
     # The first frame is that of the first tick.
     assert frames[0, 1] == 1.0 and set(np.diff(frames[1:, 1])) == {50.0}
     np.testing.assert_allclose(frames[:, 0], frames[:, 1] / 1000.0, atol=2e-3)
+
+
+def test_a_frame_that_takes_long_costs_no_other_frame(clock):
+    frames = instants_of_frames(clock, Pacing(1000.0), 1e6, 0.002, 6.0, stalls=(3, 20, 40))
+    assert set(np.diff(frames[1:, 1])) == {50.0} and len(frames) >= 58
 
 
 def test_a_run_that_is_too_slow_for_its_pace_has_twenty_frames_a_second_all_the_same(clock):
@@ -163,6 +168,11 @@ def test_even_frames_fill_the_diagram_as_far_as_the_run_has_come():
     picture = picture_of(np.linspace(0.0, 2.5e-4, 101), 5e-4)
     assert sampled_part(picture, 0.0, 2.5e-4) == 1.0
     assert sampled_part(picture, 2.6e-4, 5e-4) == 0.0
+
+
+def test_even_thinning_leaves_no_gap():
+    times = np.linspace(0.0, 5e-4, 546)[np.unique(np.rint(np.linspace(0, 545, 400)).astype(int))]
+    assert (nearest_frames(times, np.linspace(0.0, 5e-4, 800)) >= 0).all()
 
 
 def test_a_gap_between_frames_stays_a_gap():

@@ -121,8 +121,8 @@ def row_of_now(picture):
     height, width, _ = pixels.shape
     chain = pixels[int(0.1 * height) : int(0.3 * height)]
     pane = (np.abs(chain - [13, 16, 17]).max(axis=2) <= 2).mean()
-    curve = (chain.min(axis=2) > 150).any(axis=0)[int(0.05 * width) : int(0.95 * width)].mean()
-    if pane < 0.6 or curve < 0.95:
+    curve = (chain.min(axis=2) > 120).any(axis=0)[int(0.05 * width) : int(0.95 * width)].mean()
+    if pane < 0.6 or curve < 0.9:
         return 0
     orange = (np.abs(pixels[:, : width // 3] - [230, 159, 0]).max(axis=2) <= 30).sum(axis=1)
     return int(orange.argmax()) if orange.max() > 0.15 * width else 0

@@ -27,10 +27,10 @@ Result = TypeVar("Result")
 
 _LINE_STYLES = ("-", "--", "-.", ":")
 _ROWS, _FEW_ROWS = 800, 240
-# A frame stands for instants up to this part of the usual time between frames; a bit more than half, as frames may jitter.
-_REACH_OF_FRAME = 0.75
-# Twice this many frames, evenly spaced, fill a diagram.
-_FEWEST_FRAMES = 60
+# A frame stands for instants up to so many usual times between frames: one frame may be missing, as in thinned runs, not two.
+_REACH_OF_FRAME = 1.05
+# Half as many frames, evenly spaced, fill a diagram.
+_FEWEST_FRAMES = 40
 # Ground of an x-t diagram: what was not sampled.
 NOT_SAMPLED = "#8b9096"
 _STYLE = {
@@ -120,7 +120,7 @@ def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: flo
 def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.int64]:
     """Return the index of the frame nearest to each instant, -1 where it is too far away to stand for it.
 
-    A frame stands for the instants around it up to the middle between usual frames, but never for more than a 30th of all
+    A frame stands for the instants around it, up to the usual time between frames and never for more than a 20th of all
     instants: a few frames of a long run are stripes, and not a run that stands still in between.
 
     Args:

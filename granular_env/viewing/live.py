@@ -92,6 +92,7 @@ class LiveViewer:
         footage = from_component(component, title)
         if footage.motion is not None:
             self._scales = _first_scales(footage.motion, exaggerate)
+            self._picture.prepare(footage.motion, self._scales.colour_limit)
         self._connect(blueprint(footage, self._scales, None), web, save)
         component.observe(self)
 

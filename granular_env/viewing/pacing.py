@@ -7,6 +7,8 @@ from time import perf_counter, sleep
 FRAME_SECONDS = 0.05
 # A frame that is due within this part of that time is sent now.
 _EARLY = 0.1
+# What is due within this part of it is gone to in one go.
+_NEAR = 0.25
 _LONGEST_STRIDE = 1 << 40
 
 
@@ -46,6 +48,9 @@ class Pacing:
             if ahead > 0.0:
                 sleep(ahead)
                 now = perf_counter()
+            elif ahead < -FRAME_SECONDS:
+                # What was lost is not caught up: the frames in between would be missing.
+                self._origin -= ahead
             even = tick == self._next_even(tick - 1) and now >= self._sent + 0.5 * FRAME_SECONDS
         self._sends = even or now >= self._due - _EARLY * FRAME_SECONDS
         if self._sends:
@@ -59,9 +64,12 @@ class Pacing:
             # Frames take at most half of the time, however large they are.
             self._due = self._sent + max(FRAME_SECONDS, 2.0 * (now - self._sent))
         self._left_tick, self._left = tick, now
-        stride = 1.0 if self._rate is None else min(self._rate * max(self._due - now, 0.0), _LONGEST_STRIDE)
-        upcoming = tick + max(1, int(stride))
+        upcoming = tick + max(1, int(min((self._rate or 0.0) * self._ahead(self._due - now), _LONGEST_STRIDE)))
         return upcoming if self._pace is None else min(upcoming, self._next_even(tick))
+
+    def _ahead(self, seconds: float) -> float:
+        """Return how far to go towards a frame that is due in so many seconds: half, as speeds change, and all when near."""
+        return max(0.0, seconds if seconds <= _NEAR * FRAME_SECONDS else 0.5 * seconds)
 
     def _next_even(self, tick: int) -> int:
         """Return the first tick after this one that is a multiple of the even spacing."""

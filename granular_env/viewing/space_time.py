@@ -48,7 +48,9 @@ def space_time_picture(motion: Motion, limit: float, ends: tuple[float, float] |
     """Return the x-t diagram on a dark ground; `ends`: its first and last instant [s], by default those of the motion."""
     with needed("matplotlib", "the x-t diagram").rc_context(DARK):
         figure = new_figure(6.4, 5.2)
-        axes = figure.subplots()
+        # Places of our own: to work them out takes longer than the drawing, and a live view draws while a run waits.
+        figure.set_layout_engine("none")
+        axes = figure.add_axes((0.11, 0.1, 0.84, 0.87))
         draw_space_time(figure, axes, motion, limit, ends)
         drawn = canvas(figure, 150)
     pixels = np.asarray(drawn.buffer_rgba())[..., :3].copy()
@@ -77,6 +79,10 @@ class GrowingPicture:
         """Whether there is an interval of time to draw."""
         return len(self._rows) > 1 and self._rows[-1][0] > self._start
 
+    def prepare(self, motion: Motion, limit: float) -> None:
+        """Draw the axes now, so that the first frames do not wait for it."""
+        self._empty_axes(motion, limit, self._start + 1e-9)
+
     def keep(self, motion: Motion) -> None:
         """Take the one frame of a motion; of many, each second, fourth, ... is kept."""
         assert motion.colour is not None
@@ -88,7 +94,7 @@ class GrowingPicture:
 
     def draw(self, motion: Motion, limit: float) -> Picture:
         """Return the diagram as far as it is known; `motion` says which particles there are."""
-        axes = self._empty_axes(motion, limit)
+        axes = self._empty_axes(motion, limit, self._rows[-1][0])
         times, values = np.array([time for time, _ in self._rows]), np.stack([row for _, row in self._rows])
         pixels = axes.pixels.copy()
         top, bottom = math.ceil(axes.top), math.floor(axes.bottom)
@@ -101,8 +107,7 @@ class GrowingPicture:
         pixels[top:bottom, left:right] = rows[::-1]
         return dataclasses.replace(axes, pixels=pixels)
 
-    def _empty_axes(self, motion: Motion, limit: float) -> Picture:
-        now = self._rows[-1][0]
+    def _empty_axes(self, motion: Motion, limit: float, now: float) -> Picture:
         if self._axes is None or now > self._axes.end * (1.0 + 1e-9) or limit != self._axes_limit:
             if self._end is None or now > self._end * (1.0 + 1e-9):
                 # Beyond what was said, or nothing was: twice as far as it has come.

@@ -184,9 +184,9 @@ def _require_log(log: Any) -> None:
         raise ParameterError(f"log: got {type(log).__name__}, expected an open log: open_log(path)")
 
 
-def _path(path: Any) -> str | bytes:
+def _path(path: Any) -> str:
     try:
-        return os.fspath(path)
+        return os.fsdecode(path)
     except TypeError:
         raise ParameterError(f"path: got {path!r}, expected the path of a file") from None
 
