@@ -16,6 +16,7 @@ from granular_env.recording import record
 from granular_env.recording.caps import Caps
 from granular_env.recording.container import Container
 from granular_env.recording.format import CLOSED, EVENTS, HEADER, TOPICS, Record, decode, log_identity
+from granular_env.recording.log_file import create
 from granular_env.recording.sink import Sink
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
@@ -59,7 +60,7 @@ def records_of(path: Path) -> list[tuple[Record, int]]:
 
 def rewrite(path: Path, out: Path, change: Callable[[Record], Record]) -> None:
     """The same log with every record put through `change`, and every checksum, number and index made right again."""
-    sink = Sink(out, out.open("wb"))
+    sink = Sink(out, create(out, overwrite=True))
     for old, nanoseconds in records_of(path):
         new = change(old)
         if new.kind == EVENTS and new.detail == CLOSED:
