@@ -19,7 +19,7 @@ import dataclasses
 import hashlib
 import math
 import sys
-from abc import ABC, abstractmethod
+from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter
 from typing import Any, ClassVar, Literal, Protocol, TypeVar
@@ -32,7 +32,7 @@ from .memory import refuse_beyond
 from .packing import canonical_json
 from .profiles import CompiledProfile, Profile, finite_number
 from .state import Block, FloatArray, Held, Snapshot
-from .validation import filled, plain, validated
+from .validation import Fixed, filled, plain, validated
 
 __all__ = [
     "Block",
@@ -122,10 +122,10 @@ class Particles:
     colour: str
 
 
-class Parameters(BaseModel):
+class Parameters(Fixed):
     """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+    model_config = ConfigDict(validate_default=True)
 
     @model_validator(mode="before")
     @classmethod
@@ -155,8 +155,21 @@ class Observer(Protocol):
         """After a step that failed or was interrupted: the component is back where that step began."""
 
 
-class Component(ABC):
-    """A physical system that can be reset, stepped, read, saved and restored."""
+class _Fixed(ABCMeta):
+    """Closes a component to assignments once its whole `__init__`, that of subclasses too, has run."""
+
+    def __call__(cls, *positional: Any, **named: Any) -> Any:
+        made = super().__call__(*positional, **named)
+        made._closed = True
+        return made
+
+
+class Component(metaclass=_Fixed):
+    """A physical system that can be reset, stepped, read, saved and restored.
+
+    Once it is made, its attributes cannot be set, but for private ones (`_name`) of a subclass: parameters are fixed, inputs
+    are given to `step`, start values to `reset`.
+    """
 
     name: ClassVar[str]
     """Catalogue name."""
@@ -165,6 +178,11 @@ class Component(ABC):
     Parameters: ClassVar[type[Parameters]]
     platform_bound: ClassVar[bool] = False
     """True where the same run may give other bits on another CPU."""
+
+    _closed: bool = False
+    _tick: int
+    # Replaced, never changed in place: snapshots share it.
+    _held: Mapping[str, Held]
 
     # Set by `_build`.
     step_size: float
@@ -201,11 +219,27 @@ class Component(ABC):
         self._backup = self._block.memory.copy()
         # Assigning between byte views is the quickest copy there is from Python.
         self._memory_bytes, self._backup_bytes = self._block.memory.data.cast("B"), self._backup.data.cast("B")
-        # Replaced, never changed in place: snapshots share it.
-        self._held: Mapping[str, Held] = {}
+        self._held = {}
         # Whether any of them is a profile.
         self._profiled = False
         self._tick = 0
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if self._closed and not name.startswith("_"):
+            raise ParameterError(f"{name}: {self._assignment_advice(name)}")
+        object.__setattr__(self, name, value)
+
+    def _assignment_advice(self, name: str) -> str:
+        """What to do instead of setting an attribute."""
+        variable = self.variables.get(name)
+        if name == "parameters" or (variable is not None and variable.causality == "parameter"):
+            return f"the parameters of a {self.name} are fixed once it is made; make a new one with the other value"
+        if variable is None:
+            advice = "" if hasattr(self, name) else f"; {nearest(name, self.variables)}"
+            return f"a {self.name}'s attributes cannot be set once it is made{advice}"
+        if variable.causality == "input":
+            return f"an input is given to a step: step(duration, {name}=...)"
+        return f"a start value is given to reset: reset({name}=...)" if variable.state else "an output can only be read"
 
     # -- what a component has to provide ----------------------------------------------------------------------------
 
@@ -328,7 +362,8 @@ class Component(ABC):
                 inputs, numbers = self._compiled(inputs), False
                 break
             if numbers:
-                self._held = inputs if len(inputs) == len(bounds) else {**held, **inputs}
+                # Past `__setattr__`, which would cost a third of a short step.
+                self.__dict__["_held"] = inputs if len(inputs) == len(bounds) else {**held, **inputs}
             else:
                 self._hold({**held, **inputs})
         if self._observers or ticks > self._chunk_ticks:
@@ -340,7 +375,7 @@ class Component(ABC):
             status = self._advance(ticks)
             if status:
                 raise self._explain(status)
-            self._tick = before + ticks
+            self.__dict__["_tick"] = before + ticks
         except BaseException:  # Ctrl-C too
             self._undo(before, held)
             raise

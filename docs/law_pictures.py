@@ -32,9 +32,9 @@ def pair(speed, **parameters):
 def collide(speed, **parameters):
     """Overlaps, forces and times of the contact of such a pair until it opens, and the coefficient of restitution."""
     chain, seen = pair(speed, **parameters), []
-    while chain.get("overlap")[0] >= 0.0:
+    while chain.get("overlap")[1] >= 0.0:
         chain.step(chain.step_size)
-        seen.append((chain.get("overlap")[0], chain.get("contact_force")[0], chain.time))
+        seen.append((chain.get("overlap")[1], chain.get("contact_force")[1], chain.time))
     before, after = chain.get("velocity")
     overlap, force, time = np.array(seen).T
     return np.maximum(overlap, 0.0), force, time, (after - before) / speed

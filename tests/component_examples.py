@@ -172,7 +172,7 @@ CHAINS = [
     Example(
         "chain-gaps",
         "chain",
-        {"grains": 6, "gap": [1e-5, 0.0, 2e-5, 1e-6, 0.0]},
+        {"grains": 6, "gap": [0.0, 1e-5, 0.0, 2e-5, 1e-6, 0.0, 0.0]},
         {"velocity": {0: 5.0}},
         {"right_force": -50.0},
         ticks=400,

@@ -83,7 +83,7 @@ def test_too_fast() -> None:
 def test_a_start_too_deep_is_refused_at_once() -> None:
     chain = ge.make("chain", grains=3)
     before = chain.save().to_bytes()
-    with pytest.raises(ge.ParameterError, match=r"start: overlap\[0\]"):
+    with pytest.raises(ge.ParameterError, match=r"start: overlap\[1\]"):
         chain.reset(displacement={0: 1e-3})
     assert chain.save().to_bytes() == before
 
@@ -120,11 +120,13 @@ REFUSED = [
     (GOOD | {"mass": {4: 1.0}}, "mass: got index 4, expected 0 to 3"),
     (GOOD | {"mass": {0: -1.0}}, "mass"),
     (GOOD | {"contact_stiffness": -1.0}, "contact_stiffness"),
-    (GOOD | {"contact_stiffness": [1.0, 1.0, 1.0, 1.0]}, "contact_stiffness: got 4 values, expected one for all or 3"),
+    (GOOD | {"contact_stiffness": [1.0] * 3}, "contact_stiffness: got 3 values, expected one for all or 5, one for each place"),
+    (GOOD | {"contact_stiffness": [1.0] * 5}, "contact_stiffness[0]: got 1, expected 0: left is 'free'"),
     (
-        GOOD | {"left": "plane", "contact_stiffness": [1.0, 1.0, 1.0]},
-        "contact_stiffness: got 3 values, expected one for all or 4",
+        GOOD | {"left": "plane", "contact_stiffness": [0.0, 1.0, 1.0, 1.0, 0.0]},
+        "contact_stiffness[0]: got 0, expected more than 0: a contact is there",
     ),
+    (GOOD | {"right": "piston", "gap": [0.0, 0.0, 0.0, 0.0, 1e-6]}, "gap[4]: got 1e-06, expected 0: right is 'piston'"),
     (GOOD | {"gap": -1e-6}, "gap"),
     (GOOD | {"gap": [1e-6]}, "gap: got 1 values"),
     (GOOD | {"gap": 1e-6, "precompression": 1.0}, "gap: a precompressed chain has none"),
@@ -233,3 +235,18 @@ def test_dop853_stops_refining_at_the_rounding_of_the_overlaps(amplitude: float)
     # An overlap of 10 um is rounded to 1e-21 m; contacts turn that over 1e5 times a second.
     rounding = 1e-21 * 1e5 * 100
     assert reference.get("velocity") == pytest.approx(chain.get("velocity"), abs=1e-11 * amplitude + 10 * rounding, rel=0.0)
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"density": 7800.0, "young": 2e11, "poisson": 30.0}, "^Material: poisson: got 30.0, expected less than 0.5$"),
+        ({"poisson": 0.3}, "density: missing; it is mass density; young: missing"),
+        ({"E": 2e11, "nu": 0.3, "density": 7800.0}, "E: unknown; it is called 'young' here"),
+        ({"density": 7800.0, "young": 2e11, "poisson": 0.3, "yeild_strength": 1e9}, "did you mean 'yield_strength'"),
+    ],
+)
+def test_a_slip_in_a_material_is_one_sentence_of_the_family(fields: dict[str, float], said: str) -> None:
+    with pytest.raises(ge.ParameterError, match=said) as caught:
+        ge.Material(**fields)
+    assert "\n" not in str(caught.value) and "pydantic" not in str(caught.value)

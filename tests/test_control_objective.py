@@ -117,7 +117,8 @@ def test_a_task_may_bring_its_objective() -> None:
     [
         (lambda chain: total(chain), "terms: got none"),
         (lambda chain: total(chain, velocity(7).at_end()), r"velocity\[7\]: got 7, expected -7 to 6"),
-        (lambda chain: total(chain, contact_force(7).at_end()), r"contact_force\[7\]: got 7, expected -7 to 6"),
+        (lambda chain: total(chain, contact_force(8).at_end()), r"contact_force\[8\]: got 8, expected -8 to 7"),
+        (lambda chain: total(chain, contact_force(0).at_end()), r"contact_force\[0\]: left is 'free', so there is no contact"),
         (lambda chain: velocity(1).peak(scale=0.0), "scale: got 0.0"),
         (lambda chain: velocity(1).peak(scale=1.0, power=3), "power: got 3, expected an even number"),
         (lambda chain: velocity(1).mean(begin=8, end=5), "begin, end: got 8 and 5"),

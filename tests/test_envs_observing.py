@@ -28,14 +28,14 @@ def shaken(**options: Any) -> ForceEnv:
 
 
 def test_sensors_read_what_the_component_says() -> None:
-    places = {"velocity": [0, -1, 2], "displacement": 4, "force": [1, 2], "contact_force": [-1, 0, 1], "wall_force": "right"}
+    places = {"velocity": [0, -1, 2], "displacement": 4, "force": [1, 2], "contact_force": [-1, 1, 2], "wall_force": "right"}
     env = shaken(observe=places)
     observation, _ = env.observe()
     chain = env.component
     velocity, force = chain.get("velocity") / 10.0, chain.get("contact_force") / 500.0
     expected = [
-        *velocity[[0, 5, 2]], chain.get("displacement")[4] / 1e-3, 0.5 * (force[0] + force[1]), 0.5 * (force[1] + force[2]),
-        *force[[5, 0, 1]], -chain.get("right_wall_force") / 500.0,
+        *velocity[[0, 5, 2]], chain.get("displacement")[4] / 1e-3, 0.5 * (force[1] + force[2]), 0.5 * (force[2] + force[3]),
+        *force[[6, 1, 2]], -chain.get("right_wall_force") / 500.0,
     ]  # fmt: skip
     # A factor 1 / scale and a rounding to float32.
     np.testing.assert_allclose(observation, expected, rtol=2e-7)
@@ -44,11 +44,11 @@ def test_sensors_read_what_the_component_says() -> None:
 
 @pytest.mark.parametrize("law", [{"name": "viscous", "dissipation": 1.0}, {"name": "elastic_plastic", "yield_pressure": 1e9}])
 def test_forces_include_dissipation_and_history(law: dict[str, Any]) -> None:
-    env = ForceEnv(grains=5, chain={"law": law}, observe={"contact_force": range(5), "wall_force": ["right"]}, deadline=None)
+    env = ForceEnv(grains=5, chain={"law": law}, observe={"contact_force": range(1, 6), "wall_force": ["right"]}, deadline=None)
     env.reset(seed=1)
     transcript(env, np.full((60, 1), 0.5, np.float32))
     observation, _ = env.observe()
-    np.testing.assert_allclose(observation[:5], env.component.get("contact_force") / 500.0, rtol=2e-7)
+    np.testing.assert_allclose(observation[:5], env.component.get("contact_force")[1:] / 500.0, rtol=2e-7)
     assert observation[5] == observation[4] > 0.0
 
 
@@ -67,7 +67,8 @@ def test_the_full_state_is_every_grains_displacement_and_velocity() -> None:
         ({"velocity": [True]}, "whole numbers"),
         ({"velocity": [0, -8]}, "once"),
         ({"velocity": None}, "list of places"),
-        ({"contact_force": [8]}, "-8 to 7"),
+        ({"contact_force": [9]}, "-9 to 8"),
+        ({"contact_force": [0]}, "left is .*so there is no contact left of grain 0"),
         ({"wall_force": ["left"]}, "has no wall"),
         ({"wall_force": ["top"]}, '"left" or "right"'),
         ({"velocity": []}, "at least one"),

@@ -26,6 +26,7 @@ _STOPPED_IN_A_STEP = 0.3
 
 _KINDS = {"free": table.FREE, "piston": table.PISTON} | dict.fromkeys(WALLS, table.WALL)
 _NO_PIECES = np.zeros((0, 2))
+_NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
 _GEOMETRY_ROWS = 17
 
@@ -146,7 +147,7 @@ class Chain(Component):
 
     def _declare(self) -> Iterable[Variable]:
         p = self.parameters
-        n, contacts = (p.grains,), (p.contacts,)
+        n, places = (p.grains,), (p.contact_places,)
         for side, end in (("left", p.left), ("right", p.right)):
             if end == "piston":
                 yield Variable(
@@ -160,10 +161,10 @@ class Chain(Component):
         yield Variable("displacement", "output", "m", n, "displacement from the start, positive to the right", state=True)
         yield Variable("velocity", "output", "m/s", n, "velocity, positive to the right", state=True)
         yield Variable(
-            "overlap", "output", "m", contacts, "approach of the surfaces in each contact, left to right; negative: a gap"
+            "overlap", "output", "m", places, f"approach of the surfaces in each contact, negative: a gap; {_NUMBERING}"
         )
         yield Variable(
-            "contact_force", "output", "N", contacts, "compressive force in each contact, left to right, never negative"
+            "contact_force", "output", "N", places, f"compressive force in each contact, never negative; {_NUMBERING}"
         )
         yield Variable(
             "left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall"
@@ -181,8 +182,8 @@ class Chain(Component):
             "position": lambda: self.geometry.position + self._table[table.U, self._grains],
             "displacement": lambda: self._table[table.U, self._grains],
             "velocity": lambda: self._table[table.V, self._grains],
-            "overlap": lambda: self._overlap()[self.geometry.real],
-            "contact_force": lambda: self._contact_force()[self.geometry.real],
+            "overlap": self._overlap,
+            "contact_force": self._contact_force,
             "left_wall_force": lambda: self._force_in(0),
             "right_wall_force": lambda: 0.0 - self._force_in(self.parameters.grains),
             "input_work": self._input_work,
@@ -266,13 +267,8 @@ class Chain(Component):
         worst = ("velocity", 0, 0.0)
         fastest = self._table[table.SCALARS, table.SPEED_LIMIT]
         with np.errstate(all="ignore"):
-            places = self.geometry.real
             for name, ratio in (
-                (
-                    "overlap",
-                    np.maximum(self._overlap()[places], self._table[table.PEAK][: self.parameters.grains + 1][places])
-                    / self._refused_overlap[places],
-                ),
+                ("overlap", self._largest_overlap() / self._refused_overlap),
                 ("velocity", np.abs(self._table[table.V, self._grains]) / fastest),
                 ("displacement", np.where(np.isfinite(self._table[table.U, self._grains]), 0.0, np.inf)),
             ):
@@ -285,12 +281,8 @@ class Chain(Component):
         time = (self._failed_tick if status else self._tick) * self.step_size
         name, index, _ = self._worst()
         if name == "overlap":
-            value, limit = (
-                float(self._overlap()[self.geometry.real][index]),
-                float(self._refused_overlap[self.geometry.real][index]),
-            )
-            value = max(value, float(self._table[table.PEAK][: self.parameters.grains + 1][self.geometry.real][index]))
-            radius = float(self.geometry.smaller_radius[self.geometry.real][index])
+            value, limit = float(self._largest_overlap()[index]), float(self._refused_overlap[index])
+            radius = float(self.geometry.smaller_radius[index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
                 self._dissipation_sentence()
@@ -358,9 +350,16 @@ class Chain(Component):
         return kinetic, elastic, momentum
 
     def _overlap(self) -> FloatArray:
+        """Shape (n + 1,); 0 where there is no contact."""
         u = self._table[table.U]
         last = self.parameters.grains + 1
-        return u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
+        overlap = u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
+        overlap[: self.geometry.real.start] = overlap[self.geometry.real.stop :] = 0.0
+        return overlap
+
+    def _largest_overlap(self) -> FloatArray:
+        """Since the reset, shape (n + 1,)."""
+        return np.maximum(self._overlap(), self._table[table.PEAK][: self.parameters.grains + 1])
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)

@@ -83,8 +83,9 @@ def geometry(parameters: ChainParameters) -> Geometry:
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
     contact, rest_overlap = np.zeros(count + 1), np.zeros(count + 1)
     law = parameters.law
-    contact[real] = law.contact_constants(stiffness[real], reduced_radius[real], yield_strength[real])
-    rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], contact[real]) - np.asarray(parameters.gap)
+    contact[real] = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
+    gap = np.broadcast_to(np.asarray(parameters.gap), count + 1)[real]
+    rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], contact[real]) - gap
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
     _refuse_absurd(mass, stiffness[real], position)
@@ -239,12 +240,9 @@ def _stiffness(
     given = parameters.contact_stiffness
     if given is None:
         return hertz
-    stiffness = np.full(len(hertz), np.nan)
     if isinstance(given, list):
-        first = 0 if parameters.left in WALLS else 1
-        stiffness[first : first + len(given)] = given
-        return stiffness
-    stiffness[:] = given
+        return np.array(given)
+    stiffness = np.full(len(hertz), given)
     # A wall against the end grain, relative to two such grains against each other.
     for place, end in ((0, 0), (-1, -1)):
         stiffness[place] = given * (hertz[place] / (4.0 / 3.0 / (2.0 * compliance[end]) * math.sqrt(0.5 * radius[end])))

@@ -147,7 +147,7 @@ def _changed(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
         given["radius"] = list(chain.geometry.radius + changes.get("radius", 0.0))
         by_hand = np.flatnonzero(~natural_mass(chain) | ("mass" in changes))
         given["mass"] = {int(i): float(masses[i]) for i in by_hand} or None
-    settled = given if p.contact_stiffness is not None else {"contact_stiffness": chain.geometry.stiffness[chain.geometry.real]}
+    settled = given if p.contact_stiffness is not None else {"contact_stiffness": chain.geometry.stiffness}
     for name in changes.keys() - {"radius", "mass"}:
         holder = given["law"] if name == "dissipation" else given
         before = settled[name] if name == "contact_stiffness" else holder[name]

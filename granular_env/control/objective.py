@@ -157,7 +157,7 @@ def displacement(grain: int) -> Quantity:
 
 
 def contact_force(contact: int) -> Quantity:
-    """In a contact, dissipation included [N]; counted as in the output `contact_force`, -1 is the last one."""
+    """In a contact, dissipation included [N]; numbered as in the output `contact_force`: contact i is left of grain i."""
     return Quantity(_CONTACT_FORCE, contact, contact, f"contact_force[{contact}]")
 
 
@@ -211,10 +211,12 @@ def _fewest_steps(begin: int, end: int) -> int:
 
 def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) -> list[float]:
     quantity, kind, target, power, begin, end, weight = part
-    grains, real = chain.parameters.grains, chain.geometry.real
+    parameters, grains = chain.parameters, chain.parameters.grains
     first, last = quantity.first, quantity.last
     if quantity.code == _CONTACT_FORCE:
-        first = last = real.start + _place(quantity, first, real.stop - real.start)
+        first = last = _place(quantity, first, parameters.contact_places)
+        if not parameters.has_contact(first):
+            raise ParameterError(f"{quantity.name}: {parameters.absent_contact(first)}; name a contact of the chain")
     elif quantity.code != _APPLIED:
         first, last = _place(quantity, first, grains), _place(quantity, last, grains)
         if first > last:

@@ -70,8 +70,8 @@ class ChainEnv(ComponentEnv):
       It begins at the input that holds at the start.
     * `control_delay` (0): control steps between an action and its effect; before, the start's input holds.
     * `observe` ("full"): displacement and velocity of every grain; or sensor -> places, in that order, e.g.
-      `{"velocity": [0, 31], "contact_force": [-1]}`. Sensors: "displacement", "velocity" and "force" (the mean of the forces in
-      a grain's two contacts) at grains, "contact_force" in contacts, "wall_force" at "left" or "right".
+      `{"velocity": [0, 31], "contact_force": [5]}`. Sensors: "displacement", "velocity" and "force" (the mean of the forces in
+      a grain's two contacts) at grains, "contact_force" in contacts (i is left of grain i), "wall_force" at "left" or "right".
     * `noise` (0.0): standard deviation of the noise on each reading, in units of its scale. It is a function of the episode's
       seed, the control step and the reading, nearly normal (a sum of twelve uniform numbers, within 6 deviations).
     * `info` ("full"): "full" or "brief".

@@ -22,7 +22,7 @@ class Viscous(Dissipative):
     elastic, damping = HERTZ, VISCOUS
 
     name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")
-    dissipation: NotNegative | list[NotNegative] = field(..., "c: one for all contacts, or one each", "N s/m")
+    dissipation: NotNegative | list[NotNegative] = field(..., "c: one for all contacts, or one for each place", "N s/m")
 
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """The dissipation itself."""
