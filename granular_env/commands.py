@@ -404,7 +404,8 @@ def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
             _print_log(True, result.log)
         return
     component = result.component
-    print(f"{counted(result.ticks, 'tick')}, to {component.time:.9g} s, in {result.seconds:.2f} s of wall time; {residual(component)}")
+    wall = f"{result.seconds:.2f} s of wall time"
+    print(f"{counted(result.ticks, 'tick')}, to {component.time:.9g} s, in {wall}; {residual(component)}")
     if result.stopped_by is not None:
         print(f"stopped: {result.stopped_by}")
     if result.interrupted:

@@ -371,7 +371,8 @@ def test_a_branch_with_unchanged_inputs_has_the_parents_bits(tmp_path: Path, at:
     assert branch.component.save().memory.tobytes() == end.save().memory.tobytes()
     told = child.metadata["parent"]
     assert told["file"] == "a.mcap" and told["tick"] == branch.tick and told["log"] == parent.identity
-    assert verify(child).identical
+    result = verify(child)
+    assert result.identical if child.calls else result.outcome == "nothing was compared"
 
 
 def test_a_branch_takes_other_inputs_and_goes_on_longer(tmp_path: Path) -> None:

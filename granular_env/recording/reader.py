@@ -19,7 +19,21 @@ from .build import build
 from .caps import Caps
 from .container import Container
 from .facts import variable_from
-from .format import EVENTS, FORMAT, FRAMES, HEADER, PROFILE, SNAPSHOTS, START, STEPS, TOPICS, Record, decode, log_identity, nanoseconds
+from .format import (
+    EVENTS,
+    FORMAT,
+    FRAMES,
+    HEADER,
+    PROFILE,
+    SNAPSHOTS,
+    START,
+    STEPS,
+    TOPICS,
+    Record,
+    decode,
+    log_identity,
+    nanoseconds,
+)
 from .index import CHUNK, COUNT, DETAIL, FIRST, LAST, SEGMENT, Segment, find_index
 from .sink import as_path
 from .steps import Steps
@@ -230,24 +244,19 @@ class Log:
         return self.series(name)[1]
 
     def to_xarray(self) -> Any:
-        """All frames as an `xarray.Dataset` over time, units and descriptions in the attributes."""
-        try:
-            import xarray
-        except ImportError as error:
-            from ..components.errors import MissingExtraError
+        """Return all frames as an `xarray.Dataset` over time.
 
-            raise MissingExtraError("to_xarray needs the package xarray: pip install xarray") from error
-        data = {}
-        for name, variable in self.variables.items():
-            times, values = self.series(name)
-            axes = [f"{name}_{axis}" for axis in range(len(variable.shape))]
-            attributes = {"units": variable.unit, "description": variable.description}
-            data[name] = xarray.DataArray(values, dims=["time", *axes], coords={"time": times}, attrs=attributes)
-        found = xarray.Dataset(data)
-        if "time" in found.coords:
-            found["time"].attrs["units"] = "s"
-        found.attrs["component"] = str(self._header.get("component"))
-        return found
+        Variables that count the same things, such as grains, share that dimension, which has the numbers from 0 as its
+        coordinate: ``data.velocity * data.displacement`` has the dimensions (time, grain). Units and descriptions are in the
+        attributes.
+
+        Raises:
+            MissingExtraError: xarray is not installed.
+            LogError: the variables were not recorded at the same times.
+        """
+        from .dataset import dataset_of
+
+        return dataset_of(self)
 
     # -- inputs, steps, snapshots -----------------------------------------------------------------------------------
 
@@ -277,8 +286,8 @@ class Log:
 
     def snapshot(self, segment: Segment, tick: int) -> Snapshot:
         """The snapshot of a segment at that tick, or the last one before."""
-        rows = self._rows(SNAPSHOTS)
-        rows = rows[(rows[:, SEGMENT] == segment.number) & (rows[:, FIRST] <= tick)]
+        rows = self._index.select(SNAPSHOTS, None, segment.number)
+        rows = rows[rows[:, FIRST] <= tick]
         if not len(rows):
             raise LogError(f"log {str(self.path)!r}: no snapshot at or before tick {tick}")
         return self._snapshot(rows[np.argmax(rows[:, FIRST])])

@@ -59,9 +59,7 @@ def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
         for message in log._container.messages(chunk):
             kind = TOPICS.get(message.topic)
             if kind is not None:
-                record = decode(
-                    message.data, kind, log.identity if chunk or sink.log else None, log._container.most_text
-                )
+                record = decode(message.data, kind, log.identity if chunk or sink.log else None, log._container.most_text)
                 if kind == EVENTS and record.detail == CLOSED:
                     closing = record
                 else:

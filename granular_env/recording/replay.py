@@ -145,10 +145,8 @@ class _Replay:
         return self.log._closing.header if self.log._closing is not None else {}
 
     def _explain_identity(self) -> None:
-        sentence = (
-            "the log's parameters do not give the identity that it or its snapshots claim: they were changed, or the program was"
-        )
-        self._add("identity", sentence)
+        claim = "the log's parameters do not give the identity that it or its snapshots claim"
+        self._add("identity", f"{claim}: they were changed, or the program was")
 
     # -- one segment ------------------------------------------------------------------------------------------------
 
@@ -315,9 +313,7 @@ class _Replay:
             when = f"between {first:.12g} s and {last:.12g} s (ticks {span[0]} to {span[1]})"
         self._add(variable, f"{variable}{where} differs {when}" + (f": {reason}" if reason else ""), index, (first, last))
 
-    def _add(
-        self, variable: str, sentence: str, index: int | None = None, interval: tuple[float, float] | None = None
-    ) -> None:
+    def _add(self, variable: str, sentence: str, index: int | None = None, interval: tuple[float, float] | None = None) -> None:
         """Note a difference; the first one is the result's."""
         result = self.result
         result.notes.append(sentence)

@@ -123,7 +123,9 @@ class Sink:
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             ending = self._advice if self.published else "The log that stood there is as it was"
-            self._failed = LogError(f"log {str(self.path)!r} cannot be written any more: {reason}; {advice_for(error)}. {ending}")
+            self._failed = LogError(
+                f"log {str(self.path)!r} cannot be written any more: {reason}; {advice_for(error)}. {ending}"
+            )
             raise self._failed from error
 
 
@@ -133,4 +135,3 @@ def as_path(path: str | os.PathLike[str]) -> Path:
         return Path(path)
     except TypeError:
         raise ParameterError(f"path: got {path!r}, expected the name of a file") from None
-
