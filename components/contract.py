@@ -73,6 +73,8 @@ class Variable:
     maximum: float = math.inf
     state: bool = False
     """Whether it is part of the state: it can be given to `reset`, and logs hash it."""
+    axes: tuple[str, ...] = ()
+    """What each index of its shape counts, such as ("grain",): variables with the same axis share it in a data set."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

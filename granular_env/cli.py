@@ -30,7 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0: done. 1: a verification found a difference. 2: an error, told in one message. 130: ended by Ctrl-C.
+        0: done. 1: a verification found a difference. 2: an error, told in one message. 3: what was to be verified is
+        incomplete. 130: ended by Ctrl-C.
     """
     parsed = _parser().parse_args(arguments)
     if getattr(parsed, "quiet", False):
@@ -120,7 +121,12 @@ def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentP
 
 
 def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    replay = commands.add_parser("replay", help="run a log again")
+    replay = commands.add_parser(
+        "replay",
+        help="run a log again",
+        epilog="Exit status with --verify: 0 identical; 1 different; 2 it is no log, or cannot be run again; 3 incomplete, since "
+        "the log was not closed (what it holds agrees), or nothing was compared, since it holds no step.",
+    )
     replay.add_argument("log", metavar="LOG")
     replay.add_argument("--verify", action="store_true", help="compare every hash, frame and snapshot bit for bit")
 

@@ -13,9 +13,11 @@ from typing import Any
 
 from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError, shortened
 from granular_env.experiments.load import load_experiment, parse_override
-from granular_env.writing import counted, with_article
+from granular_env.writing import counted, readable_bytes, with_article
 
 _INTERRUPTED = 130
+# Exit status of a verification.
+_VERIFIED = {"identical": 0, "different": 1, "incomplete": 3, "nothing was compared": 3}
 
 
 # -- experiments ----------------------------------------------------------------------------------------------------
@@ -116,7 +118,7 @@ def check_file(args: argparse.Namespace) -> int:
 
 
 def replay_log(args: argparse.Namespace) -> int:
-    """Run a log again; with --verify compare it bit for bit."""
+    """Run a log again; with --verify compare it bit for bit: 0 identical, 1 different, 3 incomplete or nothing to compare."""
     if not args.verify:
         from granular_env.running import replay
 
@@ -125,17 +127,12 @@ def replay_log(args: argparse.Namespace) -> int:
         _print_result(result, quiet=False)
         return _INTERRUPTED if result.interrupted else 0
     from granular_env.recording import verify
+    from granular_env.running import collected
 
-    found = verify(args.log, allow_large=args.allow_large)
-    kinds = (
-        f"{counted(found.frames, 'frame')}, {counted(found.hashes, 'hash', 'hashes')}, {counted(found.snapshots, 'snapshot')}"
-    )
-    outcome = "identical" if found.identical else "different"
-    calls = counted(found.steps, "call")
-    print(f"{calls} of step, {counted(found.ticks, 'step')} compared ({kinds}): {outcome}")
-    for text in (*([found.message] if found.message and not found.identical else []), *found.notes):
-        print(text)
-    return 0 if found.identical else 1
+    with _told_by_us(), collected() as told:
+        found = verify(args.log, allow_large=args.allow_large)
+    print("\n".join([found.message, *(f"note: {text}" for text in told)]))
+    return _VERIFIED[found.outcome]
 
 
 def branch_off(args: argparse.Namespace) -> int:
@@ -152,7 +149,7 @@ def branch_off(args: argparse.Namespace) -> int:
         with _told_by_us():
             result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=args.overwrite)
     if not args.quiet:
-        print(f"branched at {left_at}, {result.steps * log.step_size:.9g} s long")
+        print(f"branched at {left_at}, {result.ticks * log.step_size:.9g} s long")
     _print_result(result, args.quiet)
     return _INTERRUPTED if result.interrupted else 0
 
@@ -162,10 +159,14 @@ def recover_log(args: argparse.Namespace) -> int:
     from granular_env.recording import recover
 
     log = recover(args.log, args.out, allow_large=args.allow_large, overwrite=args.overwrite)
-    print(f"recovered: {args.out}, {log.duration:g} s, {log.end_tick - log.start_tick} steps")
+    ticks = log.end_tick - log.start_tick
+    print(f"recovered: {args.out}, {log.duration:g} s, {counted(log.calls, 'call')} of step, {counted(ticks, 'tick')}")
     lost = log.metadata["events"][-1]
     print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
-    return 0
+    if ticks:
+        return 0
+    print("nothing was recovered but the start: the log holds no step")
+    return 1
 
 
 def view_log(args: argparse.Namespace) -> int:
@@ -385,7 +386,10 @@ def _check_log(path: str, allow_large: bool) -> int:
     log = open_log(path, allow_large=allow_large)
     facts = log.metadata
     state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
-    size = f"{log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables"
+    size = (
+        f"{log.duration:g} s, {counted(log.calls, 'call')} of step, {counted(log.end_tick - log.start_tick, 'tick')}, "
+        f"{counted(len(log.variables), 'variable')}, {readable_bytes(log.size)}"
+    )
     print(f"{path}: {with_article(facts['component'])}, {size}; {state}")
     for name in log.variables:
         log.series(name)
@@ -401,7 +405,7 @@ def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
         return
     component = result.component
     wall = f"{result.seconds:.2f} s of wall time"
-    print(f"{result.steps} steps, to {component.time:.9g} s, in {wall}; {energy_residual(component)}")
+    print(f"{counted(result.ticks, 'tick')}, to {component.time:.9g} s, in {wall}; {energy_residual(component)}")
     if result.stopped_by is not None:
         print(f"stopped: {result.stopped_by}")
     if result.interrupted:

@@ -38,7 +38,7 @@ class RunResult:
     Attributes:
         component: at the end of the run.
         log: the log's path, or None where none was kept.
-        steps: internal steps that were done.
+        ticks: how many were done.
         seconds: wall time of the stepping [s].
         stopped_by: the stop rule that ended it, in words, or None.
         interrupted: whether Ctrl-C ended it; its log is complete up to there.
@@ -49,7 +49,7 @@ class RunResult:
 
     component: Component
     log: Path | None
-    steps: int
+    ticks: int
     seconds: float
     stopped_by: str | None
     interrupted: bool
@@ -128,6 +128,7 @@ def replay(log: str | os.PathLike[str], *, progress: bool = False, allow_large: 
     where = f"log {str(log)!r}"
     with memory_told(where, LogError), collected() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
+        opened._caps.work(opened.end_tick - opened.start_tick, len(component._block.memory))
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)
@@ -137,8 +138,8 @@ def replay(log: str | os.PathLike[str], *, progress: bool = False, allow_large: 
                 break
         if not results:
             raise LogError(f"log {str(log)!r} holds no steps")
-        total, seconds = sum(one.steps for one in results), sum(one.seconds for one in results)
-        return dataclasses.replace(results[-1], steps=total, seconds=seconds)
+        total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
+        return dataclasses.replace(results[-1], ticks=total, seconds=seconds)
 
 
 def advance(
@@ -190,7 +191,7 @@ def advance(
     return RunResult(
         component=component,
         log=log,
-        steps=component.tick - first,
+        ticks=component.tick - first,
         seconds=seconds,
         stopped_by=stopped_by,
         interrupted=interrupted,
@@ -287,7 +288,7 @@ def _record(
 
     refuse_beyond(_COPIES_RECORDED * component._block.memory.nbytes, f"recording this {component.name}", ExperimentError)
     recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
-    stack.enter_context(left_log_told(path))
+    stack.enter_context(left_log_told(recorder))
     stack.enter_context(recorder)
 
 

@@ -39,6 +39,7 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         part.touch(exist_ok=False)
         yield part
+        _sync(part)
         os.replace(part, target)
     except OSError as error:
         raise _unwritable(path, error, kind) from error
@@ -46,6 +47,19 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         if part is not None:
             with contextlib.suppress(OSError):
                 part.unlink(missing_ok=True)
+
+
+def _sync(path: Path) -> None:
+    """Wait until the disk has a file: after a power cut, one that was renamed before that could be found empty."""
+    with open(path, "rb") as file:
+        os.fsync(file.fileno())
+
+
+def advice_for(error: BaseException) -> str:
+    """Return what to do about a file that cannot be written."""
+    if getattr(error, "errno", None) in (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)):
+        return "free some space or choose another folder"
+    return "choose another path"
 
 
 def write_files(contents: Mapping[Path, bytes], kind: type[GranularError] = GranularError) -> None:
@@ -123,9 +137,8 @@ def _stands(folder: Path) -> bool:
 
 def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[GranularError]) -> GranularError:
     """Return the error of a file that cannot be written, with advice that fits its cause."""
-    full = error.errno in (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
-    advice = "free some space or choose another folder" if full else "choose another path"
-    return kind(f"{os.fspath(path)!r} cannot be written: {error.strerror or error}; {advice}; what stood there is kept")
+    reason = error.strerror or error
+    return kind(f"{os.fspath(path)!r} cannot be written: {reason}; {advice_for(error)}; what stood there is kept")
 
 
 def with_article(name: object) -> str:
@@ -137,3 +150,11 @@ def with_article(name: object) -> str:
 def counted(number: int, noun: str, plural: str = "") -> str:
     """A number and its noun: "1 frame", "2 frames"; `plural` where that is not the noun with an s."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
+def readable_bytes(size: int) -> str:
+    """Return a size in words: "512 bytes", "1.5 MB", "1.53 GB"."""
+    for unit, scale in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
+        if size >= scale:
+            return f"{size / scale:.3g} {unit}"
+    return counted(size, "byte")

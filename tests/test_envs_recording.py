@@ -39,7 +39,7 @@ def test_a_recorded_environment_verifies(maker: type, tmp_path: Path) -> None:
     env.close()
     assert recorded == play(maker(grains=6, deadline=25), episodes=3)
     found = verify(path)
-    assert found.identical and found.steps == 75, found.message
+    assert found.identical and found.calls == 75, found.message
     with closing(open_log(path)) as log:
         assert log.complete
         # 25 control steps of 3 internal steps each.

@@ -268,7 +268,7 @@ def test_a_recorded_lane_is_recorded_whole(tmp_path: Any) -> None:
             env.step(np.full((3, 1), 0.5))
     env.step(np.full((3, 1), 0.5))
     found = verify(path)
-    assert found.identical and found.steps == 6
+    assert found.identical and found.calls == 6
     assert env.save([1])[0].snapshot.data == env.save([0])[0].snapshot.data
 
 

@@ -13,7 +13,7 @@ from ..jit import entry_point
 from ..profiles import CompiledProfile
 from . import kernels, table
 from .geometry import Geometry, geometry, suggested_step_size
-from .integrators import SCHEMES, SIGNATURE
+from .integrators import SCHEMES, SIGNATURE, dop853
 from .laws import Dissipative, Law, elastic_plastic
 from .parameters import WALLS, ChainParameters
 from .theory.collisions import duration_times_frequency
@@ -26,6 +26,8 @@ _STOPPED_IN_A_STEP = 0.3
 
 _KINDS = {"free": table.FREE, "piston": table.PISTON} | dict.fromkeys(WALLS, table.WALL)
 _NO_PIECES = np.zeros((0, 2))
+# A status: a tick takes more work than is allowed.
+_EXHAUSTED = 2
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
 _GEOMETRY_ROWS = 17
@@ -157,14 +159,28 @@ class Chain(Component):
                 yield Variable(
                     f"{side}_force", "input", "N", (), f"force on the {side} end grain, positive to the right", start=0.0
                 )
-        yield Variable("position", "output", "m", n, "position of the grains' centres, the first one's start is 0")
-        yield Variable("displacement", "output", "m", n, "displacement from the start, positive to the right", state=True)
-        yield Variable("velocity", "output", "m/s", n, "velocity, positive to the right", state=True)
         yield Variable(
-            "overlap", "output", "m", places, f"approach of the surfaces in each contact, negative: a gap; {_NUMBERING}"
+            "position", "output", "m", n, "position of the grains' centres, the first one's start is 0", axes=("grain",)
         )
         yield Variable(
-            "contact_force", "output", "N", places, f"compressive force in each contact, never negative; {_NUMBERING}"
+            "displacement", "output", "m", n, "displacement from the start, positive to the right", state=True, axes=("grain",)
+        )
+        yield Variable("velocity", "output", "m/s", n, "velocity, positive to the right", state=True, axes=("grain",))
+        yield Variable(
+            "overlap",
+            "output",
+            "m",
+            places,
+            f"approach of the surfaces in each contact, negative: a gap; {_NUMBERING}",
+            axes=("contact",),
+        )
+        yield Variable(
+            "contact_force",
+            "output",
+            "N",
+            places,
+            f"compressive force in each contact, never negative; {_NUMBERING}",
+            axes=("contact",),
         )
         yield Variable(
             "left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall"
@@ -236,7 +252,24 @@ class Chain(Component):
         else:
             left, right = self._held.get(self.left_input, 0.0), self._held.get(self.right_input, 0.0)
             done = self._kernel(self._table, _NO_PIECES, 0, left, right, self._tick, ticks)
-        return 0 if done == ticks else self._limit_passed(-done, ticks)
+        if done == ticks:
+            return 0
+        return self._limit_passed(-done, ticks) if done < 0 else self._continue(done, ticks)
+
+    def _continue(self, done: int, ticks: int) -> int:
+        """Go on after the kernel came back early, with much work done: so that Ctrl-C is heard in between."""
+        begin = self._tick
+        if self._profiled:
+            inputs = self._drive, self._left_pieces, self._left, self._right
+        else:
+            inputs = _NO_PIECES, 0, self._held.get(self.left_input, 0.0), self._held.get(self.right_input, 0.0)
+        try:
+            while 0 < done < ticks:
+                self._tick, ticks = self._tick + done, ticks - done
+                done = self._kernel(self._table, *inputs, self._tick, ticks)
+            return 0 if done == ticks else self._limit_passed(-done, ticks)
+        finally:
+            self._tick = begin
 
     def _input_advice(self, name: str) -> str:
         side, _, quantity = name.partition("_")
@@ -247,6 +280,9 @@ class Chain(Component):
 
     def _limit_passed(self, done: int, ticks: int) -> int:
         """A limit was passed in the last of `done` ticks: an error, or a warning (once) and on with the rest."""
+        if done >= kernels.EXHAUSTED:
+            self._failed_tick = self._tick + done - kernels.EXHAUSTED
+            return _EXHAUSTED
         unsound = done >= kernels.UNSOUND
         done -= kernels.UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
@@ -279,6 +315,8 @@ class Chain(Component):
 
     def _explain(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
+        if status == _EXHAUSTED:
+            return self._exhausted(time)
         name, index, _ = self._worst()
         if name == "overlap":
             value, limit = float(self._largest_overlap()[index]), float(self._refused_overlap[index])
@@ -302,6 +340,14 @@ class Chain(Component):
         return StepError(
             f"{name}[{index}] reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
             time=time, variable=name, index=index, value=value, limit=limit,
+        )  # fmt: skip
+
+    def _exhausted(self, time: float) -> StepError:
+        most = dop853.most_trials(self.parameters.grains)
+        return StepError(
+            f"the tick that ends at {time:.9g} s needs more than {most} trial steps of {self.parameters.integrator!r}; take a "
+            f"smaller step_size (now {self.step_size:g} s) or a larger tolerance",
+            time=time, variable="step_size", index=None, value=self.step_size, limit=self.step_size,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------

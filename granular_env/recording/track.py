@@ -37,12 +37,12 @@ class _Picture:
 class Track:
     """Keeps every 2^k-th of the frames that it is shown, k growing so that at most 400 stay."""
 
-    def __init__(self, particles: Particles | None, scalars: list[str]) -> None:
-        """`scalars` are the names that `add` will give values for."""
+    def __init__(self, particles: Particles | None, scalars: list[str], stride: int = 1) -> None:
+        """`scalars` are the names that `add` will give values for; `stride` is how much it thins to begin with."""
         self._particles, self.names = particles, scalars
         size = 8 * len(scalars) + (0 if particles is None else 16 * len(particles.radius))
         self._capacity = max(8, min(_MOST_FRAMES, _MOST_BYTES // max(size, 1)))
-        self._stride = 1
+        self._stride = stride
         self._kept: list[_Picture] = []
 
     @property
@@ -50,9 +50,20 @@ class Track:
         """What it draws."""
         return self._particles
 
+    @property
+    def stride(self) -> int:
+        """Distance of the frames that it keeps: those whose number it divides."""
+        return self._stride
+
     def wants(self, number: int) -> bool:
         """Whether the frame of this number would be kept."""
         return number % self._stride == 0
+
+    def take(self, number: int, nanoseconds: int, component: Component, ledger: Ledger) -> None:
+        """Show it a frame of a component, whose ledger has been drawn up."""
+        particles = self._particles
+        seen = (None, None) if particles is None else (component.peek(particles.displacement), component.peek(particles.colour))
+        self.add(number, nanoseconds, scalar_values(component, self.names, ledger), *seen)
 
     def add(self, number: int, nanoseconds: int, scalars: list[float], displacement: object, colour: object) -> None:
         """Show it a frame."""

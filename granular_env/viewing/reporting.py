@@ -127,7 +127,7 @@ def _sections(log: Any, footage: Footage, shown: Mapping[str, str]) -> list[tupl
 def _lead(log: Any, footage: Footage) -> str:
     scale, unit = figures.time_unit(log.duration)
     metadata = log.metadata
-    calls = "1 call" if log.steps == 1 else f"{log.steps} calls"
+    calls = "1 call" if log.calls == 1 else f"{log.calls} calls"
     what = f"{log.duration * scale:.6g} {unit} of {with_article(metadata.get('component'))}, in {calls} of step()"
     notes = [*told_events(log), *footage.notes]
     return page.paragraph(f"{what}; recorded {metadata.get('created')}.", "dim") + (
