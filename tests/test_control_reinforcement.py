@@ -29,7 +29,7 @@ STUDY = {
 
 
 def batch(count: int = 3, mode: AutoresetMode = AutoresetMode.SAME_STEP, **changes) -> gymnasium.vector.VectorEnv:
-    return gymnasium.make_vec("granular_env/Force-v0", count, autoreset_mode=mode, **{**SMALL, **changes})
+    return gymnasium.make_vec("granular_env/Protection-v1", count, autoreset_mode=mode, **{**SMALL, **changes})
 
 
 def test_the_batch_gives_stable_baselines_what_it_gives_itself():

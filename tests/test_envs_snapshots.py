@@ -13,7 +13,7 @@ from env_toys import MAKERS, SMALL, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.envs import ChainVectorEnv, ComponentEnv, EnvState, ForceEnv, PistonEnv, RecordEnv
+from granular_env.envs import ChainVectorEnv, ComponentEnv, EnvState, PistonEnv, ProtectionEnv, RecordEnv
 from granular_env.recording import record
 
 HARD: dict[str, Any] = {
@@ -109,7 +109,7 @@ def test_states_move_between_batches_and_single_environments() -> None:
 
 
 def test_restored_lanes_know_whether_they_are_over() -> None:
-    batch = ChainVectorEnv(ForceEnv, 2, grains=4, deadline=3)
+    batch = ChainVectorEnv(ProtectionEnv, 2, grains=4, deadline=3, clock=0)
     batch.reset(seed=1)
     begun = batch.save()
     for _ in range(3):
@@ -145,7 +145,7 @@ def test_states_that_do_not_fit_a_batch_are_refused() -> None:
 
 
 @pytest.mark.parametrize("instant", [0, 7, 23, 39])
-@pytest.mark.parametrize("maker", [PistonEnv, ForceEnv])
+@pytest.mark.parametrize("maker", [PistonEnv, ProtectionEnv])
 def test_a_log_goes_on_as_an_environment(maker: type[ComponentEnv], instant: int, tmp_path: Path) -> None:
     """The same inputs give the bits of the log's own continuation."""
     chosen, path = actions(40), tmp_path / "episode.mcap"
@@ -186,11 +186,11 @@ def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
 
 def test_a_lane_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
     path = tmp_path / "pushed.mcap"
-    recorded = ForceEnv(**SMALL)
+    recorded = ProtectionEnv(**SMALL)
     with record(recorded.component, path):
         recorded.reset(seed=1)
         transcript(recorded, actions(20))
-    batch, single = ChainVectorEnv(ForceEnv, 2, **SMALL), ForceEnv(**SMALL)
+    batch, single = ChainVectorEnv(ProtectionEnv, 2, **SMALL), ProtectionEnv(**SMALL)
     batch.reset(seed=1)
     batch.lane(1).branch(path, at=1.5e-5, seed=8)
     single.branch(path, at=1.5e-5, seed=8)
