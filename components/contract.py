@@ -410,6 +410,16 @@ class Component(metaclass=_Fixed):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
+        self.refuse_foreign(snapshot)
+        if snapshot.inputs is not self._held:
+            self._hold(snapshot.inputs)
+        self._memory_bytes[:] = snapshot.data
+        self._tick = snapshot.tick
+        for observer in self._observers:
+            observer.began(self)
+
+    def refuse_foreign(self, snapshot: Snapshot) -> None:
+        """Raise what `restore` would raise for this snapshot, and change nothing."""
         if snapshot.__class__ is not Snapshot:
             raise ParameterError(f"snapshot: got {shortened(snapshot)}, expected what save() or Snapshot.from_bytes() gave")
         if snapshot.identity != self.identity:
@@ -423,11 +433,14 @@ class Component(metaclass=_Fixed):
             )
         if snapshot.inputs is not self._held:
             self._check_inputs(snapshot)
-            self._hold(snapshot.inputs)
-        self._memory_bytes[:] = snapshot.data
-        self._tick = snapshot.tick
-        for observer in self._observers:
-            observer.began(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Support pickle and `copy.deepcopy`: the parameters and the state. Observers stay with the original."""
+        return _recreate, (type(self), self.parameters.model_dump(), self.save())
+
+    def __copy__(self) -> Component:
+        """Return an independent component: one that shares the state would step the original as well."""
+        return copy.deepcopy(self)
 
     def observe(self, observer: Observer) -> None:
         """Let an observer look on from now."""
@@ -558,6 +571,13 @@ class Component(metaclass=_Fixed):
         yield from self._declare()
         for name, unit, description in _LEDGER_VARIABLES:
             yield Variable(name, "output", unit, (), description)
+
+
+def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
+    """Return a component of these parameters in this state."""
+    component = kind(**parameters)
+    component.restore(state)
+    return component
 
 
 _DTYPES = {bool: "bool", int: "int64", str: "str"}

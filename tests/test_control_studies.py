@@ -28,7 +28,8 @@ from granular_env.recording import verify
 ROOT = Path(__file__).resolve().parents[1]
 SEARCHES = ("gradient", "cma", "random")
 SMALL = {
-    "version": 1, "name": "small", "budget": 3000, "task": {"name": "force", "grains": 6, "deadline": 60, "impulse": 0.005},
+    "version": 1, "name": "small", "budget": 3000,
+    "task": {"name": "protection", "grains": 6, "deadline": 60, "impulse": 0.005},
     "drive": {"knots": 4, "lowest": 0.0}, "method": [{"type": "random", "batch": 8}, {"type": "cma", "population": 8}],
 }  # fmt: skip
 
@@ -125,7 +126,7 @@ def test_the_identity_knows_what_changes_a_result():
         (bowl_study(budget=0), "study: budget: got 0"),
         (bowl_study(bugdet=1), "study: bugdet: unknown; did you mean 'budget'?"),
         (bowl_study(task={}), "study: task.name: missing"),
-        (bowl_study(task={"name": "force", "impulse": float("inf")}), "study: task: not usable"),
+        (bowl_study(task={"name": "protection", "impulse": float("inf")}), "study: task: not usable"),
         ({key: value for key, value in bowl_study().items() if key != "task"}, "study: task: missing; give a table [task]"),
         ({key: value for key, value in bowl_study().items() if key != "method"}, "study: method: missing; give tables"),
     ],

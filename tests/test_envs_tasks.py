@@ -11,7 +11,7 @@ from env_toys import MAKERS, Swing
 
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ComponentEnv, ForceEnv, PistonEnv
+from granular_env.envs import ComponentEnv, PistonEnv, ProtectionEnv
 from granular_env.envs.font import text_mask
 
 
@@ -46,7 +46,7 @@ def test_piston_returns_what_its_page_says() -> None:
 
 
 def test_force_returns_what_its_page_says() -> None:
-    env = ForceEnv()
+    env = ProtectionEnv(clock=0)
     total, _, terminated, info = episode(env, lambda count: 0.1)
     delivered = min(info["delivered_impulse"] / 0.05, 1.0)
     assert total == pytest.approx(delivered - info["peak_wall_force"] / 1000.0, abs=1e-13)
@@ -60,7 +60,7 @@ def test_force_returns_what_its_page_says() -> None:
 
 def test_the_walls_impulse_is_the_momentum_that_is_missing() -> None:
     """Applied impulse less the chain's momentum is what the wall took; the trapezoid sum is near it."""
-    env = ForceEnv(grains=16, impulse=10.0, deadline=600)
+    env = ProtectionEnv(grains=16, impulse=10.0, deadline=600)
     _, count, _, info = episode(env, lambda count: 0.2)
     taken = 100.0 * count * env.duration - env.component.get("momentum")
     # The wall's force turns over within some 30 control steps: the trapezoid rule is good to a fraction of (1/30)^2.
@@ -68,7 +68,9 @@ def test_the_walls_impulse_is_the_momentum_that_is_missing() -> None:
 
 
 def test_arguments_reach_the_chain() -> None:
-    env = ForceEnv(grains=5, radius=1e-3, chain={"right": "plane", "integrator": "leapfrog"}, step_size=2e-8, internal_steps=10)
+    env = ProtectionEnv(
+        grains=5, radius=1e-3, chain={"right": "plane", "integrator": "leapfrog"}, step_size=2e-8, internal_steps=10
+    )
     assert env.component.get("right") == "plane" and env.component.get("integrator") == "leapfrog"
     assert env.duration == pytest.approx(2e-7)
 
@@ -86,7 +88,7 @@ def test_arguments_reach_the_chain() -> None:
         ({"velocity_scale": math.nan}, "velocity_scale"),
     ],
 )
-@pytest.mark.parametrize("env", [PistonEnv, ForceEnv])
+@pytest.mark.parametrize("env", [PistonEnv, ProtectionEnv])
 def test_wrong_arguments_are_refused(env: type[ComponentEnv], arguments: dict, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         env(**arguments)

@@ -116,6 +116,12 @@ class Problem(Protocol):
         """One episode in the single environment, recorded where a path is given."""
         ...
 
-    def vector(self, count: int) -> Any:
-        """A Gymnasium `VectorEnv` of so many environments, for reinforcement learning; it resets in the same step."""
+    def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
+        """A Gymnasium `VectorEnv` of so many environments, for reinforcement learning; it resets in the same step.
+
+        Args:
+            count: how many.
+            hold: control steps for which an action is held.
+            clock: readings of the time in the observation.
+        """
         ...

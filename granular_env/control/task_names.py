@@ -1,4 +1,4 @@
-"""Environments by the names that studies call them: ``pulse-forming`` is ``granular_env/PulseForming-v0``."""
+"""Environments by the names that studies call them: ``pulse-forming`` is ``granular_env/PulseForming-v1``."""
 
 from __future__ import annotations
 

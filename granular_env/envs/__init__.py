@@ -1,6 +1,6 @@
 """Gymnasium environments: any component x a task.
 
-``import granular_env`` registers those of `registration.ENVIRONMENTS`, ``granular_env/Piston-v0`` for one. An environment of
+``import granular_env`` registers those of `registration.ENVIRONMENTS`, ``granular_env/Piston-v1`` for one. An environment of
 your own is a component, a `Task` and ``ComponentEnv(component, task)``; a task is one file in ``tasks/``.
 """
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from .task_check import check_task
     from .tasks.absorption import AbsorptionEnv, AbsorptionTask
     from .tasks.energy_delivery import EnergyDeliveryEnv, EnergyDeliveryTask
-    from .tasks.force import ForceEnv, ForceTask
     from .tasks.piston import PistonEnv, PistonTask
     from .tasks.protection import ProtectionEnv, ProtectionTask
     from .tasks.pulse_forming import PulseFormingEnv, PulseFormingTask
@@ -41,8 +40,6 @@ _HOMES = {
     "EnergyDeliveryEnv": ".tasks.energy_delivery",
     "EnergyDeliveryTask": ".tasks.energy_delivery",
     "EnvState": ".state",
-    "ForceEnv": ".tasks.force",
-    "ForceTask": ".tasks.force",
     "OpenLoop": ".policies",
     "PistonEnv": ".tasks.piston",
     "PistonTask": ".tasks.piston",
@@ -68,8 +65,6 @@ __all__ = [
     "EnergyDeliveryEnv",
     "EnergyDeliveryTask",
     "EnvState",
-    "ForceEnv",
-    "ForceTask",
     "OpenLoop",
     "PistonEnv",
     "PistonTask",

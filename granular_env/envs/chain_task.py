@@ -49,6 +49,7 @@ class ChainTask(Task):
         counter_names: what the counters hold, in order; each is shown in ``info``.
         constants: numbers for both kernels.
         observed_force: force observed as 1 by sensors of force [N].
+        hold: control steps for which an action is held; the environment sets it, and `baselines` act for so long.
         goal_scales: of a goal that is drawn for each episode: what of each of its numbers is observed as 1, behind the
             readings. The goal itself is in the first counters, whose names come first in `counter_names`.
         begin_kernel: begin(a, counters, constants), at the start of an episode; the counters are 0 before, but for
@@ -62,6 +63,7 @@ class ChainTask(Task):
     constants: FloatArray = np.zeros(1)
     observed_force: float = 1000.0
     goal_scales: tuple[float, ...] = ()
+    hold: int = 1
     begin_kernel: ClassVar[Callable[..., Any]]
     judge_kernel: ClassVar[Callable[..., Any]]
 

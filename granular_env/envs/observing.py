@@ -5,6 +5,7 @@ A plan is a few numbers that one jitted function, `observe`, turns into an obser
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -61,6 +62,27 @@ def show_goal(counters, scales, limit, out):
     place = len(out) - len(scales)
     for i in range(len(scales)):
         out[place + i] = min(max(counters[i] / scales[i], -limit), limit)
+
+
+@jit
+def show_clock(elapsed, steps, out):
+    """The time in `out`: cos(pi k elapsed / steps), k = 1 and so on."""
+    first = math.cos(math.pi * (elapsed / steps))
+    before, now = 1.0, first
+    for k in range(len(out)):
+        out[k] = now
+        before, now = now, 2.0 * first * now - before
+
+
+def clock_readings(elapsed: int, steps: int, count: int) -> npt.NDArray[np.float32]:
+    """Return the time as an agent sees it, see `show_clock`; shape (count,).
+
+    An agent that does not see how late it is cannot do the right thing before a deadline (Pardo et al. 2018): a chain at rest
+    looks the same at any time.
+    """
+    out = np.empty(count, np.float32)
+    show_clock(elapsed, steps, out)
+    return out
 
 
 @inlined

@@ -1,4 +1,4 @@
-"""EnergyDelivery-v0: by the deadline a wanted energy is in the last grains; work costs."""
+"""EnergyDelivery-v1: by the deadline a wanted energy is in the last grains; work costs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ...components.profiles import finite_number, positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from .baselines import open_loops
-from .making import chosen, driven_chain, hertz_chain, observed, timed, whole
+from .making import CLOCK, chosen, driven_chain, hertz_chain, observed, timed, whole
 from .theory_drives import passing_waves
 
 # Layout of the constants: the wanted energy [J], price of that much work, first grain of the target region (its column).
@@ -136,7 +136,7 @@ class EnergyDeliveryTask(ChainTask):
         place = min(self.grains - 0.5 * self.region - 0.5, float(speeds[0]) * horizon - _ENTRY)
         waves = np.array([[height[0], place, speeds[0]]])
         drive = passing_waves(shapes, waves, horizon, self.duration, self.steps, next(iter(self.actions)))
-        return open_loops(self, "granular_env/EnergyDelivery-v0", drive)
+        return open_loops(self, "granular_env/EnergyDelivery-v1", drive)
 
 
 class EnergyDeliveryEnv(ChainEnv):
@@ -175,7 +175,8 @@ class EnergyDeliveryEnv(ChainEnv):
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (280) control steps an episode
       of 420 us; a wave of that energy (4 m/s) crosses 60 grains in 380 us.
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`; Hertz contacts.
-    * What `ChainEnv` takes: `observe`, `noise`, `action_rate`, `control_delay`, `randomise`, `info`, `render_mode`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while an exact
@@ -190,8 +191,8 @@ class EnergyDeliveryEnv(ChainEnv):
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         action: str = "force",
         action_scale: float | None = None,
@@ -204,9 +205,12 @@ class EnergyDeliveryEnv(ChainEnv):
     ) -> None:
         arguments = chosen(EnergyDeliveryEnv, locals())
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 280)
+        merged, internal_steps, deadline = timed(options, 3, 280, CLOCK)
         component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
         region = whole("region", region, component.parameters.grains)
         duration = internal_steps * component.step_size
-        task = EnergyDeliveryTask(component, energy, region, work_price, duration, deadline, actions, arguments)
+
+        def task(chain: Chain) -> EnergyDeliveryTask:
+            return EnergyDeliveryTask(chain, energy, region, work_price, duration, deadline, actions, arguments)
+
         super().__init__(component, task, **merged)

@@ -1,4 +1,4 @@
-"""Protection-v0: hand a wall its impulse in time, and gently. Force-v0 is its older name."""
+"""Protection-v1: hand a wall its impulse in time, and gently. Force-v1 is its older name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ...components.profiles import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from .baselines import open_loops
-from .making import chosen, driven_chain, hertz_chain, timed
+from .making import CLOCK, chosen, driven_chain, hertz_chain, timed
 from .theory_drives import ramped_push
 
 FloatArray = npt.NDArray[np.float64]
@@ -162,7 +162,7 @@ class ProtectionTask(ChainTask):
     def baselines(self) -> Mapping[str, Policy]:
         """A ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""
         drive = ramped_push(self.chain, self.impulse, self.duration, max(self.steps, 1), next(iter(self.actions)))
-        policies = open_loops(self, "granular_env/Protection-v0", drive)
+        policies = open_loops(self, "granular_env/Protection-v1", drive)
         return policies if self.steps else {"nothing": policies["nothing"]}
 
 
@@ -203,7 +203,8 @@ class ProtectionEnv(ChainEnv):
     * `deadline` (700): control steps, 1.05 ms.
     * `impulse` (.05 N s), `peak_scale` (1000.0 N), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`.
-    * What `ChainEnv` takes: `observe`, `noise`, `action_rate`, `control_delay`, `randomise`, `info`, `render_mode`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", a push that rises evenly over .29 of the time to the level at which
@@ -212,14 +213,14 @@ class ProtectionEnv(ChainEnv):
     with a piston.
 
     ## Version history
-    * v0: first version, as `granular_env/Force-v0`.
+    * v0: first version, as `granular_env/Force-v1`.
     """
 
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         action: str = "force",
         action_scale: float | None = None,
@@ -233,11 +234,12 @@ class ProtectionEnv(ChainEnv):
         arguments = chosen(ProtectionEnv, locals())
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
         parameters |= {"right": "rigid_plane", "velocity_scale": velocity_scale}
-        merged, internal_steps, deadline = timed(options, 3, 700, endless=True)
+        merged, internal_steps, deadline = timed(options, 3, 700, CLOCK, endless=True)
         scale = _SCALES.get(action) if action_scale is None and isinstance(action, str) else action_scale
         component, actions = driven_chain("left", action, scale, parameters, chain, options)
-        task = ProtectionTask(
-            component, impulse, peak_scale, internal_steps * component.step_size, deadline, actions,
-            {"displacement": 1e-3, "velocity": velocity_scale}, arguments,
-        )  # fmt: skip
+        duration, observations = internal_steps * component.step_size, {"displacement": 1e-3, "velocity": velocity_scale}
+
+        def task(chain: Chain) -> ProtectionTask:
+            return ProtectionTask(chain, impulse, peak_scale, duration, deadline, actions, observations, arguments)
+
         super().__init__(component, task, **merged)

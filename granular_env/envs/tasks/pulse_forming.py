@@ -1,4 +1,4 @@
-"""PulseForming-v0: at the deadline a wanted set of solitary waves stands in the chain, and nothing else."""
+"""PulseForming-v1: at the deadline a wanted set of solitary waves stands in the chain, and nothing else."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from ...components.jit import jit
 from ...components.profiles import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
+from .arrival import refuse_early
 from .baselines import open_loops
-from .making import chosen, driven_chain, hertz_chain, numbers, observed, timed
+from .making import CLOCK, chosen, driven_chain, hertz_chain, numbers, observed, timed
 from .theory_drives import passing_waves
 
 FloatArray = npt.NDArray[np.float64]
@@ -118,6 +119,7 @@ class PulseFormingTask(ChainTask):
         self.waves = np.column_stack([amplitudes, places, speeds])
         self.energy = float(shape_energies(self.shapes, amplitudes).sum())
         self.duration, self.steps = duration, steps
+        refuse_early(self.shapes, self.waves, duration, steps)
         head = [duration * steps, self.energy, positive_number("window", window), float(len(self.waves)), duration, 0.0]
         self.constants, self.way = np.concatenate([head, self.waves.reshape(-1), self.shapes]), 0.0
 
@@ -137,7 +139,7 @@ class PulseFormingTask(ChainTask):
         drive = passing_waves(
             self.shapes, self.waves, self.duration * self.steps, self.duration, self.steps, next(iter(self.actions))
         )
-        return open_loops(self, "granular_env/PulseForming-v0", drive)
+        return open_loops(self, "granular_env/PulseForming-v1", drive)
 
 
 class PulseFormingEnv(ChainEnv):
@@ -181,7 +183,8 @@ class PulseFormingEnv(ChainEnv):
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (180) control steps an episode
       of 270 us, 26 us more than the wave takes from end to place.
     * `chain`: further parameters of the chain component, e.g. `{"precompression": 10.0}`; Hertz contacts.
-    * What `ChainEnv` takes: `observe`, `noise`, `action_rate`, `control_delay`, `randomise`, `info`, `render_mode`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the exact
@@ -196,8 +199,8 @@ class PulseFormingEnv(ChainEnv):
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         action: str = "force",
         action_scale: float | None = None,
@@ -210,10 +213,12 @@ class PulseFormingEnv(ChainEnv):
     ) -> None:
         arguments = chosen(PulseFormingEnv, locals())
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 180)
+        merged, internal_steps, deadline = timed(options, 3, 180, CLOCK)
         component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
         duration = internal_steps * component.step_size
-        task = PulseFormingTask(
-            component, numbers("amplitude", amplitude), numbers("place", place), duration, deadline, window, actions, arguments
-        )
+        heights, places = numbers("amplitude", amplitude), numbers("place", place)
+
+        def task(chain: Chain) -> PulseFormingTask:
+            return PulseFormingTask(chain, heights, places, duration, deadline, window, actions, arguments)
+
         super().__init__(component, task, **merged)

@@ -1,4 +1,4 @@
-"""SolitonTrain-v0: solitary waves on demand, whose number, heights and places are drawn for each episode and told."""
+"""SolitonTrain-v1: solitary waves on demand, whose number, heights and places are drawn for each episode and told."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ from ...components.profiles import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from ..policies import Constant
-from .making import between, driven_chain, hertz_chain, observed, timed, whole
+from .arrival import refuse_early
+from .baselines import held
+from .making import CLOCK, between, driven_chain, hertz_chain, observed, timed, whole
 from .theory_drives import passing_waves
 
 FloatArray = npt.NDArray[np.float64]
@@ -122,7 +124,7 @@ class SolitonTrainTask(ChainTask):
         self.grains, (mass, stiffness, rest) = chain.parameters.grains, hertz_chain(self.name, chain)
         if rest > 0.0:
             raise ParameterError(
-                "precompression: waves of many heights have one shape only in a chain without it; take PulseForming-v0"
+                "precompression: waves of many heights have one shape only in a chain without it; take PulseForming-v1"
             )
         self.shapes, speeds = wave_shapes(mass, stiffness, 0.0, np.ones(1))
         self.speed, self.duration, self.steps = float(speeds[0]), duration, steps
@@ -132,6 +134,8 @@ class SolitonTrainTask(ChainTask):
         unit = float(shape_energies(self.shapes, np.ones(1))[0])
         head = [duration * steps, unit, positive_number("window", window), float(waves)]
         self.head, self.constants = head, np.concatenate([head, self.shapes])
+        slowest, farthest = amplitude[0], front[1]
+        refuse_early(self.shapes, self._rows(np.array([[slowest, farthest]]))[None, :COLUMNS], duration, steps)
         self.demand = self.goal(np.random.default_rng(0))
 
     def goal(self, random: Generator) -> FloatArray:
@@ -158,7 +162,9 @@ class SolitonTrainTask(ChainTask):
             raise ParameterError(
                 f"options.goal: got {rows.tolist()}, expected amplitudes above 0 m/s and places from 0 to {self.grains - 1}"
             )
-        return self._rows(rows)
+        goal = self._rows(rows)
+        refuse_early(self.shapes, goal.reshape(-1, COLUMNS), self.duration, self.steps, "options.goal")
+        return goal
 
     def _rows(self, rows: FloatArray) -> FloatArray:
         goal = np.zeros((self.waves, COLUMNS))
@@ -201,7 +207,8 @@ class PassingTrain:
             numbers = [info[one] for one in task.counter_names[: COLUMNS * task.waves]]
             goal = np.array(numbers).reshape(-1, COLUMNS)
             horizon = task.duration * task.steps
-            self.drive = passing_waves(task.shapes, goal, horizon, task.duration, task.steps, name) / scale
+            drive = passing_waves(task.shapes, goal, horizon, task.duration, task.steps, name)
+            self.drive = held(drive, task.hold) / scale
         self.step += 1
         return np.array([self.drive[self.step - 1]])
 
@@ -209,7 +216,7 @@ class PassingTrain:
 class SolitonTrainEnv(ChainEnv):
     """Drive the left end so that at the deadline the solitary waves that were asked for stand in the chain.
 
-    `PulseForming-v0` on demand: how many waves, how high and where, is drawn for each episode, and the agent is told.
+    `PulseForming-v1` on demand: how many waves, how high and where, is drawn for each episode, and the agent is told.
 
     ## Action space
     `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
@@ -222,10 +229,10 @@ class SolitonTrainEnv(ChainEnv):
     in units of 10 m/s, the place of its crest at the deadline over the number of grains, and its speed in units of that of a
     wave of 1 m/s; zeros for waves that are not asked for. `info` has "time" [s], the input, the goal as "amplitude_1" [m/s],
     "place_1", "speed_1" [grains/s] and so on, and the counters "distance", "energy_outside" and "amplitude_error" of
-    `PulseForming-v0`.
+    `PulseForming-v1`.
 
     ## Rewards
-    As in `PulseForming-v0`: the return is minus the square of the distance to the demanded waves at the deadline, in the energy
+    As in `PulseForming-v1`: the return is minus the square of the distance to the demanded waves at the deadline, in the energy
     norm, over their energy. Doing nothing returns -1, 0 is perfect. A step that would break the physics gives -10 and ends the
     episode.
 
@@ -245,7 +252,8 @@ class SolitonTrainEnv(ChainEnv):
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (200) control steps an episode
       of 300 us.
     * `chain`: further parameters of the chain component; Hertz contacts, no precompression.
-    * What `ChainEnv` takes: `observe`, `noise`, `action_rate`, `control_delay`, `randomise`, `info`, `render_mode`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the demanded
@@ -260,8 +268,8 @@ class SolitonTrainEnv(ChainEnv):
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         action: str = "force",
         action_scale: float | None = None,
@@ -275,7 +283,7 @@ class SolitonTrainEnv(ChainEnv):
         **options: Unpack[ChainOptions],
     ) -> None:
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 200)
+        merged, internal_steps, deadline = timed(options, 3, 200, CLOCK)
         component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
         count, gaps, first = whole("waves", waves, 16), between("spacing", spacing), between("front", front)
         if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > component.parameters.grains - 1:
@@ -283,8 +291,9 @@ class SolitonTrainEnv(ChainEnv):
                 f"front: got {shortened(front)}, expected places up to {component.parameters.grains - 1} that leave room for "
                 f"{count} waves with up to {gaps[1]:g} grains between them"
             )
-        task = SolitonTrainTask(
-            component, count, between("amplitude", amplitude), gaps, first, internal_steps * component.step_size, deadline,
-            window, actions,
-        )  # fmt: skip
+        heights, duration = between("amplitude", amplitude), internal_steps * component.step_size
+
+        def task(chain: Chain) -> SolitonTrainTask:
+            return SolitonTrainTask(chain, count, heights, gaps, first, duration, deadline, window, actions)
+
         super().__init__(component, task, **merged)
