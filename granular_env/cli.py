@@ -124,8 +124,8 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     replay = commands.add_parser(
         "replay",
         help="run a log again",
-        epilog="Exit status with --verify: 0 identical; 1 different; 2 it is no log, or cannot be run again; 3 incomplete, since "
-        "the log was not closed (what it holds agrees), or nothing was compared, since it holds no step.",
+        epilog="Exit status with --verify: 0 identical; 1 different; 2 it is no log, or cannot be run again; 3 incomplete, "
+        "since the log was not closed (what it holds agrees), or nothing was compared, since it holds no step.",
     )
     replay.add_argument("log", metavar="LOG")
     replay.add_argument("--verify", action="store_true", help="compare every hash, frame and snapshot bit for bit")
