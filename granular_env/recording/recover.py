@@ -7,10 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
+from ..components import catalogue
 from ..components.errors import GranularError, LogError, ParameterError
 from ..writing import replacing
 from .format import CLOSED, EVENTS, TOPICS, Record, decode
+from .metadata import metadata_of, title_of
+from .preview import PreviewFacts
 from .reader import Log, open_log
 from .sink import Sink, as_path, create
 from .track import Track
@@ -56,7 +60,7 @@ def _has_summary(source: Path, allow_large: bool) -> bool:
 
 
 def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
-    """Every record as it is, then the film for stock viewers, then what was lost."""
+    """Every record as it is, then what stock viewers draw, then what was lost."""
     closing: Record | None = None
     for chunk in range(log._container.chunk_count):
         for message in log._container.messages(chunk):
@@ -67,7 +71,9 @@ def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
                     closing = record
                 else:
                     sink.add(record, message.nanoseconds)
-    _film(log, sink)
+    sink.flush()
+    sink.add_metadata(metadata_of(log._header, _parameter_model(log._header.get("component"))))
+    _preview(log, sink)
     _finish(log, sink, closing, had_summary)
 
 
@@ -87,24 +93,32 @@ def _finish(log: Log, sink: Sink, closing: Record | None, had_summary: bool) -> 
     sink.finish()
 
 
-def _film(log: Log, sink: Sink) -> None:
-    """What stock viewers draw, from the frames that are there."""
+def _preview(log: Log, sink: Sink) -> None:
+    """Write what stock viewers draw, from the frames that are there."""
     particles = log.particles
     if particles is not None and not {particles.displacement, particles.colour} <= set(log.variables):
         particles = None
-    scalars = [name for name, variable in log.variables.items() if variable.shape == ()]
-    wanted = [*scalars, *((particles.displacement, particles.colour) if particles else ())]
+    units = {name: variable.unit for name, variable in log.variables.items() if variable.shape == ()}
+    wanted = [*units, *((particles.displacement, particles.colour) if particles else ())]
     if not wanted or not log.segments:
         return
-    track = Track(particles, scalars)
+    colour_unit = log.variables[particles.colour].unit if particles else ""
+    track = Track(PreviewFacts(title_of(log._header), particles, colour_unit, units))
     times = _common_times(log, wanted)
     for number, time in enumerate(times[:: max(1, -(-len(times) // _PICTURES))].tolist()):
-        values = [log.get(name, time) for name in scalars]
+        values = [log.get(name, time) for name in units]
         seen: tuple[Any, Any] = (None, None)
         if particles is not None:
             seen = log.get(particles.displacement, time), log.get(particles.colour, time)
         track.add(number, round((time - log.start_tick * log.step_size) * 1e9), values, *seen)
-    track.write(sink)
+    sink.add_preview(track.messages())
+
+
+def _parameter_model(name: object) -> type[BaseModel] | None:
+    try:
+        return catalogue.component_class(str(name)).Parameters
+    except GranularError:
+        return None
 
 
 def _common_times(log: Log, names: list[str]) -> np.ndarray:

@@ -21,11 +21,12 @@ from ..components.errors import LogError
 from .batch import Batch, Profiles, hash_row, parameter_digests, write_batch
 from .facts import header_of, plain_json
 from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record
+from .metadata import metadata_of, title_of
 from .options import checked_names, checked_schedule, plain_values
 from .pool import Pool
 from .schedule import Schedule
 from .sink import Sink, as_path, create
-from .track import LEDGER, Track, scalar_names, scalar_values
+from .track import LEDGER, Track, facts_of, scalar_values
 
 # Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
 # leaves the writing one too little of the interpreter, and what a kill may cost is promised to be less than 100 ms.
@@ -110,7 +111,7 @@ class Recorder:
         self._waiting: list[Batch | Record] = []
         self._backlog = 0
         self._error: GranularError | None = None
-        self._track = Track(component.particles(), scalar_names(component))
+        self._track = Track(facts_of(component, title_of({"experiment": experiment, "component": component.name})))
         self._profiles, self._parameters = Profiles(), parameter_digests(component)
         self._batch = self._inside = Batch(-1, 0, 0)
         self._pool = Pool()
@@ -345,6 +346,7 @@ class Recorder:
         header, arrays = header_of(self._component, recorded, dataclasses.asdict(self._schedule), experiment, parent)
         self._sink.add(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays), 0)
         self._sink.flush()
+        self._sink.add_metadata(metadata_of(header, self._component.Parameters))
 
     def _write_on(self) -> None:
         try:
@@ -392,8 +394,7 @@ class Recorder:
             self._sink.add(dataclasses.replace(item, number=self._sink.number(EVENTS)), self._nanoseconds(item.first))
 
     def _write_end(self) -> None:
-        self._track.write(self._sink)
-        self._sink.flush()
+        self._sink.add_preview(self._track.messages())
         arrays = {"index": self._sink.rows}
         place = (self._segment, self._expected, self._expected, 1, self._sink.number(EVENTS))
         self._sink.add(Record(EVENTS, CLOSED, *place, self._closing_event, arrays), self._nanoseconds(self._expected))
