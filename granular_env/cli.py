@@ -150,6 +150,7 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     how.add_argument("--web", action="store_true", help="in the browser, served on this machine only")
     how.add_argument("--save", metavar="RRD", help="write a file for rerun instead")
     how.add_argument("--screenshot", metavar="PNG", help="write a picture instead; needs no screen")
+    how.add_argument("--foxglove-layout", metavar="JSON", help="write a layout for Foxglove instead, to import there")
     view.add_argument(
         "--exaggerate", metavar="F", type=float, help="draw displacements F times larger (default: so that they are seen)"
     )
