@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from mcap.reader import make_reader
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.contract import Component
@@ -17,6 +18,7 @@ from granular_env.recording.caps import Caps
 from granular_env.recording.container import Container
 from granular_env.recording.format import CLOSED, EVENTS, HEADER, TOPICS, Record, decode, log_identity
 from granular_env.recording.log_file import create
+from granular_env.recording.preview import PreviewMessage, Topic
 from granular_env.recording.sink import Sink
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
@@ -54,12 +56,14 @@ def rewrite(
     """The same log with every record put through `change`, every message of the film through `change_film`, and `shift` ns
     added to each time; every checksum, number and index is made right again."""
     sink, container = Sink(out, create(out, overwrite=True)), Container(path, Caps(str(path)))
+    topics = film_topics(path)
     log = None
     for chunk in range(container.chunk_count):
         for message in container.messages(chunk):
             kind, time = TOPICS.get(message.topic), message.nanoseconds + shift
             if kind is None:
-                sink.add_message(message.topic, [change_film(bytes(message.data))], time)
+                data = change_film(bytes(message.data))
+                sink.add_preview([PreviewMessage(topics[message.topic], time, time, [data])])
                 continue
             log = log_identity(message.data) if kind == HEADER else log
             new = change(decode(message.data, kind, None if kind == HEADER else log))
@@ -69,6 +73,15 @@ def rewrite(
             sink.add(new, time)
     container.close()
     sink.finish()
+
+
+def film_topics(path: Path) -> dict[str, Topic]:
+    """The channels of a log that stock viewers draw, read by the stock reader."""
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    found = [(channel.topic, summary.schemas[channel.schema_id]) for channel in summary.channels.values()]
+    return {topic: Topic(topic, schema.name, schema.encoding, schema.data) for topic, schema in found}
 
 
 def changed(record: Record, **arrays: np.ndarray) -> Record:

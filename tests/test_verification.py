@@ -269,10 +269,14 @@ def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:
 
 
 def test_changed_durations_are_called_that(tmp_path: Path) -> None:
-    oscillator_log(tmp_path / "a.mcap")
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap"):
+        component.reset(velocity=1.0)
+        for number in range(60):  # in whatever batches they are written
+            component.step(0.02 if number % 2 else 0.01)
 
     def change(old: Record) -> Record:
-        if old.kind != STEPS or len(old.arrays["durations"]) < 3:
+        if old.kind != STEPS or len(old.arrays["durations"]) < 2:
             return old
         durations = old.arrays["durations"].copy()
         durations[-2:] = durations[-2:][::-1]
