@@ -8,12 +8,15 @@ import math
 import re
 import shlex
 import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError, shortened
+from granular_env.components.errors import ExperimentError, GranularWarning, LogError, ParameterError, shortened
 from granular_env.experiments.load import load_experiment, parse_override
-from granular_env.writing import counted, readable_bytes, with_article
+from granular_env.writing import advice_for, counted, readable_bytes, with_article
 
 _INTERRUPTED = 130
 # Exit status of a verification.
@@ -83,9 +86,8 @@ def run_experiment(args: argparse.Namespace) -> int:
     _refuse_what_another_command_runs(args.experiment, "run")
     overrides = [*args.overrides, *([f"record.hash_every={args.hash_every}"] if args.hash_every is not None else [])]
     experiment = load_experiment(args.experiment, overrides)
-    log = None if args.no_log else Path(args.log) if args.log else free_log_path(experiment.name)
-    with _told_by_us():
-        result = run(experiment, log=log, progress=not args.quiet, live=args.live, overwrite=args.overwrite)
+    with _told_by_us(), _log_target(args, args.log, experiment.name) as (log, overwrite):
+        result = run(experiment, log=log, progress=not args.quiet, live=args.live, overwrite=overwrite)
     _print_result(result, args.quiet)
     return _INTERRUPTED if result.interrupted else 0
 
@@ -141,13 +143,14 @@ def branch_off(args: argparse.Namespace) -> int:
     from granular_env.experiments.prepare import inputs_from
     from granular_env.recording import open_log
 
-    out = Path(args.out) if args.out else free_log_path(f"{Path(args.log).stem}-branch")
-    with open_log(args.log, allow_large=args.allow_large) as log:
+    with ExitStack() as stack:
+        log = stack.enter_context(open_log(args.log, allow_large=args.allow_large))
         begun = log.branch(args.at)
         left_at = _instant(args.at, begun.component.time, log.step_size)
         inputs = inputs_from(args.overrides, begun.component)
-        with _told_by_us():
-            result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=args.overwrite)
+        stack.enter_context(_told_by_us())
+        out, overwrite = stack.enter_context(_log_target(args, args.out, f"{Path(args.log).stem}-branch"))
+        result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=overwrite)
     if not args.quiet:
         print(f"branched at {left_at}, {result.ticks * log.step_size:.9g} s long")
     _print_result(result, args.quiet)
@@ -341,13 +344,44 @@ def _refuse_what_another_command_runs(name: str, command: str) -> None:
 # -- details --------------------------------------------------------------------------------------------------------
 
 
-def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
-    """The first of logs/<name>-1.mcap, -2, ... that does not exist."""
+@contextmanager
+def _log_target(args: argparse.Namespace, given: str | None, name: str) -> Iterator[tuple[Any, bool]]:
+    """Where to record, and whether what stands there may be replaced: at the path given, or in a new file in logs/."""
+    if getattr(args, "no_log", False) or given:
+        yield (Path(given) if given else None), args.overwrite
+        return
+    with reserved_log(name) as path:
+        yield path, True
+
+
+@contextmanager
+def reserved_log(name: str, folder: Path = Path("logs")) -> Iterator[Path]:
+    """Give the first of logs/<name>-1.mcap, -2, ... that does not exist, as an empty file that nobody else gets.
+
+    It may be overwritten; where nothing was written to it, it is removed again.
+    """
     stem = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "run"
-    number = 1
-    while (path := folder / f"{stem}-{number}.mcap").exists():
-        number += 1
-    return path
+    path = _empty_file(folder, stem)
+    try:
+        yield path
+    finally:
+        with suppress(OSError):
+            if path.stat().st_size == 0:
+                path.unlink()
+
+
+def _empty_file(folder: Path, stem: str) -> Path:
+    for number in count(1):
+        path = folder / f"{stem}-{number}.mcap"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            path.touch(exist_ok=False)
+            return path
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise LogError(f"log {str(path)!r} cannot be written: {error.strerror}; {advice_for(error)}") from error
+    raise AssertionError
 
 
 def _constants(overrides: list[str]) -> dict[str, Any]:

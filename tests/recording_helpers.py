@@ -67,6 +67,8 @@ def rewrite(
                 sink.flush()
                 new = dataclasses.replace(new, arrays={"index": sink.rows})
             sink.add(new, time)
+            if new.kind == HEADER:
+                sink.flush()
     container.close()
     sink.finish()
 

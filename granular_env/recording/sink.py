@@ -122,7 +122,7 @@ class Sink:
             write()
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-            ending = self._advice if self.published else "The log that stood there is as it was"
+            ending = self._advice if self.published else "The log that stood there is kept"
             self._failed = LogError(
                 f"log {str(self.path)!r} cannot be written any more: {reason}; {advice_for(error)}. {ending}"
             )
