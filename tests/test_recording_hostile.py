@@ -96,13 +96,11 @@ def test_another_programs_file_is_refused_before_it_is_unpacked(tmp_path: Path) 
 def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path) -> None:
     """JSON of 24 MB that a file of 200 kB unfolds to would take a gigabyte once it is parsed."""
     oscillator_log(tmp_path / "a.mcap")
-    value = [[]] * 8_000_000
 
     def change(old: Record) -> Record:
-        return dataclasses.replace(old, header={**old.header, "experiment": value}) if old.kind == HEADER else old
+        return dataclasses.replace(old, header={**old.header, "experiment": [[]] * 8_000_000}) if old.kind == HEADER else old
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    del value
     assert (tmp_path / "b.mcap").stat().st_size < 1 << 20
     peak, seconds = _measured(lambda: open_log(tmp_path / "b.mcap"))
     assert peak < 150 << 20 and seconds < 10.0
@@ -110,7 +108,7 @@ def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path) -> None:
 
 
 def test_a_log_of_many_small_records_is_not_refused(tmp_path: Path) -> None:
-    """The limit on records for each byte is far from what is honestly written: here each reset makes a handful of small ones."""
+    """The limit on records for each byte is far from what is honestly written; here each reset makes a handful."""
     component = catalogue.make("oscillator")
     with record(component, tmp_path / "a.mcap", every=0.01, variables=["position"]):
         for _ in range(1500):

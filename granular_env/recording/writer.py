@@ -121,7 +121,7 @@ class Recorder:
         self._pool = Pool()
         # Ticks of the step under way that have been handed over; frames that no failure takes back.
         self._parts = self._taken_frames = 0
-        self._sink = Sink(path, file)
+        self._file, self._sink = file, Sink(path, file)
         try:
             self._write_header(experiment, parent)
         except GranularError:
@@ -134,7 +134,8 @@ class Recorder:
             target=_write_on, args=(weakref.ref(self), self._wake), name=f"granular-env log {path}", daemon=True
         )
         self._thread.start()
-        _OPEN.add(self)
+        _OPEN[self] = None
+        _FILES.add(file)
 
     def __enter__(self) -> Self:
         return self
@@ -265,7 +266,8 @@ class Recorder:
             # It is being collected, and the thread, which knew it weakly, has gone.
             self._write_safely()
         self._closed = True
-        _OPEN.discard(self)
+        _OPEN.pop(self, None)
+        _FILES.discard(self._file)
         if self._error is not None:
             raise self._error
 
@@ -437,8 +439,10 @@ class Recorder:
         self._sink.finish()
 
 
-# Recorders that the end of the program has to close.
-_OPEN: weakref.WeakSet[Recorder] = weakref.WeakSet()
+# Recorders that the end of the program has to close; and their files, which would otherwise be closed before a recorder that
+# is collected can write its end.
+_OPEN: weakref.WeakKeyDictionary[Recorder, None] = weakref.WeakKeyDictionary()
+_FILES: set[LogFile] = set()
 
 
 @atexit.register
