@@ -134,7 +134,7 @@ class Recorder:
             target=_write_on, args=(weakref.ref(self), self._wake), name=f"granular-env log {path}", daemon=True
         )
         self._thread.start()
-        _OPEN[self] = None
+        _OPEN.add(self)
         _FILES.add(file)
 
     def __enter__(self) -> Self:
@@ -266,7 +266,7 @@ class Recorder:
             # It is being collected, and the thread, which knew it weakly, has gone.
             self._write_safely()
         self._closed = True
-        _OPEN.pop(self, None)
+        _OPEN.discard(self)
         _FILES.discard(self._file)
         if self._error is not None:
             raise self._error
@@ -441,7 +441,7 @@ class Recorder:
 
 # Recorders that the end of the program has to close; and their files, which would otherwise be closed before a recorder that
 # is collected can write its end.
-_OPEN: weakref.WeakKeyDictionary[Recorder, None] = weakref.WeakKeyDictionary()
+_OPEN: weakref.WeakSet[Recorder] = weakref.WeakSet()
 _FILES: set[LogFile] = set()
 
 
