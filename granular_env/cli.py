@@ -114,8 +114,8 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     replay = commands.add_parser(
         "replay",
         help="run a log again",
-        epilog="Exit status with --verify: 0 identical; 1 different; 2 it is no log, or cannot be run again; 3 incomplete, since "
-        "the log was not closed (what it holds agrees), or nothing was compared, since it holds no step.",
+        epilog="Exit status with --verify: 0 identical; 1 different; 2 it is no log, or cannot be run again; 3 incomplete, "
+        "since the log was not closed (what it holds agrees), or nothing was compared, since it holds no step.",
     )
     replay.add_argument("log", metavar="LOG")
     replay.add_argument("--verify", action="store_true", help="compare every hash, frame and snapshot bit for bit")
@@ -140,6 +140,7 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     how.add_argument("--web", action="store_true", help="in the browser, served on this machine only")
     how.add_argument("--save", metavar="RRD", help="write a file for rerun instead")
     how.add_argument("--screenshot", metavar="PNG", help="write a picture instead; needs no screen")
+    how.add_argument("--foxglove-layout", metavar="JSON", help="write a layout for Foxglove instead, to import there")
     view.add_argument(
         "--exaggerate", metavar="F", type=float, help="draw displacements F times larger (default: so that they are seen)"
     )

@@ -182,6 +182,8 @@ def view_log(args: argparse.Namespace) -> int:
         print(f"written: {viewing.save_rrd(log, args.save, exaggerate=args.exaggerate)}")
     elif args.screenshot:
         print(f"written: {viewing.screenshot(log, args.screenshot, exaggerate=args.exaggerate)}")
+    elif args.foxglove_layout:
+        print(f"written: {viewing.save_foxglove_layout(log, args.foxglove_layout)}")
     else:
         viewing.view(log, web=args.web, exaggerate=args.exaggerate)
     return 0

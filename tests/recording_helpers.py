@@ -17,6 +17,7 @@ from granular_env.recording.caps import Caps
 from granular_env.recording.container import Container
 from granular_env.recording.format import CLOSED, EVENTS, HEADER, TOPICS, Record, decode, log_identity
 from granular_env.recording.log_file import create
+from granular_env.recording.preview import PreviewMessage, Topic
 from granular_env.recording.sink import Sink
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
@@ -54,17 +55,18 @@ def rewrite(
     """The same log with every record put through `change`, every message of the film through `change_film`, and `shift` ns
     added to each time; every checksum, number and index is made right again."""
     sink, container = Sink(out, create(out, overwrite=True)), Container(path, Caps(str(path)))
-    log = None
+    log, film = None, []
     for chunk in range(container.chunk_count):
         for message in container.messages(chunk):
             kind, time = TOPICS.get(message.topic), message.nanoseconds + shift
             if kind is None:
-                sink.add_message(message.topic, [change_film(bytes(message.data))], time)
+                topic = Topic(message.topic, "any", "protobuf", b"")
+                film.append(PreviewMessage(topic, time, message.published, [change_film(bytes(message.data))]))
                 continue
             log = log_identity(message.data) if kind == HEADER else log
             new = change(decode(message.data, kind, None if kind == HEADER else log))
             if new.kind == EVENTS and new.detail == CLOSED:
-                sink.flush()
+                sink.add_preview(film)
                 new = dataclasses.replace(new, arrays={"index": sink.rows})
             sink.add(new, time)
             if new.kind == HEADER:

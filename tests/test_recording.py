@@ -159,7 +159,7 @@ def test_the_film_has_no_pictures_of_a_step_that_was_undone(tmp_path: Path) -> N
     h = component.step_size
     record_a_failure(component, tmp_path / "a.mcap", Profile.triangle(2e5, 4000 * h, rise=3999 * h))
     with open(tmp_path / "a.mcap", "rb") as file:
-        times = [message.log_time for _, _, message in make_reader(file).iter_messages(topics=["/particles"])]
+        times = [message.publish_time for _, _, message in make_reader(file).iter_messages(topics=["/particles"])]
     # Thinned, as the step that was undone once made it; in the order of time, and to the end.
     assert times == sorted(set(times)) and len(times) > 70 and times[-1] == pytest.approx(150 * h * 1e9, abs=2 * h * 1e9)
 
@@ -387,41 +387,6 @@ def test_a_branch_takes_other_inputs_and_goes_on_longer(tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="the log goes from"):
         parent.branch(99.0)
     assert not (tmp_path / "c.mcap").exists()
-
-
-# -- stock viewers -----------------------------------------------------------------------------------------------------
-
-
-def test_stock_rerun_draws_particles_and_scalars(tmp_path: Path) -> None:
-    chunk = pytest.importorskip("rerun.chunk")
-    component = chain_log(tmp_path / "a.mcap")
-    columns: dict[str, set[str]] = {}
-    points = []
-    for part in chunk.McapReader(str(tmp_path / "a.mcap")).stream():
-        batch = part.to_record_batch()
-        columns.setdefault(str(part.entity_path), set()).update(batch.schema.names)
-        if "Points3D:positions" in batch.schema.names:
-            points += batch.column("Points3D:positions").to_pylist()
-    assert {"Points3D:positions", "Points3D:colors"} <= columns["/particles"]
-    assert "Scalars:scalars" in columns["/scalars/position"]
-    drawn = [frame for frame in points if frame]
-    assert len(drawn) >= 40 and len(drawn[0]) == 12
-    expected = component.particles().reference[:, 0] + component.get("displacement")  # type: ignore[union-attr]
-    assert np.allclose(np.array(drawn[-1])[:, 0], expected, atol=1e-6)
-
-
-def test_stock_mcap_reads_scalars_by_name(tmp_path: Path) -> None:
-    ros = pytest.importorskip("mcap_ros2.decoder")
-    from mcap.reader import make_reader
-
-    component = oscillator_log(tmp_path / "a.mcap")
-    with (tmp_path / "a.mcap").open("rb") as file:
-        reader = make_reader(file, validate_crcs=True, decoder_factories=[ros.DecoderFactory()])
-        messages = [message for _, _, _, message in reader.iter_decoded_messages(topics=["/scalars"])]
-        file.seek(0)
-        assert sum(1 for _ in make_reader(file, validate_crcs=True).iter_messages()) > len(messages)
-    last = dict(zip(messages[-1].name, messages[-1].position, strict=True))
-    assert last["velocity"] == component.get("velocity") and {"force", "kinetic_energy"} <= last.keys()
 
 
 # -- arguments ---------------------------------------------------------------------------------------------------------

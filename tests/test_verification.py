@@ -270,13 +270,16 @@ def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:
 
 
 def test_changed_durations_are_called_that(tmp_path: Path) -> None:
-    oscillator_log(tmp_path / "a.mcap")
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap"):
+        for number in range(40):
+            component.step(0.01 + 0.01 * (number % 2))
 
     def change(old: Record) -> Record:
-        if old.kind != STEPS or len(old.arrays["durations"]) < 3:
+        if old.kind != STEPS:
             return old
         durations = old.arrays["durations"].copy()
-        durations[-2:] = durations[-2:][::-1]
+        durations[:2] = durations[:2][::-1]
         return changed(old, durations=durations)
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)

@@ -1,22 +1,22 @@
-"""The film of a log for stock viewers, made again: from the frames of a damaged log, or from a re-run to be compared."""
+"""The preview of a log for stock viewers, made again: from the frames of a damaged log, or from a re-run to be compared."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from ..components.contract import Component, Ledger
 from ..components.errors import LogError
-from .chunks import Part
 from .container import RawMessage
 from .format import HEADER, TOPICS
 from .index import CHUNK, KIND, LAST, SEGMENT
+from .metadata import title_of
+from .preview import PreviewFacts, PreviewMessage
 from .reader import Log
-from .sink import Sink
-from .track import Track, scalar_names
+from .track import Track, facts_of
 
 _PICTURES = 400
 _FROM_FRAMES = {"source": "frames"}
@@ -38,7 +38,7 @@ class FilmMaker:
         self._track: Track | None = None
         self.missing = "" if log._closing is not None else "the film"
         if type(stride) is int and 1 <= stride < 2**53:
-            self._track = Track(component.particles(), scalar_names(component), stride)
+            self._track = Track(facts_of(component, title_of(log._header)), stride)
         elif not self._from_frames and not self.missing:
             raise LogError(f"log {str(log.path)!r}: its end does not say how its film was made")
 
@@ -57,8 +57,8 @@ class FilmMaker:
         track = film_of_frames(self._log) if self._from_frames else self._track
         messages = _film_messages(self._log)
         try:
-            if track is not None:
-                track.write(_Comparison(self._log, messages))
+            for mine in track.messages() if track is not None else ():
+                _compare(mine, next(messages, None))
             left = next(messages, None)
         except _FilmDiffers as found:
             return str(found)
@@ -69,33 +69,14 @@ class _FilmDiffers(Exception):  # noqa: N818 - a finding
     pass
 
 
-class _Comparison(Sink):
-    """Takes a film as a recorder's sink does, and compares each message with the log's."""
-
-    def __init__(self, log: Log, messages: Iterator[RawMessage]) -> None:
-        super().__init__(log.path, _Nowhere())  # type: ignore[arg-type]
-        self._messages = messages
-
-    def add_message(self, topic: str, parts: Sequence[Part], nanoseconds: int) -> None:
-        other = next(self._messages, None)
-        if other is None:
-            raise _FilmDiffers(f"the message under {topic!r} at {nanoseconds} ns is missing")
-        if (other.topic, other.nanoseconds) != (topic, nanoseconds):
-            raise _FilmDiffers(f"{other.topic!r} at {other.nanoseconds} ns instead of {topic!r} at {nanoseconds} ns")
-        if other.data != b"".join(parts):
-            raise _FilmDiffers(f"the message under {topic!r} at {nanoseconds} ns is not what the re-run gives")
-
-
-class _Nowhere:
-    """A file that forgets what is written to it."""
-
-    published = True
-
-    def write(self, data: Any) -> int:
-        return len(data)
-
-    def flush(self) -> None:
-        pass
+def _compare(mine: PreviewMessage, other: RawMessage | None) -> None:
+    what = f"the message under {mine.topic.name!r} at {mine.log_time} ns"
+    if other is None:
+        raise _FilmDiffers(f"{what} is missing")
+    if (other.topic, other.nanoseconds, other.published) != (mine.topic.name, mine.log_time, mine.publish_time):
+        raise _FilmDiffers(f"{other.topic!r} at {other.nanoseconds} ns stands in the place of {what}")
+    if other.data != b"".join(mine.parts):
+        raise _FilmDiffers(f"{what} is not what the re-run gives")
 
 
 def film_of_frames(log: Log) -> Track | None:
@@ -103,15 +84,16 @@ def film_of_frames(log: Log) -> Track | None:
     particles = log.particles
     if particles is not None and not {particles.displacement, particles.colour} <= set(log.variables):
         particles = None
-    scalars = [name for name, variable in log.variables.items() if variable.shape == ()]
-    wanted = [*scalars, *((particles.displacement, particles.colour) if particles else ())]
+    units = {name: variable.unit for name, variable in log.variables.items() if variable.shape == ()}
+    wanted = [*units, *((particles.displacement, particles.colour) if particles else ())]
     if not wanted or not log.segments:
         return None
-    track = Track(particles, scalars)
+    colour_unit = log.variables[particles.colour].unit if particles else ""
+    track = Track(PreviewFacts(title_of(log._header), particles, colour_unit, units))
     ticks = _common_ticks(log, wanted)
     for number, tick in enumerate(ticks[:: max(1, -(-len(ticks) // _PICTURES))].tolist()):
         time = tick * log.step_size
-        values = [log.get(name, time) for name in scalars]
+        values = [log.get(name, time) for name in units]
         seen: tuple[Any, Any] = (None, None)
         if particles is not None:
             seen = log.get(particles.displacement, time), log.get(particles.colour, time)

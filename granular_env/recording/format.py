@@ -14,7 +14,7 @@ hashes       at key ticks: a digest of each state variable and of the whole stat
 events       failures; and at the end one that says "closed", with the index of all messages
 ===========  ==========================================================================================================
 
-Two more topics are for stock viewers and are not read back: see `track`.
+Further topics, and a Metadata record, are for stock viewers and are not read back: see `preview` and `metadata`.
 """
 
 from __future__ import annotations

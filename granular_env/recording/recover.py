@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from pydantic import BaseModel
+
+from ..components import catalogue
 from ..components.errors import GranularError, LogError, ParameterError
 from ..writing import replacing
 from .film import film_facts_of_frames, film_of_frames
 from .format import CLOSED, EVENTS, TOPICS, Record, decode
 from .log_file import create, refuse_unless_log
+from .metadata import metadata_of
 from .reader import Log, open_log
 from .sink import Sink, as_path
 
@@ -53,7 +57,7 @@ def _has_summary(source: Path, allow_large: bool) -> bool:
 
 
 def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
-    """Every record as it is, then the film for stock viewers, then what was lost."""
+    """Every record as it is, then what stock viewers draw, then what was lost."""
     closing: Record | None = None
     for chunk in range(log._container.chunk_count):
         for message in log._container.messages(chunk):
@@ -64,9 +68,11 @@ def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
                     closing = record
                 else:
                     sink.add(record, message.nanoseconds)
+    sink.flush()
+    sink.add_metadata(metadata_of(log._header, _parameter_model(log._header.get("component"))))
     track = film_of_frames(log)
     if track is not None:
-        track.write(sink)
+        sink.add_preview(track.messages())
     _finish(log, sink, closing, had_summary)
 
 
@@ -85,6 +91,13 @@ def _finish(log: Log, sink: Sink, closing: Record | None, had_summary: bool) -> 
     place = number, tick, tick, 1, sink.number(EVENTS)
     sink.add(Record(EVENTS, CLOSED, *place, header, {"index": sink.rows}), nanoseconds)
     sink.finish()
+
+
+def _parameter_model(name: object) -> type[BaseModel] | None:
+    try:
+        return catalogue.component_class(str(name)).Parameters
+    except GranularError:
+        return None
 
 
 __all__ = ["GranularError", "recover"]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from . import schemas
 from .chunks import ChunkWriter, Part
 from .format import COLUMNS, HEADER, KINDS, PROFILE, TOPICS, Record, encode, log_identity
 from .log_file import LogFile
+from .metadata import METADATA_NAME
+from .preview import PreviewMessage, Topic
 
 CHUNK_BYTES = 1 << 20
 # The first chunks are smaller, so that of a short log of which the end is lost not all is lost [bytes]; then an eighth of
@@ -44,11 +47,8 @@ class Sink:
     def _start(self) -> None:
         self._writer = writer = ChunkWriter(self._file, PROFILE, PROFILE)
         block = writer.add_schema("granular.Block", "protobuf", schemas.block_schema())
-        cloud = writer.add_schema("foxglove.PointCloud", "protobuf", schemas.point_cloud_schema())
-        joints = writer.add_schema(schemas.JOINT_STATE_NAME, "ros2msg", schemas.JOINT_STATE.encode())
         self._channels = {topic: writer.add_channel(topic, "protobuf", block) for topic in TOPICS}
-        self._channels["/particles"] = writer.add_channel("/particles", "protobuf", cloud)
-        self._channels["/scalars"] = writer.add_channel("/scalars", "cdr", joints)
+        self._schemas: dict[str, int] = {}
 
     def number(self, kind: int) -> int:
         """The number that the next record of a kind has to carry."""
@@ -60,23 +60,45 @@ class Sink:
         return np.array(self._rows, dtype=np.int64).reshape(-1, len(COLUMNS))
 
     def add(self, record: Record, nanoseconds: int) -> None:
-        """Write one record; a full chunk is ended and flushed. A time before that of the record before becomes that one."""
-        self._latest = max(self._latest, nanoseconds)
+        """Write one record; a full chunk is ended and flushed.
+
+        A message that follows a later one in the file bears that one's time: readers find the messages in the order of time.
+        """
         parts = encode(record, self.log)
         if record.kind == HEADER:
             self.log = log_identity(b"".join(parts))
         self._rows.append((*record.row, self._chunk))
         self._numbers[record.kind] += 1
-        self.add_message(self._topics[record.kind], parts, self._latest)
+        self._latest = max(self._latest, nanoseconds)
+        self._add_message(self._topics[record.kind], parts, self._latest)
 
-    def add_message(self, topic: str, parts: Sequence[Part], nanoseconds: int) -> None:
-        """Write one message of any topic, given in parts."""
+    def add_metadata(self, texts: dict[str, str]) -> None:
+        """Write the Metadata record that stock tools show."""
+        self._guarded(lambda: self._writer.add_metadata(METADATA_NAME, texts))
+
+    def add_preview(self, messages: Iterable[PreviewMessage]) -> None:
+        """Write what stock viewers draw, in chunks of its own."""
+        self.flush()
+        for message in messages:
+            if message.topic.name not in self._channels:
+                self._guarded(partial(self._add_channel, message.topic))
+            self._add_message(message.topic.name, message.parts, message.log_time, message.publish_time)
+        self.flush()
+
+    def _add_channel(self, topic: Topic) -> None:
+        if topic.schema not in self._schemas:
+            self._schemas[topic.schema] = self._writer.add_schema(topic.schema, topic.encoding, topic.definition)
+        schema = self._schemas[topic.schema]
+        self._channels[topic.name] = self._writer.add_channel(topic.name, topic.message_encoding, schema)
+
+    def _add_message(self, topic: str, parts: Sequence[Part], nanoseconds: int, publish_time: int | None = None) -> None:
         sequence = self._sequences.get(topic, 0)
         self._sequences[topic] = sequence + 1
         size = sum(map(len, parts))
         self._unfinished_bytes += size
         self._bytes += size
-        self._guarded(lambda: self._writer.add_message(self._channels[topic], sequence & 0xFFFFFFFF, nanoseconds, parts))
+        place = self._channels[topic], sequence & 0xFFFFFFFF, nanoseconds
+        self._guarded(lambda: self._writer.add_message(*place, parts, publish_time))
         if self._unfinished_bytes >= min(CHUNK_BYTES, max(_FIRST_CHUNK_BYTES, self._bytes // _CHUNK_SHARE)):
             self.flush()
 

@@ -24,11 +24,12 @@ from .batch import Batch, Profiles, hash_row, header_digests, parameter_digests,
 from .facts import closing_facts, header_of, plain_json
 from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record, nanoseconds
 from .log_file import LogFile, create
+from .metadata import metadata_of, title_of
 from .options import checked_names, checked_schedule
 from .pool import Pool
 from .schedule import Schedule
 from .sink import Sink, as_path
-from .track import LEDGER, Track, scalar_names
+from .track import LEDGER, Track, facts_of
 
 # Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
 # leaves the writing one too little of the interpreter, and what a kill may cost is promised to be less than 100 ms.
@@ -115,7 +116,7 @@ class Recorder:
         self._waiting: list[Batch | tuple[Record, int]] = []
         self._backlog = 0
         self._error: GranularError | None = None
-        self._track = Track(component.particles(), scalar_names(component))
+        self._track = Track(facts_of(component, title_of({"experiment": experiment, "component": component.name})))
         self._profiles = Profiles()
         self._batch = self._inside = Batch(-1, 0, 0)
         self._pool = Pool()
@@ -379,6 +380,7 @@ class Recorder:
         self._digests = {"parameters": parameter_digests(self._component), "header": header_digests(header, arrays)}
         self._sink.add(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays), 0)
         self._sink.flush()
+        self._sink.add_metadata(metadata_of(header, self._component.Parameters))
 
     def _write_safely(self) -> bool:
         """Write what there is, and at the end the end; return whether that was all."""
@@ -431,8 +433,7 @@ class Recorder:
             self._sink.add(dataclasses.replace(event, number=self._sink.number(EVENTS)), time)
 
     def _write_end(self) -> None:
-        self._track.write(self._sink)
-        self._sink.flush()
+        self._sink.add_preview(self._track.messages())
         arrays = {"index": self._sink.rows}
         place = (self._segment, self._expected, self._expected, 1, self._sink.number(EVENTS))
         self._sink.add(Record(EVENTS, CLOSED, *place, self._closing_event, arrays), self._nanoseconds(self._expected))

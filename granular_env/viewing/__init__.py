@@ -9,13 +9,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .foxglove import save_foxglove_layout
     from .live import LiveViewer
     from .reporting import report
     from .viewer import save_rrd, screenshot, view
 
-__all__ = ["LiveViewer", "report", "save_rrd", "screenshot", "view"]
+__all__ = ["LiveViewer", "report", "save_foxglove_layout", "save_rrd", "screenshot", "view"]
 
-_HOMES = {"LiveViewer": ".live", "report": ".reporting", "save_rrd": ".viewer", "screenshot": ".viewer", "view": ".viewer"}
+_HOMES = {
+    "LiveViewer": ".live",
+    "report": ".reporting",
+    "save_foxglove_layout": ".foxglove",
+    "save_rrd": ".viewer",
+    "screenshot": ".viewer",
+    "view": ".viewer",
+}
 
 
 def __getattr__(name: str) -> Any:
