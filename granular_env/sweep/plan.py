@@ -27,6 +27,7 @@ from pydantic import Field, model_validator
 from granular_env.components.errors import ExperimentError
 from granular_env.experiments.faults import Faults, Table, shortened
 from granular_env.experiments.load import nearest_names, override_list, parse_override, read_document
+from granular_env.experiments.toml_text import toml_value
 
 from .axes import Distribution, Range, parse_distributions, parse_grid
 from .measures import OWN_COLUMNS, Measure, parse_measures
@@ -265,19 +266,4 @@ def _refuse_clashes(
 
 def assignment(key: str, value: Any) -> str:
     """``key=value`` with the value as TOML writes it, exact."""
-    return f"{key}={toml_value(value)}"
-
-
-def toml_value(value: Any) -> str:
-    """A value as TOML, floats in their shortest exact form."""
-    import json
-
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{json.dumps(str(key))} = {toml_value(part)}" for key, part in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(toml_value(part) for part in value) + "]"
-    return repr(value)
+    return f"{key}={toml_value(value, quoted=True)}"
