@@ -166,7 +166,7 @@ def advance(
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
     with ExitStack() as stack:
-        show = _shown(stack, title, end) if progress else None
+        show = _shown(stack, title, component, end) if progress else None
         for observer in observers:
             component.observe(observer)
             stack.callback(component.ignore, observer)
@@ -290,7 +290,31 @@ def _show_live(stack: ExitStack, component: Component, title: str) -> None:
     stack.enter_context(LiveViewer(component, title=title))
 
 
-def _shown(stack: ExitStack, title: str, end: int) -> Callable[[Component], None]:
-    from granular_env.progress import Progress
+def _shown(stack: ExitStack, title: str, component: Component, end: int) -> Callable[[Component], None]:
+    """Return what shows on a progress bar where the component is; it looks and changes nothing."""
+    from granular_env.progress import progress_bar
 
-    return stack.enter_context(Progress(title, end)).update
+    first, begun = component.tick, perf_counter()
+    bar = stack.enter_context(progress_bar(title, end, done=first))
+
+    def show(component: Component) -> None:
+        if bar.is_due():
+            speed = (component.tick - first) / max(perf_counter() - begun, 1e-9)
+            share = _energy_residual(component)[1]
+            residual = f"residual {share:+.1e}" if share is not None else ""
+            bar.update(component.tick, f"t = {component.time:.4g} s", f"{speed:,.0f} ticks/s", residual)
+
+    return show
+
+
+def energy_residual(component: Component) -> str:
+    """Return in words the energy that the numerics made or lost, beside the energy that was there."""
+    residual, share = _energy_residual(component)
+    return f"energy residual {residual:+.2e} J" + (f" ({share:+.1e})" if share is not None else "")
+
+
+def _energy_residual(component: Component) -> tuple[float, float | None]:
+    """Return the residual [J], and its part of the energy that was there; None where there was none."""
+    ledger = component.ledger()
+    scale = max(ledger.kinetic_energy + ledger.potential_energy, abs(ledger.input_work))
+    return ledger.energy_residual, ledger.energy_residual / scale if scale > 0.0 else None

@@ -11,6 +11,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from .components.errors import GranularError, ParameterError
+from .terminal import printable
 
 
 @contextmanager
@@ -83,8 +84,8 @@ def refused_unless_file(path: str | os.PathLike[str]) -> Path:
 
 
 def with_article(name: object) -> str:
-    """A noun with "a" or "an" before it."""
-    text = str(name)
+    """A noun with "a" or "an" before it; it may be a stranger's."""
+    text = printable(name)
     return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"
 
 

@@ -7,27 +7,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from granular_env.progress import progress_bar
+
 from .building import Atlas
 from .model import Entry, Paper
 
 
 @contextmanager
 def telling(paper: Paper, quiet: bool) -> Iterator[Callable[[Entry, float], None]]:
-    """A bar on standard error that goes on with each entry that is done."""
-    if quiet:
-        yield lambda entry, share: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    if not console.is_interactive:  # where no bar can be drawn, an empty line would be all that is left of it
-        yield lambda entry, share: None
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn())
-    with Progress(*columns, TextColumn("{task.fields[last]}"), console=console, transient=True) as bar:
-        task = bar.add_task(paper.name, total=1.0, last="")
-        yield lambda entry, share: bar.update(task, advance=share, last=f"{entry.section} {entry.title}")
+    """Show a progress bar that goes on with each entry that is done."""
+    with progress_bar(paper.name, show=not quiet) as bar:
+        yield lambda entry, share: bar.advance(share, f"{entry.section} {entry.title}")
 
 
 def closing(atlas: Atlas, page: Path) -> str:
