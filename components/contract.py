@@ -494,7 +494,8 @@ class Component(metaclass=_Fixed):
             else:
                 number = value
                 if type(value) is not float or not math.isfinite(value):
-                    number = finite_number(f"input {name!r}", value, "a number or a Profile")
+                    hint = "; sample a function with Profile.table(times, values)" if callable(value) else ""
+                    number = finite_number(f"input {name!r}", value, f"a number or a Profile{hint}")
                 variable = self._inputs[name]
                 if not variable.minimum <= number <= variable.maximum:
                     raise ParameterError(

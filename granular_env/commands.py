@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import math
 import re
 import shlex
+import tomllib
 import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError, shortened
+from granular_env.components.errors import ExperimentError, GranularWarning, LogError, ParameterError, shortened
 from granular_env.experiments.load import load_experiment, parse_override
-from granular_env.writing import counted, readable_bytes, with_article
+from granular_env.terminal import columns, printable, wrapped
+from granular_env.writing import advice_for, counted, readable_bytes, with_article
 
 _INTERRUPTED = 130
 # Exit status of a verification.
@@ -35,8 +41,8 @@ def show_list(args: argparse.Namespace) -> int:
         print(json.dumps(known, indent=2))
         return 0
     for kind, entries in known.items():
-        print(f"{kind}\n{describe.columns(entries.items())}\n")
-    print("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one.")
+        print(f"{kind}\n{columns(entries.items())}\n")
+    print(wrapped("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one."))
     return 0
 
 
@@ -51,10 +57,14 @@ def show_description(args: argparse.Namespace) -> int:
         for override in args.overrides:
             parts, value = parse_override(override)
             parameters[parts[-1]] = value
-        print(describe.describe_component(args.name, parameters))
-    else:
-        text, _ = _shipped_text(args.name)
-        print(text or template(args.name), end="")
+        if args.json:
+            print(json.dumps(describe.component_facts(args.name, parameters), indent=2))
+        else:
+            print(describe.describe_component(args.name, parameters))
+        return 0
+    text, _ = _shipped_text(args.name)
+    text = text or template(args.name)
+    print(json.dumps(tomllib.loads(text), indent=2, default=str) if args.json else "\n".join(map(printable, text.splitlines())))
     return 0
 
 
@@ -63,6 +73,8 @@ def write_new(args: argparse.Namespace) -> int:
     from granular_env.experiments import templates
 
     text, command = _shipped_text(args.template)
+    if templates.is_log(args.template):
+        text, command = templates.of_log(args.template, args.out and Path(args.out).stem), "run"
     if args.out is None:
         print(text or templates.template(args.template), end="")
         return 0
@@ -83,34 +95,49 @@ def run_experiment(args: argparse.Namespace) -> int:
     _refuse_what_another_command_runs(args.experiment, "run")
     overrides = [*args.overrides, *([f"record.hash_every={args.hash_every}"] if args.hash_every is not None else [])]
     experiment = load_experiment(args.experiment, overrides)
-    log = None if args.no_log else Path(args.log) if args.log else free_log_path(experiment.name)
-    with _told_by_us():
-        result = run(experiment, log=log, progress=not args.quiet, live=args.live, pace=args.pace, overwrite=args.overwrite)
-    _print_result(result, args.quiet)
+    show = not args.quiet and not args.json
+    with _told_by_us(), _log_target(args, args.log, experiment.name) as (log, overwrite):
+        result = run(experiment, log=log, progress=show, live=args.live, pace=args.pace, overwrite=overwrite)
+    if args.json:
+        print(json.dumps(_result_facts(result), indent=2))
+    else:
+        _print_result(result, args.quiet)
     return _INTERRUPTED if result.interrupted else 0
 
 
 def check_file(args: argparse.Namespace) -> int:
     """Validate a file of an experiment, a plan or a study, or a log, without running it."""
     if Path(args.file).suffix == ".mcap":
-        return _check_log(args.file, args.allow_large)
+        return _check_log_for_programs(args.file, args.allow_large) if args.json else _check_log(args.file, args.allow_large)
     if _is_plan(args.file):
-        return _check_plan(args.file, args.overrides, args.allow_large)
+        return _check_plan(args.file, args.overrides, args.allow_large, args.json)
     if _is_study(args.file):
-        return _check_study(args.file, args.overrides)
+        return _check_study(args.file, args.overrides, args.json)
+    from granular_env.experiments.cost import cost_note
     from granular_env.experiments.prepare import prepare
 
     experiment = load_experiment(args.file, args.overrides)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)
         ready = prepare(experiment)
-    for warning in caught:
-        print(f"note: {warning.message}")
-    step = ready.component.step_size
+    notes = [str(warning.message) for warning in caught]
+    if note := cost_note(ready):
+        notes.append(note)
+    component = ready.component
+    if args.json:
+        facts = {"duration": experiment.duration, "ticks": ready.ticks, "step_size": component.step_size, "notes": notes}
+        return _valid("experiment", experiment.name, component=component.name, **facts)
+    for note in notes:
+        print(wrapped(f"note: {printable(note)}"))
     print(
-        f"valid: {experiment.name}, {with_article(ready.component.name)} for {experiment.duration:g} s "
-        f"in {ready.ticks} steps of {step:g} s"
+        f"valid: {printable(experiment.name)}, {with_article(component.name)} for {experiment.duration:g} s "
+        f"in {ready.ticks} ticks of {component.step_size:g} s"
     )
+    return 0
+
+
+def _valid(kind: str, name: str, **facts: Any) -> int:
+    print(json.dumps({"valid": True, "kind": kind, "name": name, **facts}, indent=2))
     return 0
 
 
@@ -126,12 +153,13 @@ def replay_log(args: argparse.Namespace) -> int:
             result = replay(args.log, progress=True, allow_large=args.allow_large)
         _print_result(result, quiet=False)
         return _INTERRUPTED if result.interrupted else 0
+    from granular_env.progress import progress_bar
     from granular_env.recording import verify
     from granular_env.running import collected
 
-    with _told_by_us(), collected() as told:
-        found = verify(args.log, allow_large=args.allow_large)
-    print("\n".join([found.message, *(f"note: {text}" for text in told)]))
+    with _told_by_us(), collected() as told, progress_bar(f"verification of {Path(args.log).name}") as bar:
+        found = verify(args.log, progress=bar.update, allow_large=args.allow_large)
+    print("\n".join(map(printable, [*found.message.splitlines(), *(f"note: {text}" for text in told)])))
     return _VERIFIED[found.outcome]
 
 
@@ -141,13 +169,14 @@ def branch_off(args: argparse.Namespace) -> int:
     from granular_env.experiments.prepare import inputs_from
     from granular_env.recording import open_log
 
-    out = Path(args.out) if args.out else free_log_path(f"{Path(args.log).stem}-branch")
-    with open_log(args.log, allow_large=args.allow_large) as log:
+    with ExitStack() as stack:
+        log = stack.enter_context(open_log(args.log, allow_large=args.allow_large))
         begun = log.branch(args.at)
         left_at = _instant(args.at, begun.component.time, log.step_size)
         inputs = inputs_from(args.overrides, begun.component)
-        with _told_by_us():
-            result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=args.overwrite)
+        stack.enter_context(_told_by_us())
+        out, overwrite = stack.enter_context(_log_target(args, args.out, f"{Path(args.log).stem}-branch"))
+        result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=overwrite)
     if not args.quiet:
         print(f"branched at {left_at}, {result.ticks * log.step_size:.9g} s long")
     _print_result(result, args.quiet)
@@ -229,10 +258,13 @@ def compute_sweep(args: argparse.Namespace) -> int:
         workers=args.workers,
         address=args.address,
         overrides=args.overrides,
-        progress=not args.quiet,
+        progress=not args.quiet and not args.json,
         allow_large=args.allow_large,
     )
-    print(shlex.quote(str(sweep.folder / TABLE)) if args.quiet else closing(sweep))
+    if args.json:
+        print(json.dumps(_sweep_facts(sweep), indent=2))
+    else:
+        print(shlex.quote(str(sweep.folder / TABLE)) if args.quiet else closing(sweep))
     return _INTERRUPTED if sweep.interrupted else 1 if sweep.failed else 0
 
 
@@ -243,10 +275,21 @@ def _is_plan(name: str) -> bool:
     return is_plan(read_document(Path(name))) if Path(name).is_file() else name in shipped_plans()
 
 
-def _check_plan(name: str, overrides: list[str], allow_large: bool) -> int:
+def _sweep_facts(sweep: Any) -> dict[str, Any]:
+    from granular_env.sweep.store import CSV, TABLE
+
+    pending = sweep.size - sweep.done - sweep.failed
+    counts = {"tasks": sweep.size, "done": sweep.done, "failed": sweep.failed, "pending": pending}
+    files = {"folder": str(sweep.folder), "table": str(sweep.folder / TABLE), "csv": str(sweep.folder / CSV)}
+    return {**counts, "interrupted": sweep.interrupted, "errors": sweep.errors, "units": sweep.units, **files}
+
+
+def _check_plan(name: str, overrides: list[str], allow_large: bool, for_programs: bool) -> int:
     from granular_env.sweep import check_sweep
 
     plan = check_sweep(name, overrides, allow_large=allow_large)
+    if for_programs:
+        return _valid("sweep", plan.name, experiment=plan.settings.experiment, tasks=plan.size, measures=list(plan.measures))
     print(
         f"valid: {plan.name}, {counted(plan.size, 'task')} of the experiment {plan.settings.experiment}, "
         f"{counted(len(plan.measures), 'measure')}"
@@ -275,7 +318,6 @@ def run_study(args: argparse.Namespace) -> int:
 
 def _list_studies() -> int:
     from granular_env.control.task_names import task_names
-    from granular_env.describe import columns
 
     print(f"studies\n{columns(_studies().items())}\n")
     print(f"tasks\n{columns(task_names().items())}\n")
@@ -310,13 +352,16 @@ def _is_study(name: str) -> bool:
     return name in shipped_studies()
 
 
-def _check_study(name: str, overrides: list[str]) -> int:
+def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
     from granular_env.control.study import load_study
     from granular_env.control.study.running import prepared
 
     study = load_study(name, overrides)
     problem, shape = prepared(study)
     methods = ", ".join(method.label for method in study.method)
+    if for_programs:
+        facts = {"task": study.task.name, "control_steps": problem.steps, "numbers": shape.size, "budget": study.budget}
+        return _valid("study", study.name, **facts, methods=[method.label for method in study.method])
     print(
         f"valid: {study.name}, task {study.task.name} of {problem.steps} control steps, "
         f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
@@ -343,13 +388,44 @@ def _refuse_what_another_command_runs(name: str, command: str) -> None:
 # -- details --------------------------------------------------------------------------------------------------------
 
 
-def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
-    """The first of logs/<name>-1.mcap, -2, ... that does not exist."""
+@contextmanager
+def _log_target(args: argparse.Namespace, given: str | None, name: str) -> Iterator[tuple[Any, bool]]:
+    """Where to record, and whether what stands there may be replaced: at the path given, or in a new file in logs/."""
+    if getattr(args, "no_log", False) or given:
+        yield (Path(given) if given else None), args.overwrite
+        return
+    with reserved_log(name) as path:
+        yield path, True
+
+
+@contextmanager
+def reserved_log(name: str, folder: Path = Path("logs")) -> Iterator[Path]:
+    """Give the first of logs/<name>-1.mcap, -2, ... that does not exist, as an empty file that nobody else gets.
+
+    It may be overwritten; where nothing was written to it, it is removed again.
+    """
     stem = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "run"
-    number = 1
-    while (path := folder / f"{stem}-{number}.mcap").exists():
-        number += 1
-    return path
+    path = _empty_file(folder, stem)
+    try:
+        yield path
+    finally:
+        with suppress(OSError):
+            if path.stat().st_size == 0:
+                path.unlink()
+
+
+def _empty_file(folder: Path, stem: str) -> Path:
+    for number in count(1):
+        path = folder / f"{stem}-{number}.mcap"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            path.touch(exist_ok=False)
+            return path
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise LogError(f"log {str(path)!r} cannot be written: {error.strerror}; {advice_for(error)}") from error
+    raise AssertionError
 
 
 def _constants(overrides: list[str]) -> dict[str, Any]:
@@ -398,6 +474,37 @@ def _check_log(path: str, allow_large: bool) -> int:
     return 0 if log.complete else 1
 
 
+def _check_log_for_programs(path: str, allow_large: bool) -> int:
+    from granular_env.recording import open_log
+
+    with open_log(path, allow_large=allow_large) as log:
+        for name in log.variables:
+            log.series(name)
+        facts = {"duration": log.duration, "ticks": log.end_tick - log.start_tick, "variables": list(log.variables)}
+        _valid("log", path, component=log.metadata["component"], complete=log.complete, **facts)
+        return 0 if log.complete else 1
+
+
+def _result_facts(result: Any) -> dict[str, Any]:
+    """Return what a run came to as JSON values; figures that nothing gave rise to are null."""
+    component = result.component
+    return {
+        "log": None if result.log is None else str(result.log),
+        "tick": component.tick,
+        "time": component.time,
+        "wall_seconds": result.seconds,
+        "stopped_by": result.stopped_by,
+        "interrupted": result.interrupted,
+        "notes": [*result.warnings, *result.cautions],
+        "report": _finite(result.report),
+        "ledger": _finite(dataclasses.asdict(component.ledger())),
+    }
+
+
+def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
 def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
     from granular_env.running import energy_residual
 
@@ -413,7 +520,7 @@ def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
     if result.interrupted:
         print("interrupted: the log is complete up to there" if result.log else "interrupted")
     for text in (*result.warnings, *result.cautions):
-        print(f"note: {text}")
+        print(wrapped(f"note: {printable(text)}"))
     for name, value in result.report.items():
         # What nothing in the run gave rise to, such as the pressure where no grains touched, has no figure.
         if not math.isnan(value):

@@ -10,7 +10,7 @@ from granular_env.components.contract import Parameters
 from granular_env.components.named import tables
 from granular_env.experiments.load import experiment_path, read_document, shipped_experiments
 from granular_env.experiments.templates import default_of, example_of, first_sentence, unit_of
-from granular_env.terminal import columns
+from granular_env.terminal import columns, wrapped
 
 
 def overview() -> dict[str, dict[str, str]]:
@@ -33,11 +33,11 @@ def title(path: Path) -> str:
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
     """A component's parameters, inputs and outputs with units, shapes and meaning."""
     kind = catalogue.component_class(name)
-    parts = [f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}", "", "parameters"]
+    parts = [wrapped(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
     parts.append(columns(_rows(kind.Parameters)))
     for parameter, choices in tables(kind.Parameters).items():
         for choice, model in choices.items():
-            parts += ["", f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}']
+            parts += ["", wrapped(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
             parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
     component = example_of(name, parameters)
     variables = [v for v in component.variables.values() if v.causality != "parameter"]
@@ -57,11 +57,27 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     )
     parts += [
         "",
-        f"Shapes and inputs are those for {given}; see others with --set."
+        wrapped(f"Shapes and inputs are those for {given}; see others with --set.", 0)
         if given
         else "A (state) can be given to reset and [start].",
     ]
     return "\n".join(parts)
+
+
+def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
+    """Return the same as JSON values, for programs."""
+    kind = catalogue.component_class(name)
+    keys = ("name", "unit", "default", "description")
+    variables = [v for v in example_of(name, parameters).variables.values() if v.causality != "parameter"]
+    facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
+    facts["parameters"] = [dict(zip(keys, row, strict=True)) for row in _rows(kind.Parameters)]
+    for causality in ("input", "output"):
+        facts[f"{causality}s"] = [
+            {"name": v.name, "unit": v.unit, "shape": list(v.shape), "state": v.state, "description": v.description}
+            for v in variables
+            if v.causality == causality
+        ]
+    return facts
 
 
 def _rows(model: type[Parameters]) -> list[tuple[str, str, str, str]]:

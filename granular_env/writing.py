@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from .components.errors import GranularError, ParameterError
+from .terminal import printable
 
 
 @contextmanager
@@ -142,8 +143,8 @@ def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[Granula
 
 
 def with_article(name: object) -> str:
-    """A noun with "a" or "an" before it."""
-    text = str(name)
+    """A noun with "a" or "an" before it; it may be a stranger's."""
+    text = printable(name)
     return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"
 
 

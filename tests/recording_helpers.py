@@ -56,21 +56,22 @@ def rewrite(
     """The same log with every record put through `change`, every message of the film through `change_film`, and `shift` ns
     added to each time; every checksum, number and index is made right again."""
     sink, container = Sink(out, create(out, overwrite=True)), Container(path, Caps(str(path)))
-    topics = film_topics(path)
-    log = None
+    log, film = None, []
     for chunk in range(container.chunk_count):
         for message in container.messages(chunk):
             kind, time = TOPICS.get(message.topic), message.nanoseconds + shift
             if kind is None:
-                data = change_film(bytes(message.data))
-                sink.add_preview([PreviewMessage(topics[message.topic], time, time, [data])])
+                topic = Topic(message.topic, "any", "protobuf", b"")
+                film.append(PreviewMessage(topic, time, message.published, [change_film(bytes(message.data))]))
                 continue
             log = log_identity(message.data) if kind == HEADER else log
             new = change(decode(message.data, kind, None if kind == HEADER else log))
             if new.kind == EVENTS and new.detail == CLOSED:
-                sink.flush()
+                sink.add_preview(film)
                 new = dataclasses.replace(new, arrays={"index": sink.rows})
             sink.add(new, time)
+            if new.kind == HEADER:
+                sink.flush()
     container.close()
     sink.finish()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -205,9 +206,9 @@ def test_a_run_with_failed_and_empty_histories_is_identical(tmp_path: Path) -> N
     """Resets without a step, a step that fails, and one whose parts had been written: the film is made again all the same."""
     component = catalogue.make("chain", **CHAIN)
     h = component.step_size
-    with record(component, tmp_path / "a.mcap", every=h) as recorder:
+    with record(component, tmp_path / "a.mcap", every=h):
         component.reset(velocity={0: 1.0})
-        recorder._write_gathered()
+        time.sleep(0.2)
         component.reset(velocity={0: 2.0})
         component.step(90 * h)
         with pytest.raises(ArithmeticError):
@@ -271,15 +272,14 @@ def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:
 def test_changed_durations_are_called_that(tmp_path: Path) -> None:
     component = catalogue.make("oscillator")
     with record(component, tmp_path / "a.mcap"):
-        component.reset(velocity=1.0)
-        for number in range(60):  # in whatever batches they are written
-            component.step(0.02 if number % 2 else 0.01)
+        for number in range(40):
+            component.step(0.01 + 0.01 * (number % 2))
 
     def change(old: Record) -> Record:
-        if old.kind != STEPS or len(old.arrays["durations"]) < 2:
+        if old.kind != STEPS:
             return old
         durations = old.arrays["durations"].copy()
-        durations[-2:] = durations[-2:][::-1]
+        durations[:2] = durations[:2][::-1]
         return changed(old, durations=durations)
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)

@@ -26,6 +26,11 @@ _DEEPEST_SUM = 8
 # What people write for a CSV table's path; no spelling check would find it.
 _WORDS_FOR_PATH = ("file", "filename", "csv", "name")
 
+# Signals that have no profile of their own; the nearest name, half_sine, would be something else.
+_WAVES = ("sin", "cos", "chirp", "sweep", "gauss", "burst", "harmonic", "ricker", "wavelet", "noise")
+_HALF_SINES = ("halfsine", "half-sine", "half sine", "half_sin", "halfsin", "half-sin")
+_SAMPLED = 'give samples of other signals: profile = "table" with times and values, or "csv"'
+
 
 class ProfileTable(Table, ABC):
     """One profile as a table; `build` makes the `Profile`. Each kind has its name as the field `profile`."""
@@ -168,7 +173,9 @@ def _parse_profile(table: Mapping[str, Any], place: str, faults: Faults, depth: 
     model = PROFILES.get(kind) if isinstance(kind, str) else None
     if model is None:
         came = "missing" if kind is None else f"got {shortened(kind)}"
-        faults.add(f"{place}.profile", f"{came}; {nearest(str(kind), PROFILES)}")
+        waves = isinstance(kind, str) and any(word in kind.lower() for word in _WAVES) and kind.lower() not in _HALF_SINES
+        advice = f"known: {', '.join(PROFILES)}; {_SAMPLED}" if waves else nearest(str(kind), PROFILES)
+        faults.add(f"{place}.profile", f"{came}; {advice}")
         return None
     other = next((word for word in _WORDS_FOR_PATH if word in table), None)
     if model is CsvTable and other is not None and "path" not in table:

@@ -91,9 +91,15 @@ def experiment_path(source: str | os.PathLike[str]) -> Path:
 
 def _refuse_log(path: Path) -> None:
     """`ExperimentError` where a file is a log and no experiment; one that cannot be read is told of when it is."""
+    if begins_as_log(path):
+        raise ExperimentError(f"{path}: this is a log, try `granular-env check` or `granular-env report`")
+
+
+def begins_as_log(path: Path) -> bool:
+    """Return whether a file begins as logs do."""
     with suppress(OSError), path.open("rb") as file:
-        if file.read(len(_LOG_MAGIC)) == _LOG_MAGIC:
-            raise ExperimentError(f"{path}: this is a log, try `granular-env check` or `granular-env report`")
+        return file.read(len(_LOG_MAGIC)) == _LOG_MAGIC
+    return False
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
@@ -167,6 +173,7 @@ def _override(document: dict[str, Any], override: str) -> None:
     parts, value = parse_override(override)
     place = f"override {shortened(override)}"
     node: Any = document
+    _refuse_key_without_table(parts, document, place)
     for depth, part in enumerate(parts):
         refuse_unknown(part, known_keys(".".join(parts[:depth]), document), place)
         last = depth == len(parts) - 1
@@ -183,6 +190,15 @@ def _override(document: dict[str, Any], override: str) -> None:
             node[key] = value
         else:
             node = node[key]
+
+
+def _refuse_key_without_table(parts: list[str], document: dict[str, Any], place: str) -> None:
+    """`ExperimentError` for a key such as grains that belongs into a table: with the whole key."""
+    if parts[0] in (known_keys("", document) or []):
+        return
+    for table in ("component", "record"):
+        if parts[0] in (known_keys(table, document) or []):
+            raise ExperimentError(f"{place}: {parts[0]!r} is unknown; did you mean {'.'.join([table, *parts])!r}?")
 
 
 def _index(part: str, items: list[Any], place: str) -> int:

@@ -69,8 +69,8 @@ class Caps:
 
     def work(self, ticks: int, words: int) -> None:
         """Internal steps that a replay would take, for a state of so many 8-byte words."""
-        self._check("the number of internal steps", ticks, _TICKS)
-        self._check("the number of internal steps times the words of the state", ticks * max(words, 1), _WORK)
+        self._check("the number of ticks", ticks, _TICKS)
+        self._check("the number of ticks times the words of the state", ticks * max(words, 1), _WORK)
 
     def parameters(self, given: Mapping[str, Any], model: type[BaseModel]) -> None:
         """The whole numbers (grains, nodes, cells) among the parameters of a component that is about to be built."""

@@ -34,11 +34,12 @@ _RECOVER = "`granular-env recover` saves what is intact"
 
 @dataclass(frozen=True, slots=True)
 class RawMessage:
-    """One message: its topic, number, time [ns] and bytes."""
+    """One message: its topic, number, time [ns], time of publishing [ns] and bytes."""
 
     topic: str
     sequence: int
     nanoseconds: int
+    published: int
     data: memoryview
 
 
@@ -242,10 +243,10 @@ class Container:
             elif opcode == _MESSAGE_OP:
                 if len(body) < _MESSAGE.size:
                     raise self._damaged("a message")
-                channel, sequence, nanoseconds, _ = _MESSAGE.unpack_from(body)
+                channel, *times = _MESSAGE.unpack_from(body)
                 if channel not in self._channels:
                     raise self._damaged("a message of an unknown channel")
-                messages.append(RawMessage(self._channels[channel], sequence, nanoseconds, body[_MESSAGE.size :]))
+                messages.append(RawMessage(self._channels[channel], *times, body[_MESSAGE.size :]))
         return messages
 
     def _add_channel(self, body: memoryview) -> None:

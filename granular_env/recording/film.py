@@ -1,4 +1,4 @@
-"""The film of a log for stock viewers, made again: from the frames of a damaged log, or from a re-run to be compared."""
+"""The preview of a log for stock viewers, made again: from the frames of a damaged log, or from a re-run to be compared."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ class FilmMaker:
         track = film_of_frames(self._log) if self._from_frames else self._track
         messages = _film_messages(self._log)
         try:
-            if track is not None:
-                _compare(track.messages(), messages)
+            for mine in track.messages() if track is not None else ():
+                _compare(mine, next(messages, None))
             left = next(messages, None)
         except _FilmDiffers as found:
             return str(found)
@@ -69,16 +69,14 @@ class _FilmDiffers(Exception):  # noqa: N818 - a finding
     pass
 
 
-def _compare(made: Iterator[PreviewMessage], found: Iterator[RawMessage]) -> None:
-    """Compare a preview with the messages of a log, one by one; what is left of `found` is too many."""
-    for message in made:
-        topic, time, other = message.topic.name, message.log_time, next(found, None)
-        if other is None:
-            raise _FilmDiffers(f"the message under {topic!r} at {time} ns is missing")
-        if (other.topic, other.nanoseconds) != (topic, time):
-            raise _FilmDiffers(f"{other.topic!r} at {other.nanoseconds} ns instead of {topic!r} at {time} ns")
-        if other.data != b"".join(message.parts):
-            raise _FilmDiffers(f"the message under {topic!r} at {time} ns is not what the re-run gives")
+def _compare(mine: PreviewMessage, other: RawMessage | None) -> None:
+    what = f"the message under {mine.topic.name!r} at {mine.log_time} ns"
+    if other is None:
+        raise _FilmDiffers(f"{what} is missing")
+    if (other.topic, other.nanoseconds, other.published) != (mine.topic.name, mine.log_time, mine.publish_time):
+        raise _FilmDiffers(f"{other.topic!r} at {other.nanoseconds} ns stands in the place of {what}")
+    if other.data != b"".join(mine.parts):
+        raise _FilmDiffers(f"{what} is not what the re-run gives")
 
 
 def film_of_frames(log: Log) -> Track | None:

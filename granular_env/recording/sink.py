@@ -60,13 +60,16 @@ class Sink:
         return np.array(self._rows, dtype=np.int64).reshape(-1, len(COLUMNS))
 
     def add(self, record: Record, nanoseconds: int) -> None:
-        """Write one record; a full chunk is ended and flushed. A time before that of the record before becomes that one."""
-        self._latest = max(self._latest, nanoseconds)
+        """Write one record; a full chunk is ended and flushed.
+
+        A message that follows a later one in the file bears that one's time: readers find the messages in the order of time.
+        """
         parts = encode(record, self.log)
         if record.kind == HEADER:
             self.log = log_identity(b"".join(parts))
         self._rows.append((*record.row, self._chunk))
         self._numbers[record.kind] += 1
+        self._latest = max(self._latest, nanoseconds)
         self._add_message(self._topics[record.kind], parts, self._latest)
 
     def add_metadata(self, texts: dict[str, str]) -> None:
@@ -141,7 +144,7 @@ class Sink:
             write()
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-            ending = self._advice if self.published else "The log that stood there is as it was"
+            ending = self._advice if self.published else "The log that stood there is kept"
             self._failed = LogError(
                 f"log {str(self.path)!r} cannot be written any more: {reason}; {advice_for(error)}. {ending}"
             )

@@ -25,7 +25,7 @@ class Track:
     """
 
     def __init__(self, facts: PreviewFacts, stride: int = 1) -> None:
-        """Begin to keep frames; `stride` is how much they are thinned to begin with."""
+        """Start with every `stride`-th frame."""
         self.facts = facts
         self.frames: list[PreviewFrame] = []
         size = 8 * len(facts.units) + (0 if facts.particles is None else 16 * len(facts.particles.radius))
@@ -53,7 +53,7 @@ class Track:
 
     def take(self, number: int, nanoseconds: int, component: Component, ledger: Ledger) -> None:
         """Show it a frame of a component, whose ledger has been drawn up."""
-        particles = self.particles
+        particles = self.facts.particles
         seen = (None, None) if particles is None else (component.peek(particles.displacement), component.peek(particles.colour))
         self.add(number, nanoseconds, scalar_values(component, self.names, ledger), *seen)
 

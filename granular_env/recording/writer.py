@@ -112,7 +112,7 @@ class Recorder:
         self._segment, self._frames = -1, 0
         self._expected = self._next_frame = self._next_hash = self._next_key = 0
         self._lock, self._wake, self._written = threading.Lock(), threading.Event(), threading.Condition()
-        self._closing = self._closed = False
+        self._closing = self._closed = self._ended = False
         self._waiting: list[Batch | tuple[Record, int]] = []
         self._backlog = 0
         self._error: GranularError | None = None
@@ -122,7 +122,7 @@ class Recorder:
         self._pool = Pool()
         # Ticks of the step under way that have been handed over; frames that no failure takes back.
         self._parts = self._taken_frames = 0
-        self._sink = Sink(path, file)
+        self._file, self._sink = file, Sink(path, file)
         try:
             self._write_header(experiment, parent)
         except GranularError:
@@ -136,6 +136,7 @@ class Recorder:
         )
         self._thread.start()
         _OPEN.add(self)
+        _FILES.add(file)
 
     def __enter__(self) -> Self:
         return self
@@ -259,13 +260,15 @@ class Recorder:
             self._component.ignore(self)
             self._closing = True
         self._wake.set()
-        if threading.current_thread() is self._thread:
-            # The collector of garbage may run in any thread.
-            self._write_safely()
-        else:
+        # The collector of garbage may run in any thread.
+        if threading.current_thread() is not self._thread:
             self._thread.join()
+        if not self._ended:
+            # It is being collected, and the thread, which knew it weakly, has gone.
+            self._write_safely()
         self._closed = True
         _OPEN.discard(self)
+        _FILES.discard(self._file)
         if self._error is not None:
             raise self._error
 
@@ -384,9 +387,9 @@ class Recorder:
         closing = self._closing
         try:
             self._write_gathered()
-            if closing:
-                self._write_end()
-            return closing
+            if not closing:
+                return False
+            self._write_end()
         except GranularError as error:
             self._error = error
         except Exception as error:  # the stepping thread has to hear of everything that stops this one
@@ -397,6 +400,7 @@ class Recorder:
                 self._due = 0.0
             with self._written:
                 self._written.notify_all()
+        self._ended = True
         return True
 
     def _write_gathered(self) -> None:
@@ -436,8 +440,10 @@ class Recorder:
         self._sink.finish()
 
 
-# Recorders that the end of the program has to close.
+# Recorders that the end of the program has to close; and their files, which would otherwise be closed before a recorder that
+# is collected can write its end.
 _OPEN: weakref.WeakSet[Recorder] = weakref.WeakSet()
+_FILES: set[LogFile] = set()
 
 
 @atexit.register

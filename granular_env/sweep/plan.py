@@ -266,4 +266,4 @@ def _refuse_clashes(
 
 def assignment(key: str, value: Any) -> str:
     """``key=value`` with the value as TOML writes it, exact."""
-    return f"{key}={toml_value(value)}"
+    return f"{key}={toml_value(value, quoted=True)}"

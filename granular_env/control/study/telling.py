@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from granular_env.progress import Bar, ProgressBars
+from granular_env.terminal import table
 
 from .outcome import StudyResult
 from .results import heads, verdicts
@@ -32,10 +33,8 @@ def telling(study: Study, quiet: bool) -> Iterator[Told]:
 
 def closing(result: StudyResult) -> str:
     """How it went: the comparison as a table, and where everything is."""
-    from granular_env.describe import columns
-
     rows = [heads(result), *verdicts(result)]
-    lines = [columns([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows], indent="")]
+    lines = [table([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows])]
     if result.baselines:
         lines.append("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))
     lines += [f"note: {text}" for text in result.warnings[:_MOST_NOTES]]
