@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import ExperimentError, GranularWarning, LogError, ParameterError, shortened
-from granular_env.experiments.load import load_experiment, parse_override
 from granular_env.terminal import columns, printable, wrapped
 from granular_env.writing import advice_for, counted, readable_bytes, with_article
 
@@ -31,12 +30,9 @@ _VERIFIED = {"identical": 0, "different": 1, "incomplete": 3, "nothing was compa
 
 def show_list(args: argparse.Namespace) -> int:
     """Components, shipped experiments and plans of sweeps, one line each."""
-    from granular_env import describe
-    from granular_env.sweep.plan import shipped_plans
+    from granular_env.shipped import overview
 
-    known = describe.overview()
-    known["plans of sweeps"] = {name: describe.title(path) for name, path in shipped_plans().items()}
-    known["studies"] = _studies()
+    known = overview()
     if args.json:
         print(json.dumps(known, indent=2))
         return 0
@@ -50,6 +46,7 @@ def show_description(args: argparse.Namespace) -> int:
     """A component's variables, or the file of an experiment, a plan or a study."""
     from granular_env import describe
     from granular_env.components import catalogue
+    from granular_env.experiments.load import parse_override
     from granular_env.experiments.templates import template
 
     if args.name in catalogue.names():
@@ -90,6 +87,7 @@ def write_new(args: argparse.Namespace) -> int:
 
 def run_experiment(args: argparse.Namespace) -> int:
     """Run an experiment, record it, tell where the log is and how far the model held."""
+    from granular_env.experiments.load import load_experiment
     from granular_env.running import run
 
     _refuse_what_another_command_runs(args.experiment, "run")
@@ -114,6 +112,7 @@ def check_file(args: argparse.Namespace) -> int:
     if _is_study(args.file):
         return _check_study(args.file, args.overrides, args.json)
     from granular_env.experiments.cost import cost_note
+    from granular_env.experiments.load import load_experiment
     from granular_env.experiments.prepare import prepare
 
     experiment = load_experiment(args.file, args.overrides)
@@ -318,29 +317,24 @@ def run_study(args: argparse.Namespace) -> int:
 
 def _list_studies() -> int:
     from granular_env.control.task_names import task_names
+    from granular_env.shipped import overview
 
-    print(f"studies\n{columns(_studies().items())}\n")
+    print(f"studies\n{columns(overview()['studies'].items())}\n")
     print(f"tasks\n{columns(task_names().items())}\n")
     print("granular-env new STUDY -o FILE.toml writes one to start from; granular-env study FILE.toml runs it.")
     return 0
 
 
-def _studies() -> dict[str, str]:
-    from granular_env.control.study import load_study, shipped_studies
-
-    return {name: load_study(name).description for name in shipped_studies()}
-
-
 def _shipped_text(name: str) -> tuple[str, str]:
     """The text of a shipped plan or study, and the command that runs it; "" where there is none of that name."""
-    from granular_env.control.study.load import shipped_studies, study_path
-    from granular_env.sweep.plan import shipped_plans
+    from granular_env.shipped import shipped_files
 
     if Path(name).exists():
         return "", ""
-    if name in (plans := shipped_plans()):
-        return plans[name].read_text(encoding="utf-8"), "sweep"
-    return (study_path(name).read_text(encoding="utf-8"), "study") if name in shipped_studies() else ("", "")
+    for kind, command in (("plans of sweeps", "sweep"), ("studies", "study")):
+        if name in (files := shipped_files(kind)):
+            return files[name].read_text(encoding="utf-8"), command
+    return "", ""
 
 
 def _is_study(name: str) -> bool:
@@ -430,6 +424,8 @@ def _empty_file(folder: Path, stem: str) -> Path:
 
 def _constants(overrides: list[str]) -> dict[str, Any]:
     """A paper's constants that --set gives, name -> value, each once."""
+    from granular_env.experiments.load import parse_override
+
     constants: dict[str, Any] = {}
     for override in overrides:
         parts, value = parse_override(override)

@@ -2,32 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Parameters
 from granular_env.components.named import tables
-from granular_env.experiments.load import experiment_path, read_document, shipped_experiments
-from granular_env.experiments.templates import default_of, example_of, first_sentence, unit_of
+from granular_env.experiments.templates import default_of, example_of, unit_of
+from granular_env.shipped import first_sentence
 from granular_env.terminal import columns, wrapped
-
-
-def overview() -> dict[str, dict[str, str]]:
-    """Components and shipped experiments: name -> one line."""
-    components = {name: first_sentence(catalogue.component_class(name).__doc__ or "") for name in catalogue.names()}
-    experiments = {name: title(experiment_path(name)) for name in shipped_experiments()}
-    return {"components": components, "experiments": experiments}
-
-
-def title(path: Path) -> str:
-    """An experiment's first comment, or its description's first sentence."""
-    first = path.read_text(encoding="utf-8").partition("\n")[0]
-    return (
-        first.removeprefix("#").strip()
-        if first.startswith("#")
-        else first_sentence(str(read_document(path).get("description", "")))
-    )
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:

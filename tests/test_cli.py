@@ -13,9 +13,11 @@ from terminal_tools import run_in_terminal, seen_lines
 
 from granular_env import terminal
 from granular_env.cli import main
+from granular_env.components import catalogue
 from granular_env.components.catalogue import make
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record, verify
+from granular_env.shipped import first_sentence
 from granular_env.writing import with_article
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -70,6 +72,20 @@ def test_help_needs_none_of_the_heavy_packages():
         "study",
     ):
         assert re.search(rf"^ +{command} ", ended.stdout, re.MULTILINE)
+
+
+def test_list_imports_nothing_heavy():
+    code = (
+        "import sys\nfrom granular_env.cli import main\nmain(['list'])\n"
+        "print([name for name in ('numpy', 'numba', 'scipy', 'gymnasium', 'pydantic', 'rich', 'mcap') if name in sys.modules])"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert ended.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("name", catalogue.names())
+def test_a_component_is_listed_as_it_describes_itself(name):
+    assert catalogue.summary(name) == first_sentence(catalogue.component_class(name).__doc__)
 
 
 def test_list_names_everything(capsys):

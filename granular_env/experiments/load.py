@@ -14,6 +14,7 @@ from typing import Any
 
 from granular_env.components.errors import ExperimentError
 from granular_env.components.files import read_bounded
+from granular_env.shipped import shipped_files
 
 from .faults import overridden, shortened
 from .files import refuse_long_keys
@@ -21,7 +22,6 @@ from .schema import Experiment, known_keys, parse, refuse_unknown
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
 
-_SHIPPED = Path(__file__).parent
 # The first bytes of every MCAP file.
 _LOG_MAGIC = b"\x89MCAP"
 _LARGEST_FILE = 16 * 2**20
@@ -32,7 +32,7 @@ _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 
 def shipped_experiments() -> list[str]:
     """Names of the experiments that come with the package, such as ``nesterenko-1983/3.4-piston``."""
-    return sorted(path.relative_to(_SHIPPED).as_posix().removesuffix(".toml") for path in _SHIPPED.rglob("*.toml"))
+    return list(shipped_files("experiments"))
 
 
 def load_experiment(source: Source, overrides: Iterable[str] = (), folder: Path | None = None) -> Experiment:
@@ -78,7 +78,7 @@ def experiment_path(source: str | os.PathLike[str]) -> Path:
         return path
     names = shipped_experiments()
     if str(source) in names:
-        return _SHIPPED / f"{source}.toml"
+        return shipped_files("experiments")[str(source)]
     if path.exists():
         what = "a folder" if path.is_dir() else "a device, a pipe or a socket"
         raise ExperimentError(f"{path}: it is {what}, expected a TOML file or a name of `granular-env list`")

@@ -17,6 +17,7 @@ from granular_env.components.contract import Component
 from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError
 from granular_env.components.files import read_bounded
+from granular_env.shipped import first_sentence
 from granular_env.toml_text import toml_document, toml_value
 from granular_env.writing import write_files
 
@@ -216,8 +217,3 @@ def example_of(name: str, parameters: dict[str, Any]) -> Component:
 
 def _smallest(field: FieldInfo) -> int | float:
     return 4 if int in (field.annotation, *get_args(field.annotation)) else 1.0
-
-
-def first_sentence(text: str) -> str:
-    """Up to the first full stop."""
-    return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."

@@ -27,6 +27,7 @@ from pydantic import Field, model_validator
 from granular_env.components.errors import ExperimentError
 from granular_env.experiments.faults import Faults, Table, shortened
 from granular_env.experiments.load import nearest_names, override_list, parse_override, read_document
+from granular_env.shipped import shipped_files
 from granular_env.toml_text import toml_value
 
 from .axes import Distribution, Range, parse_distributions, parse_grid
@@ -34,7 +35,6 @@ from .measures import OWN_COLUMNS, Measure, parse_measures
 
 VERSION = 1
 LARGEST = 100_000
-_SHIPPED = Path(__file__).parent / "plans"
 
 
 class Seeds(Table):
@@ -122,7 +122,7 @@ class Plan:
 
 def shipped_plans() -> dict[str, Path]:
     """Name -> file of the plans that come with the package."""
-    return {path.stem: path for path in sorted(_SHIPPED.glob("*.toml"))}
+    return shipped_files("plans of sweeps")
 
 
 def is_plan(document: Mapping[str, Any]) -> bool:
