@@ -11,7 +11,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError, shortened
+from granular_env.components.errors import ExperimentError, GranularWarning, MissingExtraError, ParameterError, shortened
 from granular_env.experiments.load import load_experiment, parse_override
 from granular_env.writing import counted, with_article
 
@@ -265,7 +265,7 @@ def run_study(args: argparse.Namespace) -> int:
     _refuse_what_another_command_runs(args.study, "study")
     study = load_study(args.study, args.overrides)
     with _told_by_us(), telling.telling(study, args.quiet) as told:
-        result = running.run_study(study, args.out, overwrite=args.overwrite, told=told)
+        result = running.run_study(study, args.out, overwrite=args.overwrite, told=told, only=args.only)
     print(result.folder / "report.html" if args.quiet else telling.closing(result))
     return _INTERRUPTED if result.interrupted else 0
 
@@ -310,14 +310,26 @@ def _is_study(name: str) -> bool:
 def _check_study(name: str, overrides: list[str]) -> int:
     from granular_env.control.study import load_study
     from granular_env.control.study.running import prepared
+    from granular_env.control.task_names import names_own_code
 
     study = load_study(name, overrides)
+    if names_own_code(study.task.name):
+        print(
+            f"valid as far as a file can be: {study.name}; its task {study.task.name!r} is code that is not of this package, "
+            "which check does not import; `granular-env study` does"
+        )
+        return 0
     problem, shape = prepared(study)
     methods = ", ".join(method.label for method in study.method)
     print(
         f"valid: {study.name}, task {study.task.name} of {problem.steps} control steps, "
         f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
     )
+    for method in study.method:
+        try:
+            method.refuse_unless_installed()
+        except MissingExtraError as error:
+            print(f"not here: {error}; `granular-env study {shlex.quote(name)} --only METHOD` runs chosen methods")
     return 0
 
 
