@@ -200,7 +200,7 @@ class TaskProblem:
 
     def _objective(self, env: Any) -> Any:
         task, stage = env.task, self.stage or {}
-        own = {name: getattr(task, name, None) for name in stage}
+        own: dict[str, Any] = {name: getattr(task, name, None) for name in stage}
         for name, value in stage.items():
             if own[name] is None or np.shape(own[name]) != np.shape(value):
                 came = f"no attribute {name!r}" if own[name] is None else f"{name} = {own[name]}"
