@@ -275,6 +275,7 @@ def _study_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]
     study.add_argument("--list", action="store_true", help="the studies that come with the package, and the tasks")
     study.add_argument("-o", "--out", metavar="FOLDER", help="where its results go (default: studies/NAME)")
     _set_option(study, "override any key, such as budget=100000, task.grains=30 or method.0.population=8")
+    study.add_argument("--only", metavar="METHOD", action="append", default=[], help="run only this method (may be repeated)")
     study.add_argument("--overwrite", action="store_true", help="start anew where the folder has results already")
     study.add_argument("--quiet", action="store_true", help="no progress bar; print only the page's path")
 

@@ -16,7 +16,14 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import ExperimentError, GranularWarning, LogError, ParameterError, shortened
+from granular_env.components.errors import (
+    ExperimentError,
+    GranularWarning,
+    LogError,
+    MissingExtraError,
+    ParameterError,
+    shortened,
+)
 from granular_env.terminal import columns, printable, wrapped
 from granular_env.writing import advice_for, counted, readable_bytes, with_article
 
@@ -310,7 +317,7 @@ def run_study(args: argparse.Namespace) -> int:
     _refuse_what_another_command_runs(args.study, "study")
     study = load_study(args.study, args.overrides)
     with _told_by_us(), telling.telling(study, args.quiet) as told:
-        result = running.run_study(study, args.out, overwrite=args.overwrite, told=told)
+        result = running.run_study(study, args.out, overwrite=args.overwrite, told=told, only=args.only)
     print(result.folder / "report.html" if args.quiet else telling.closing(result))
     return _INTERRUPTED if result.interrupted else 0
 
@@ -349,8 +356,15 @@ def _is_study(name: str) -> bool:
 def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
     from granular_env.control.study import load_study
     from granular_env.control.study.running import prepared
+    from granular_env.control.task_names import names_own_code
 
     study = load_study(name, overrides)
+    if names_own_code(study.task.name):
+        print(
+            f"valid as far as a file can be: {study.name}; its task {study.task.name!r} is code that is not of this package, "
+            "which check does not import; `granular-env study` does"
+        )
+        return 0
     problem, shape = prepared(study)
     methods = ", ".join(method.label for method in study.method)
     if for_programs:
@@ -360,6 +374,11 @@ def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
         f"valid: {study.name}, task {study.task.name} of {problem.steps} control steps, "
         f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
     )
+    for method in study.method:
+        try:
+            method.refuse_unless_installed()
+        except MissingExtraError as error:
+            print(f"not here: {error}; `granular-env study {shlex.quote(name)} --only METHOD` runs chosen methods")
     return 0
 
 

@@ -289,7 +289,7 @@ def test_a_matched_end_swallows_all_but_the_rebound(action: str) -> None:
         nothing, theory = (episode(env, policies[kind], seed)[0] for kind in ("nothing", "theory"))
         # The integrator's own error of energy.
         assert nothing == pytest.approx(0.0, abs=1e-4)
-        assert theory > 0.98
+        assert 0.9914 < theory < 0.9937
     # One striker's solitary wave has 1.06932 m (.681632 v0)^2 of its m v0^2 / 2; two strikers rebound with that of the
     # paper's section 3.1, v/v0 = -.1126, -.0480, ..., of their m v0^2.
     one = 1.0 - 2.0 * 1.0693229458 * 0.681632**2

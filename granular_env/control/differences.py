@@ -114,6 +114,11 @@ def _moved(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLik
     changes = {name: h * _way(name, way) for name, way in direction.items()}
     try:
         return _shifted(chain, drive, changes)
+    except ParameterError as error:
+        raise ParameterError(
+            f"direction: {h:g} times {', '.join(direction)} leaves what a chain may be: {error}; take a smaller step, or "
+            "move the chain away from the limit"
+        ) from None
     except ValueError as error:  # numpy's word for shapes that do not go together
         shapes = ", ".join(f"{name} of shape {np.shape(way)}" for name, way in direction.items())
         raise ParameterError(f"direction: got {shapes}, expected the shapes of their gradients: {error}") from None

@@ -33,7 +33,7 @@ derivatives go through displacements, velocities, inputs and the table's constan
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -114,17 +114,19 @@ class Term:
     """A part of an objective; terms can be added and subtracted, multiplied and divided by numbers."""
 
     parts: tuple[tuple[Quantity, int, float, int, int, int, float], ...]
-    description: str
+    body: str
+    factor: float = 1.0
+
+    @property
+    def description(self) -> str:
+        """One line for people."""
+        return self.body if self.factor == 1.0 else f"{self.factor:g} ({self.body})"
 
     def __add__(self, other: Term) -> Term:
         return Term(self.parts + other.parts, f"{self.description} + {other.description}")
 
     def __mul__(self, factor: float) -> Term:
-        return replace(
-            self,
-            parts=tuple((*part[:-1], factor * part[-1]) for part in self.parts),
-            description=f"{factor:g} ({self.description})",
-        )
+        return Term(tuple((*part[:-1], factor * part[-1]) for part in self.parts), self.body, factor * self.factor)
 
     __rmul__ = __mul__
 

@@ -60,14 +60,14 @@ class Problem(Protocol):
 
     Attributes:
         steps: control steps of an episode.
-        sharpness: of the smooth objective, where it is not the task's own; None for that.
+        stage: attributes of the task that its smooth objective is built with, where they are not its own; None for those.
         entries: numbers in an action.
         observed: numbers in an observation.
         rate: the task's own limit of the action's change per control step, or None.
         gradient_runs: what an objective with its slopes costs, in forward runs: force evaluations over those of a forward run.
     """
 
-    sharpness: Sequence[float] | None
+    stage: Mapping[str, Any] | None
 
     @property
     def steps(self) -> int:

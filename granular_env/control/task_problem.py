@@ -15,7 +15,7 @@ from granular_env.components.errors import ParameterError
 
 from .drive import Drive
 from .problem import Actor, Counts, Episode, FloatArray, Policies
-from .task_names import make_environment, registered_name
+from .task_names import find_environment, make_environment, registered_name
 
 # What an objective with its slopes counts as, in forward runs: a run forward, one again from the checkpoints, and the sweep
 # back, which differentiates every force of a run and transposes it: counted as two.
@@ -26,28 +26,30 @@ class TaskProblem:
     """A task: its batch for searching, its single environment for judging and recording, its objective for slopes.
 
     Args:
-        name: of the environment, short or as registered.
+        name: of the environment, see `find_environment`.
         arguments: the environment's arguments.
+        folder: where modules of the user's own are looked for first.
 
     Attributes:
-        sharpness: of the smooth objective, where it is not the task's own; None for that.
+        stage: attributes of the task that its smooth objective is built with, where they are not its own; None for those.
 
     Raises:
         ParameterError: there is no such environment, it does not take an argument, or its episodes have no end.
     """
 
-    def __init__(self, name: str, arguments: Mapping[str, Any]) -> None:
+    def __init__(self, name: str, arguments: Mapping[str, Any], folder: Path | None = None) -> None:
         if given := sorted({"hold", "clock"} & set(arguments)):
             raise ParameterError(
                 f"{given[0]}: it is no key of a study's task; the methods that can use it (ppo, sac) have keys of that name"
             )
         # Drives need no clock; what learns brings its own.
         self.name, self._arguments = registered_name(name), {"clock": 0, **arguments}
-        self.env = make_environment(name, self._arguments)
+        self._make = find_environment(name, folder)
+        self.env = make_environment(self._make, self._arguments)
         if math.isinf(self.env.deadline):
             raise ParameterError("deadline: got none, expected a number of control steps; a study needs episodes that end")
         self._batches: dict[int, Any] = {}
-        self.sharpness: Sequence[float] | None = None
+        self.stage: Mapping[str, Any] | None = None
 
     @property
     def steps(self) -> int:
@@ -122,7 +124,7 @@ class TaskProblem:
         from granular_env.envs.vector import ChainVectorEnv
 
         def lane(**arguments: Any) -> Any:
-            return make_environment(self.name, arguments)
+            return make_environment(self._make, arguments)
 
         arguments = {**self._arguments, "hold": hold, "clock": clock, "info": "brief"}
         return ChainVectorEnv(lane, count, autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
@@ -189,17 +191,19 @@ class TaskProblem:
         return value, slopes
 
     def _objective(self, env: Any) -> Any:
-        own = getattr(env.task, "sharpness", None)
-        if self.sharpness is None:
-            return env.task.objective(env.component, self.steps)
-        if own is None or len(own) != len(self.sharpness):
-            came = "none" if own is None else f"{len(own)} numbers"
-            raise ParameterError(f"sharpness: got {list(self.sharpness)}, but the objective of {env.task.name!r} has {came}")
-        env.task.sharpness = tuple(self.sharpness)
+        task, stage = env.task, self.stage or {}
+        own: dict[str, Any] = {name: getattr(task, name, None) for name in stage}
+        for name, value in stage.items():
+            if own[name] is None or np.shape(own[name]) != np.shape(value):
+                came = f"no attribute {name!r}" if own[name] is None else f"{name} = {own[name]}"
+                raise ParameterError(f"{name}: got {value}, but the task {task.name!r}, whose objective it is for, has {came}")
         try:
-            return env.task.objective(env.component, self.steps)
+            for name, value in stage.items():
+                setattr(task, name, value)
+            return task.objective(env.component, self.steps)
         finally:
-            env.task.sharpness = own
+            for name, value in own.items():
+                setattr(task, name, value)
 
 
 def _numbers(info: Mapping[str, Any]) -> dict[str, float]:

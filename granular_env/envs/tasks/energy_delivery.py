@@ -126,10 +126,10 @@ class EnergyDeliveryTask(ChainTask):
         """One solitary wave, which is just in the region at the deadline; and the best known drive."""
         mass, stiffness, rest = self.grain
         wanted = self.energy * (1.0 - 0.5 * self.price)
-        height = np.array([(wanted / (SOLITARY_ENERGY * mass)) ** 0.5])
+        height = np.sqrt([wanted / (SOLITARY_ENERGY * mass)])
         shapes, speeds = wave_shapes(mass, stiffness, rest, height)
         for _ in range(_ITERATIONS if rest > 0.0 else 0):  # under precompression a wave's energy is no power of its height
-            height *= (wanted / shape_energies(shapes, height)) ** 0.5
+            height *= np.sqrt(wanted / shape_energies(shapes, height))
             shapes, speeds = wave_shapes(mass, stiffness, rest, height)
         horizon = self.duration * self.steps
         # As deep in the region as the deadline allows, its middle at most.

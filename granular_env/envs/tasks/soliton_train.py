@@ -21,6 +21,7 @@ from ...components.chain.wanted_waves import (
     shape_energies,
     wave_shapes,
 )
+from ...components.elementary import root
 from ...components.errors import ParameterError, shortened
 from ...components.jit import jit
 from ...components.profiles import positive_number
@@ -169,7 +170,7 @@ class SolitonTrainTask(ChainTask):
     def _rows(self, rows: FloatArray) -> FloatArray:
         goal = np.zeros((self.waves, COLUMNS))
         goal[: len(rows), [AMPLITUDE, PLACE]] = rows
-        goal[: len(rows), 2] = self.speed * rows[:, 0] ** 0.2
+        goal[: len(rows), 2] = self.speed * root(rows[:, 0], 5)
         return goal.reshape(-1)
 
     def objective(self, chain: Chain, steps: int) -> Objective:
