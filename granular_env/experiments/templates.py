@@ -182,6 +182,8 @@ def toml_value(value: Any) -> str:
         return toml_value(value["name"] if value.keys() == {"name"} else value)
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {toml_value(part)}" for key, part in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(toml_value, value)) + "]"
     return repr(value)
 
 

@@ -104,8 +104,8 @@ def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float],
     """At most `frames` frames of a log and all its scalar outputs and inputs, thinned; `progress`: as in `sampled`."""
     motion = _motion(log, frames, progress or (lambda part: None))
     scalars = [name for name, variable in log.variables.items() if variable.shape == () and variable.causality == "output"]
-    curves = {name: _curve(log, name) for name in scalars if len(log.times(name))}
-    inputs = {name: _input_curve(log, name) for name, (times, _) in log.inputs.items() if len(times)}
+    curves = {name: curve_of(log, name) for name in scalars if len(log.times(name))}
+    inputs = {name: input_curve_of(log, name) for name, (times, _) in log.inputs.items() if len(times)}
     return Footage(title_of(log), motion, curves, inputs, tuple(_notes(log, motion)))
 
 
@@ -241,7 +241,8 @@ def sampled(
     return times[picked], np.stack(rows)
 
 
-def _curve(log: Any, name: str) -> Curve:
+def curve_of(log: Any, name: str) -> Curve:
+    """Return a recorded scalar in time, thinned so that no peak is lost."""
     variable = log.variables[name]
     times, values = sampled(log, name, np.arange(len(log.times(name))))
     picked = _picked_with_extremes(values, MAXIMUM_CURVE_POINTS)
@@ -249,7 +250,8 @@ def _curve(log: Any, name: str) -> Curve:
     return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked], cuts)
 
 
-def _input_curve(log: Any, name: str) -> Curve:
+def input_curve_of(log: Any, name: str) -> Curve:
+    """Return an input as it acted, both sides of its jumps, thinned so that no peak is lost."""
     times, values = (np.asarray(part, dtype=np.float64) for part in log.inputs[name])
     # What was held before the first step set it acted on nothing.
     first = max(int(np.searchsorted(times, times[0], side="right")) - 1, 0)
