@@ -80,6 +80,8 @@ def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     buffer = io.BytesIO()
     figure.set_dpi(dots_per_inch)
     needed("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})
+    # The places are worked out; drawn once more, the figure need not do it again.
+    figure.set_layout_engine("none")
     return buffer.getvalue()
 
 
