@@ -236,6 +236,9 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     report = commands.add_parser("report", help="write a page with figures of a log")
     report.add_argument("log", metavar="LOG")
     report.add_argument("-o", "--out", metavar="FOLDER", help="where to write it (default: beside the log, by its name)")
+    report.add_argument("--variables", metavar="NAME", nargs="+", help="recorded outputs to show (default: all)")
+    report.add_argument("--grains", metavar="I", nargs="+", type=int, help="whose histories (default: up to five)")
+    report.add_argument("--times", metavar="T", nargs="+", type=float, help="instants of the profiles [s] (default: four)")
 
     for command in (replay, branch, recover, view, report):
         _large_option(command)

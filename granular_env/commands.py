@@ -228,7 +228,8 @@ def report_log(args: argparse.Namespace) -> int:
 
     with open_log(args.log, allow_large=args.allow_large) as log:
         folder = Path(args.out) if args.out else _report_folder(Path(args.log))
-        print(f"written: {viewing.report(log, folder)}")
+        chosen = {name: getattr(args, name) for name in ("variables", "times", "grains")}
+        print(f"written: {viewing.report(log, folder, **chosen)}")
     return 0
 
 

@@ -441,7 +441,10 @@ def test_a_study_of_an_environment_leaves_results_figures_and_logs_that_replay(t
         "study.toml", "checkpoints", "logs", "results.json", "curves.csv", "report.html", "convergence.png", "drives.png",
         "final.png", "final-1.png",
     }  # fmt: skip
-    assert (tmp_path / "report.html").read_text().count(">Final state</h2>") == 1
+    page = (tmp_path / "report.html").read_text()
+    assert page.count(">Final state</h2>") == 1
+    # Its figures take their colours from the page, which is light or dark with the reader's system.
+    assert page.count("<svg") == 4 and "<img" not in page and "var(--c0)" in page
     for trial in result.trials:
         # The batch of the search and the single environment that judges give the same bits.
         assert trial.score.value == trial.track.best_return

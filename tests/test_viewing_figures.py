@@ -141,18 +141,18 @@ def test_report_of_a_chain_is_complete_and_self_contained(chain_log, tmp_path):
     html = report(chain_log, tmp_path / "new" / "folder").read_text()
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
     assert headings == [
-        "x-t diagram", "Profiles at chosen times", "Histories of chosen grains", "Inputs", "Ledger", "Validity", "Parameters",
-        "Environment", "Replay it",
+        "x-t diagram", "Profiles at chosen times", "Histories of chosen grains", "Displacement", "Displacement: histories",
+        "Inputs", "Ledger", "Validity", "Parameters", "Environment", "Replay it",
     ]  # fmt: skip
     assert "default-src &#x27;none&#x27;" in html or "default-src 'none'" in html
-    assert set(re.findall(r"<img [^>]*src=\"([^\",]*)", html)) == {"data:image/png;base64"}
+    assert html.count("<svg") == html.count("<figure>") == 7
     assert (
         "peak contact pressure" in html
         and "replay" in html
         and "--verify" in html
         and chain_log.metadata["versions"]["numpy"] in html
     )
-    for name in ("space-time", "profiles", "histories", "ledger", "inputs"):
+    for name in ("space-time", "profiles", "histories", "ledger", "inputs", "displacement-space-time"):
         assert (tmp_path / "new" / "folder" / f"{name}.png").read_bytes().startswith(PNG)
 
 
@@ -161,6 +161,7 @@ def test_report_escapes_what_a_log_says(chain_log, tmp_path):
     assert "&lt;script&gt;alert(1)" in html
     tags = {tag.lower() for tag in re.findall(r"<\s*/?\s*([a-zA-Z0-9]+)", html)}
     assert not tags & {"script", "iframe", "object", "embed", "link", "base", "form", "b"}
+    assert "http:" not in html and "https:" not in html.replace("https://example.org/x.png", "")
     # Every address in an attribute is a picture of the page's own or a place on it.
     assert all(
         address.startswith(("data:image/png;base64,", "#")) for address in re.findall(r"(?:src|href)=\"([^\"]*)\"", html)
@@ -171,7 +172,7 @@ def test_report_of_a_component_without_particles(oscillator_log, tmp_path):
     html = report(oscillator_log, tmp_path).read_text()
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
     assert headings == ["Outputs", "Inputs", "Ledger", "Validity", "Parameters", "Environment", "Replay it"]
-    with pytest.raises(ParameterError, match="no motion"):
+    with pytest.raises(ParameterError, match="none of the variables is a recorded array"):
         report(oscillator_log, tmp_path, grains=[0])
 
 

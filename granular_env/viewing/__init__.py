@@ -1,6 +1,7 @@
 """Looking at runs: rerun scenes of logs and of live components, figures, and a report page.
 
-`save_rrd`, `view` and `screenshot` need rerun, `report` and `figures` need matplotlib; both are imported only when used.
+`save_rrd`, `view` and `screenshot` need rerun, `report`, `plot` and `figures` need matplotlib; both are imported only when
+used.
 """
 
 from __future__ import annotations
@@ -11,13 +12,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .foxglove import save_foxglove_layout
     from .live import LiveViewer
+    from .plot import plot
     from .reporting import report
     from .viewer import save_rrd, screenshot, view
 
-__all__ = ["LiveViewer", "report", "save_foxglove_layout", "save_rrd", "screenshot", "view"]
+__all__ = ["LiveViewer", "plot", "report", "save_foxglove_layout", "save_rrd", "screenshot", "view"]
 
 _HOMES = {
     "LiveViewer": ".live",
+    "plot": ".plot",
     "report": ".reporting",
     "save_foxglove_layout": ".foxglove",
     "save_rrd": ".viewer",
@@ -29,7 +32,8 @@ _HOMES = {
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name], __name__), name)
+    found = globals()[name] = getattr(import_module(_HOMES[name], __name__), name)
+    return found
 
 
 def __dir__() -> list[str]:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import functools
 import io
+import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ParameterError
-
 from .colours import DIVERGING, PALETTE, symmetric_limit
 from .extras import needed
-from .footage import Curve, Motion
+from .fields import Field
+from .footage import Curve
+from .units import labelled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,11 +32,18 @@ _ROWS, _FEW_ROWS = 800, 240
 _REACH_OF_FRAME = 1.05
 # Half as many frames, evenly spaced, fill a diagram.
 _FEWEST_FRAMES = 40
+# Curves that change by less than this part of themselves are flat.
+_FLAT = 1e-3
 # Ground of an x-t diagram: what was not sampled.
 NOT_SAMPLED = "#8b9096"
 _STYLE = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
+}  # fmt: skip
+# Colours of a figure as a file -> those of the page's style sheet.
+_PAGE_COLOURS = {
+    "#ffffff": "none", "#000000": "currentColor", "#b0b0b0": "var(--grid)", "#737373": "var(--dim)", "#595959": "var(--dim)",
+    **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
 }  # fmt: skip
 DARK = {
     "figure.facecolor": "#0d1011", "axes.facecolor": "#0d1011", "text.color": "#e0e0e0", "axes.labelcolor": "#e0e0e0",
@@ -72,11 +80,42 @@ def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     buffer = io.BytesIO()
     figure.set_dpi(dots_per_inch)
     needed("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})
+    # The places are worked out; drawn once more, the figure need not do it again.
+    figure.set_layout_engine("none")
     return buffer.getvalue()
 
 
+def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
+    """Return a figure as SVG to stand in an HTML page, whose style sheet (`page`) gives it the colours of the page.
+
+    Args:
+        figure: what to draw.
+        name: of the figure, one of its own in the page.
+        dots_per_inch: of the pictures in it.
+    """
+    buffer = io.StringIO()
+    figure.set_dpi(dots_per_inch)
+    with needed("matplotlib", "figures").rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        canvas_class = needed("matplotlib.backends.backend_svg", "figures").FigureCanvasSVG
+        canvas_class(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
+    drawn = buffer.getvalue()
+    return page_svg(drawn[drawn.index("<svg") :])
+
+
+def page_svg(drawn: str) -> str:
+    """Return an SVG of matplotlib's without what belongs to a file of its own, with colours that a style sheet gives."""
+    drawn = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->|<!DOCTYPE[^>]*>", "", drawn, flags=re.DOTALL)
+    drawn = re.sub(r' (?:width|height)="[0-9.]+pt"| xmlns(?::xlink)?="[^"]*"| version="[^"]*"', "", drawn)
+    used = set(re.findall(r'(?:url\(#|href="#)([^)"]+)', drawn))
+    drawn = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", drawn)
+    drawn = re.sub(r"(font(?:-family)?: (?:[0-9.]+px )?)'[^;\"]*", r"\1system-ui, sans-serif", drawn)
+    for colour, name in _PAGE_COLOURS.items():
+        drawn = drawn.replace(f": {colour}", f": {name}")
+    return drawn
+
+
 def draw_space_time(
-    figure: Figure, axes: Axes, motion: Motion, limit: float | None, ends: tuple[float, float] | None = None
+    figure: Figure, axes: Axes, shown: Field, limit: float | None, ends: tuple[float, float] | None = None
 ) -> None:
     """Draw the colouring quantity of every particle (across) at every instant (up), with its colour bar.
 
@@ -85,27 +124,29 @@ def draw_space_time(
     Args:
         figure: it gets the colour bar.
         axes: where to draw.
-        motion: what to draw.
+        shown: what to draw.
         limit: the value at the ends of the colour map; None for the largest magnitude.
-        ends: first and last instant of the diagram [s]; None for those of the motion.
+        ends: first and last instant of the diagram [s]; None for those of the field.
     """
     colors = needed("matplotlib.colors", "figures")
-    values = coloured(motion)
-    limit = limit or symmetric_limit(values)
-    first, last = ends or (float(motion.times[0]), float(motion.times[-1]))
+    limit = limit or symmetric_limit(shown.values)
+    first, last = ends or (float(shown.times[0]), float(shown.times[-1]))
     scale, unit = time_unit(last)
     start, end = first * scale, last * scale
     axes.set_facecolor(NOT_SAMPLED)
     image = axes.imshow(
-        _evenly_timed(motion.times, values, first, last),
+        _evenly_timed(shown.times, shown.values, first, last),
         origin="lower", aspect="auto", interpolation="nearest", vmin=-limit, vmax=limit,
         cmap=colors.LinearSegmentedColormap.from_list("granular", DIVERGING),
-        extent=(-0.5 * motion.every, (values.shape[1] - 0.5) * motion.every, start, end if end > start else start + 1.0),
+        extent=(-0.5 * shown.every, (shown.values.shape[1] - 0.5) * shown.every, start, end if end > start else start + 1.0),
     )  # fmt: skip
     axes.grid(False)
     axes.xaxis.set_major_locator(needed("matplotlib.ticker", "figures").MaxNLocator(integer=True))
-    axes.set(xlabel=particle_axis(motion), ylabel=f"time [{unit}]")
-    figure.colorbar(image, ax=axes, label=quantity(motion), pad=0.02)
+    axes.set(xlabel=place_axis(shown), ylabel=f"time [{unit}]")
+    bar = figure.colorbar(image, ax=axes, label=quantity(shown), pad=0.02)
+    if shown.values.size and float(np.nanmin(shown.values, initial=0.0)) >= 0.0 and ends is None:
+        # Nothing is negative: the blue half of the bar would say nothing.
+        bar.ax.set_ylim(0.0, limit)
 
 
 def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: float) -> FloatArray:
@@ -142,8 +183,20 @@ def draw_curves(axes: Axes, curves: Sequence[Curve], label: str) -> None:
         axes.plot(*broken(curve.times * scale, curve.values, curve.cuts), label=curve.name.replace("_", " "), **line(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
+    _show_zero_of_flat_curves(axes, curves)
     if len(curves) > 1:
         legend(axes)
+
+
+def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
+    """Let the axis of what hardly changes begin at zero: a range of its own would magnify nothing."""
+    values = np.concatenate([curve.values for curve in curves])
+    values = values[np.isfinite(values)]
+    if not values.size or float(np.ptp(values)) > _FLAT * float(np.abs(values).max()):
+        return
+    largest = float(values[np.abs(values).argmax()])
+    if largest != 0.0:
+        axes.set_ylim(*sorted((0.0, 1.25 * largest)))
 
 
 def broken(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
@@ -161,37 +214,29 @@ def legend(axes: Axes) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
 
-def markers(motion: Motion) -> dict[str, Any]:
-    """A dot on each particle, while they can be told apart."""
-    return {"marker": "o", "markersize": 3} if len(motion.radius) <= 60 else {}
+def markers(shown: Field) -> dict[str, Any]:
+    """A dot on each place, while they can be told apart."""
+    return {"marker": "o", "markersize": 3} if shown.values.shape[1] <= 60 else {}
 
 
-def coloured(motion: Motion) -> FloatArray:
-    """The colouring quantity, shape (frames, n); `ParameterError` where it was not recorded."""
-    if motion.colour is None:
-        name = motion.colour_variable.name
-        raise ParameterError(f"{name!r} was not recorded, so it cannot be drawn; add it to the recorded variables")
-    return motion.colour
+def quantity(shown: Field) -> str:
+    """Label of the quantity."""
+    return labelled(shown.variable.name, shown.variable.unit)
 
 
-def quantity(motion: Motion) -> str:
-    """Label of the colouring quantity."""
-    return f"{motion.colour_variable.name.replace('_', ' ')} [{motion.colour_variable.unit}]"
+def place_axis(shown: Field) -> str:
+    """Label of the axis along the places."""
+    return shown.axis if shown.every == 1 else f"{shown.axis}; each {shown.every}th is shown"
 
 
-def particle_axis(motion: Motion) -> str:
-    """Label of the axis along the particles."""
-    return "grain (0 is the left end)" if motion.every == 1 else f"grain (0 is the left end; each {motion.every}th is shown)"
+def indices(shown: Field) -> npt.NDArray[np.int64]:
+    """Number of each place that is shown."""
+    return np.arange(shown.values.shape[1]) * shown.every
 
 
-def indices(motion: Motion) -> npt.NDArray[np.int64]:
-    """Number of each particle that is shown."""
-    return np.arange(len(motion.radius)) * motion.every
-
-
-def span(motion: Motion) -> float:
+def span(shown: Field) -> float:
     """The last instant [s]."""
-    return float(motion.times[-1])
+    return float(shown.times[-1])
 
 
 def time_unit(duration: float) -> tuple[float, str]:

@@ -1,8 +1,8 @@
 """Figures of a run: x-t diagram, profiles, histories, ledger, inputs.
 
-Every function takes a `Footage` (or its `Motion` or curves) and returns a matplotlib Figure made without pyplot, so nothing
-global changes and no window opens. Colours are those of the viewer and can be told apart by the colour-blind. `png` turns a
-figure into a file's bytes.
+Every function takes a `Field`, or a `Motion` for the quantity that colours it, or curves, and returns a matplotlib Figure made
+without pyplot, so nothing global changes and no window opens. Colours are those of the viewer and can be told apart by the
+colour-blind. `png` turns a figure into a file's bytes, `svg` into a part of a page.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from granular_env.components.errors import ParameterError
 from .colours import DIVERGING, PALETTE
 from .drawing import (
     broken,
-    coloured,
     draw_curves,
     draw_space_time,
     indices,
@@ -26,14 +25,17 @@ from .drawing import (
     line,
     markers,
     new_figure,
-    particle_axis,
+    place_axis,
     png,
     quantity,
     span,
     styled,
+    svg,
     time_unit,
 )
+from .fields import Field, as_field
 from .footage import ENERGIES, RESIDUALS, Curve, Footage, Motion
+from .units import labelled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,6 +50,7 @@ __all__ = [
     "png",
     "profiles",
     "space_time",
+    "svg",
     "time_unit",
 ]
 
@@ -58,68 +61,71 @@ _REACHED = 0.05
 
 
 @styled
-def space_time(motion: Motion, title: str = "", limit: float | None = None) -> Figure:
+def space_time(motion: Motion | Field, title: str = "", limit: float | None = None) -> Figure:
     """The x-t diagram; `limit`: the value at the ends of the colour map (default: the largest magnitude)."""
+    shown = as_field(motion)
     figure = new_figure(8.0, 5.2)
     axes = figure.subplots()
-    draw_space_time(figure, axes, motion, limit)
+    draw_space_time(figure, axes, shown, limit)
     axes.set_title(title)
     return figure
 
 
 @styled
-def headline(motion: Motion, title: str = "") -> Figure:
+def headline(motion: Motion | Field, title: str = "") -> Figure:
     """The x-t diagram, with the profile at the last instant above it."""
+    shown = as_field(motion)
     figure = new_figure(8.6, 6.4)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 5])
-    draw_space_time(figure, below, motion, None)
-    values, scale_unit = coloured(motion)[-1], time_unit(span(motion))
-    above.fill_between(indices(motion), values, color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
-    above.plot(indices(motion), values, color=DIVERGING[-1], linewidth=1.2, **markers(motion))
-    above.set_ylabel(quantity(motion))
-    above.text(0.01, 0.95, f"at {span(motion) * scale_unit[0]:.4g} {scale_unit[1]}", transform=above.transAxes, va="top")
+    draw_space_time(figure, below, shown, None)
+    values, scale_unit = shown.values[-1], time_unit(span(shown))
+    above.fill_between(indices(shown), values, color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
+    above.plot(indices(shown), values, color=DIVERGING[-1], linewidth=1.2, **markers(shown))
+    above.set_ylabel(quantity(shown))
+    above.text(0.01, 0.95, f"at {span(shown) * scale_unit[0]:.4g} {scale_unit[1]}", transform=above.transAxes, va="top")
     above.set_title(title)
     return figure
 
 
 @styled
-def profiles(motion: Motion, times: Sequence[float] | None = None) -> Figure:
-    """The quantity along the particles at some instants [s] (default: four, evenly spaced).
+def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Figure:
+    """The quantity along the places at some instants [s] (default: four, evenly spaced).
 
     Raises:
         ParameterError: an instant outside the recorded span.
     """
-    scale, unit = time_unit(span(motion))
-    chosen = default_times(motion) if times is None else list(times)
-    values = coloured(motion)
+    shown = as_field(motion)
+    scale, unit = time_unit(span(shown))
+    chosen = default_times(shown) if times is None else list(times)
     figure = new_figure(8.0, 0.8 + 1.6 * len(chosen))
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for panel, time in zip(panels, chosen, strict=True):
-        frame = frame_at(motion, time)
-        panel.plot(indices(motion), values[frame], color=PALETTE[0], **markers(motion))
-        panel.set_title(f"t = {motion.times[frame] * scale:.4g} {unit}", fontsize=11)
+        frame = frame_at(shown, time)
+        panel.plot(indices(shown), shown.values[frame], color=PALETTE[0], **markers(shown))
+        panel.set_title(f"t = {shown.times[frame] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
-    figure.supylabel(quantity(motion), fontsize=11)
-    panels[-1].set_xlabel(particle_axis(motion))
+    figure.supylabel(quantity(shown), fontsize=11)
+    panels[-1].set_xlabel(place_axis(shown))
     return figure
 
 
 @styled
-def histories(motion: Motion, grains: Sequence[int] | None = None) -> Figure:
-    """The quantity of some particles in time (default: up to five that the wave reached).
+def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Figure:
+    """The quantity of some places in time (default: up to five that the wave reached).
 
     Raises:
-        ParameterError: no such particle.
+        ParameterError: no such place.
     """
-    scale, unit = time_unit(span(motion))
-    chosen = default_grains(motion) if grains is None else list(grains)
-    columns = [column_of(motion, grain) for grain in chosen]
+    shown = as_field(motion)
+    scale, unit = time_unit(span(shown))
+    chosen = default_grains(shown) if grains is None else list(grains)
+    columns = [column_of(shown, grain) for grain in chosen]
     figure = new_figure(8.0, 4.2)
     axes = figure.subplots()
     for place, column in enumerate(columns):
-        times, values = broken(motion.times * scale, coloured(motion)[:, column], motion.cuts)
-        axes.plot(times, values, label=f"grain {column * motion.every}", **line(place))
-    axes.set(xlabel=f"time [{unit}]", ylabel=quantity(motion))
+        times, values = broken(shown.times * scale, shown.values[:, column], shown.cuts)
+        axes.plot(times, values, label=f"{shown.place} {column * shown.every}", **line(place))
+    axes.set(xlabel=f"time [{unit}]", ylabel=quantity(shown))
     axes.margins(x=0.0)
     legend(axes)
     return figure
@@ -138,6 +144,10 @@ def ledger(footage: Footage) -> Figure | None:
     if residuals:
         panels[0].set_xlabel("")
         draw_curves(panels[1], residuals, "residual [J]")
+        largest = max(float(np.nanmax(np.abs(curve.values))) for curve in energies)
+        relative = panels[1].secondary_yaxis("right", functions=(lambda joule: joule / largest, lambda part: part * largest))
+        relative.set_ylabel("of the largest\nenergy")
+        relative.ticklabel_format(axis="y", scilimits=(-2, 3), useMathText=True)
     return figure
 
 
@@ -149,7 +159,7 @@ def curves(chosen: Sequence[Curve]) -> Figure:
     panels = np.atleast_1d(figure.subplots(len(units), 1, sharex=True))
     for panel, unit in zip(panels, units, strict=True):
         panel_curves = [curve for curve in chosen if curve.unit == unit]
-        draw_curves(panel, panel_curves, f"{panel_curves[0].name.replace('_', ' ') if len(panel_curves) == 1 else ''} [{unit}]")
+        draw_curves(panel, panel_curves, labelled(panel_curves[0].name if len(panel_curves) == 1 else "", unit).strip())
         if panel is not panels[-1]:
             panel.set_xlabel("")
     return figure
@@ -158,34 +168,35 @@ def curves(chosen: Sequence[Curve]) -> Figure:
 # -- choices --------------------------------------------------------------------------------------------------------------
 
 
-def default_times(motion: Motion) -> list[float]:
+def default_times(motion: Motion | Field) -> list[float]:
     """Four instants, evenly spaced, the last one the end [s]."""
-    first, last = float(motion.times[0]), span(motion)
+    first, last = float(motion.times[0]), float(motion.times[-1])
     return [first + (last - first) * part for part in (0.25, 0.5, 0.75, 1.0)]
 
 
-def default_grains(motion: Motion) -> list[int]:
-    """Up to five particles, evenly spaced among those that the wave reached (all of them, where none moved)."""
-    reached = np.arange(len(motion.radius))
-    if motion.colour is not None:
-        change = np.abs(motion.colour - motion.colour[0]).max(axis=0)
-        if change.max() > 0.0:
-            reached = np.flatnonzero(change > _REACHED * change.max())
+def default_grains(motion: Motion | Field) -> list[int]:
+    """Up to five places, evenly spaced among those that the wave reached (all of them, where nothing changed)."""
+    shown = as_field(motion)
+    reached = np.arange(shown.values.shape[1])
+    change = np.abs(shown.values - shown.values[0]).max(axis=0)
+    if change.max() > 0.0:
+        reached = np.flatnonzero(change > _REACHED * change.max())
     columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
-    return (columns * motion.every).tolist()
+    return (columns * shown.every).tolist()
 
 
-def frame_at(motion: Motion, time: float) -> int:
+def frame_at(shown: Motion | Field, time: float) -> int:
     """The frame nearest to an instant [s]; `ParameterError` outside the recorded span."""
-    first, last = float(motion.times[0]), span(motion)
+    first, last = float(shown.times[0]), float(shown.times[-1])
     slack = 1e-9 * max(abs(first), abs(last))
-    if not first - slack <= time <= last + slack:
-        raise ParameterError(f"times: got {time:g} s, expected {first:g} to {last:g} s, the recorded span")
-    return int(np.argmin(np.abs(motion.times - time)))
+    if isinstance(time, bool) or not isinstance(time, (int, float)) or not first - slack <= time <= last + slack:
+        got = f"{time:g} s" if isinstance(time, (int, float)) else repr(time)
+        raise ParameterError(f"times: got {got}, expected {first:g} to {last:g} s, the recorded span")
+    return int(np.argmin(np.abs(shown.times - time)))
 
 
-def column_of(motion: Motion, grain: int) -> int:
-    """The column of a particle (negative numbers count from the end); `ParameterError` where there is none."""
-    if not isinstance(grain, int) or not -motion.total <= grain < motion.total:
-        raise ParameterError(f"grains: got {grain!r}, expected a whole number from {-motion.total} to {motion.total - 1}")
-    return (grain % motion.total) // motion.every
+def column_of(shown: Motion | Field, grain: int) -> int:
+    """The column of a place (negative numbers count from the end); `ParameterError` where there is none."""
+    if not isinstance(grain, int) or not -shown.total <= grain < shown.total:
+        raise ParameterError(f"grains: got {grain!r}, expected a whole number from {-shown.total} to {shown.total - 1}")
+    return (grain % shown.total) // shown.every

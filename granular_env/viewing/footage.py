@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -100,12 +100,12 @@ class Footage:
 # -- from a log ---------------------------------------------------------------------------------------------------------
 
 
-def from_log(log: Any, frames: int = MAXIMUM_FRAMES) -> Footage:
-    """At most `frames` frames of a log and all its scalar outputs and inputs, thinned."""
-    motion = _motion(log, frames)
+def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None) -> Footage:
+    """At most `frames` frames of a log and all its scalar outputs and inputs, thinned; `progress`: as in `sampled`."""
+    motion = _motion(log, frames, progress or (lambda part: None))
     scalars = [name for name, variable in log.variables.items() if variable.shape == () and variable.causality == "output"]
-    curves = {name: _curve(log, name) for name in scalars if len(log.times(name))}
-    inputs = {name: _input_curve(log, name) for name, (times, _) in log.inputs.items() if len(times)}
+    curves = {name: curve_of(log, name) for name in scalars if len(log.times(name))}
+    inputs = {name: input_curve_of(log, name) for name, (times, _) in log.inputs.items() if len(times)}
     return Footage(title_of(log), motion, curves, inputs, tuple(_notes(log, motion)))
 
 
@@ -116,7 +116,7 @@ def title_of(log: Any) -> str:
     return str(named or log.metadata.get("component") or "run")
 
 
-def _motion(log: Any, frames: int) -> Motion | None:
+def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion | None:
     particles: Particles | None = log.particles
     if particles is None:
         return None
@@ -128,9 +128,11 @@ def _motion(log: Any, frames: int) -> Motion | None:
     every = -(-len(particles.radius) // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
     count = len(particles.radius[shown])
-    picked = _picked(len(log.times(clock)), max(2, min(frames, MAXIMUM_POINTS // count)))
-    displacement = _displacement(log, particles, source, picked)
-    colour = sampled(log, particles.colour, picked)[1][:, shown] if _has_frames(log, particles.colour) else None
+    picked = evenly_picked(len(log.times(clock)), max(2, min(frames, MAXIMUM_POINTS // count)))
+    displacement = _displacement(log, particles, source, picked, lambda part: progress(0.5 * part))
+    colour = None
+    if _has_frames(log, particles.colour):
+        colour = sampled(log, particles.colour, picked, lambda part: progress(0.5 + 0.5 * part))[1][:, shown]
     force = log.variables.get("contact_force")
     known = force is not None and _fits(force, len(particles.radius))
     force_frames = sampled(log, "contact_force", picked)[1] if known else None
@@ -139,14 +141,16 @@ def _motion(log: Any, frames: int) -> Motion | None:
         particles.reference[shown], particles.radius[shown], displacement[:, shown],
         colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
         *_contacts(particles, displacement if source else None, force_frames, every),
-        every, len(particles.radius), source is not None, _cuts(log, clock, picked),
+        every, len(particles.radius), source is not None, cuts_of(log, clock, picked),
     )  # fmt: skip
 
 
-def _displacement(log: Any, particles: Particles, source: str | None, picked: npt.NDArray[np.int64]) -> FloatArray:
+def _displacement(
+    log: Any, particles: Particles, source: str | None, picked: npt.NDArray[np.int64], progress: Callable[[float], None]
+) -> FloatArray:
     if source is None:
         return np.zeros((len(picked), len(particles.radius), 3))
-    _, moved = sampled(log, source, picked)
+    _, moved = sampled(log, source, picked, progress)
     displacement = _as_vectors(moved)
     if source != particles.displacement:
         displacement -= particles.reference if moved.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
@@ -190,7 +194,7 @@ def _as_vectors(moved: FloatArray) -> FloatArray:
     return vectors
 
 
-def _picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
+def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
     """Indices of evenly spaced frames, the first and the last among them."""
     if available <= wanted:
         return np.arange(available)
@@ -209,8 +213,8 @@ def _picked_with_extremes(values: FloatArray, most: int) -> npt.NDArray[np.int64
     return np.unique(np.array(marks, dtype=np.int64))
 
 
-def _cuts(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Which of the frames picked are the first of a later segment."""
+def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return which of the frames picked are the first of a later segment."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
     bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
     # Where two segments meet, a frame of each may lie on the same tick; the later one begins the segment.
@@ -220,23 +224,34 @@ def _cuts(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.
     return cuts[(cuts > 0) & (cuts < len(picked))]
 
 
-def sampled(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Times (frames,) [s] and values (frames, *shape) of some frames of a recorded variable."""
+def sampled(
+    log: Any, name: str, picked: npt.NDArray[np.int64], progress: Callable[[float], None] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return times (frames,) [s] and values (frames, *shape) of some frames; `progress` is told the part that is read."""
     times = np.asarray(log.times(name), dtype=np.float64)
+    tell = progress or (lambda part: None)
     if len(times) * int(np.prod(log.variables[name].shape, dtype=np.int64)) <= _READ_AT_ONCE:
-        return times[picked], np.asarray(log.series(name)[1], dtype=np.float64)[picked]
-    return times[picked], np.stack([np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[picked]])
+        values = np.asarray(log.series(name)[1], dtype=np.float64)[picked]
+        tell(1.0)
+        return times[picked], values
+    rows = []
+    for time in times[picked]:
+        rows.append(np.asarray(log.get(name, float(time)), dtype=np.float64))
+        tell(len(rows) / len(picked))
+    return times[picked], np.stack(rows)
 
 
-def _curve(log: Any, name: str) -> Curve:
+def curve_of(log: Any, name: str) -> Curve:
+    """Return a recorded scalar in time, thinned so that no peak is lost."""
     variable = log.variables[name]
     times, values = sampled(log, name, np.arange(len(log.times(name))))
     picked = _picked_with_extremes(values, MAXIMUM_CURVE_POINTS)
-    ticks, cuts = np.asarray(log.ticks(name))[picked], _cuts(log, name, picked)
+    ticks, cuts = np.asarray(log.ticks(name))[picked], cuts_of(log, name, picked)
     return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked], cuts)
 
 
-def _input_curve(log: Any, name: str) -> Curve:
+def input_curve_of(log: Any, name: str) -> Curve:
+    """Return an input as it acted, both sides of its jumps, thinned so that no peak is lost."""
     times, values = (np.asarray(part, dtype=np.float64) for part in log.inputs[name])
     # What was held before the first step set it acted on nothing.
     first = max(int(np.searchsorted(times, times[0], side="right")) - 1, 0)

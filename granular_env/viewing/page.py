@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterable, Sequence
 from html import escape
 
@@ -14,9 +13,11 @@ _LONG = 40
 
 _STYLE = """
 :root { color-scheme: light dark; 
-  --text: #1d2126; --dim: #5c6670; --back: #ffffff; --line: #dde2e7; --soft: #f4f6f8; --mark: #b2182b; }
+  --text: #1d2126; --dim: #5c6670; --back: #ffffff; --line: #dde2e7; --soft: #f4f6f8; --mark: #b2182b; --grid: #dde2e7;
+  --c0: #0072b2; --c1: #c04e00; --c2: #00805f; --c3: #b3568f; --c4: #b87f00; --c5: #2f8fc4; }
 @media (prefers-color-scheme: dark) {
-  :root { --text: #e4e7ea; --dim: #9aa4ad; --back: #14171a; --line: #30363c; --soft: #1d2226; --mark: #f4a582; }
+  :root { --text: #e4e7ea; --dim: #9aa4ad; --back: #14171a; --line: #30363c; --soft: #1d2226; --mark: #f4a582; --grid: #30363c;
+  --c0: #6db3f2; --c1: #ffa257; --c2: #62cf99; --c3: #e3a3ca; --c4: #f0c04d; --c5: #8fd3f4; }
 }
 * { box-sizing: border-box; }
 body { margin: 0 auto; padding: 1.2rem 1rem 4rem; max-width: 60rem; background: var(--back); color: var(--text);
@@ -25,7 +26,8 @@ h1 { font-size: 1.7rem; line-height: 1.2; margin: .5rem 0; }
 h2 { font-size: 1.2rem; margin: 2.4rem 0 .6rem; padding-top: .8rem; border-top: 1px solid var(--line); }
 p { margin: .5rem 0; } .dim { color: var(--dim); }
 figure { margin: .8rem 0; } figcaption { color: var(--dim); font-size: .9rem; }
-img { display: block; width: 100%; height: auto; background: #fff; border-radius: 6px; border: 1px solid var(--line); }
+.drawing { overflow-x: auto; } .drawing svg { display: block; width: 100%; height: auto; min-width: 34rem; }
+.drawing svg text { fill: currentColor; }
 .wide { overflow-x: auto; margin: .8rem 0; }
 table { border-collapse: collapse; font-size: .92rem; min-width: 60%; }
 th, td { padding: .3rem .9rem .3rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line);
@@ -37,9 +39,14 @@ ul.cautions li { color: var(--mark); } nav a { display: inline-block; margin-rig
 """
 
 
+def printable(value: object) -> str:
+    """Any value as text that every file can hold: bytes of a file's name that are no text become question marks."""
+    return str(value).encode("utf-8", "replace").decode("utf-8")
+
+
 def text(value: object) -> str:
     """Any value as escaped text."""
-    return escape(str(value), quote=True)
+    return escape(printable(value), quote=True)
 
 
 def paragraph(words: object, style: str = "") -> str:
@@ -75,11 +82,10 @@ def bullets(sentences: Iterable[object], style: str = "") -> str:
     return f'<ul class="{style}">' + "".join(f"<li>{text(sentence)}</li>" for sentence in sentences) + "</ul>"
 
 
-def picture(png: bytes, description: str) -> str:
-    """A PNG inside the page, with its description under it."""
-    data = base64.b64encode(png).decode("ascii")
+def picture(svg: str, description: str) -> str:
+    """A drawing of `drawing.svg` inside the page, with its description under it."""
     words = text(description)
-    return f'<figure><img alt="{words}" src="data:image/png;base64,{data}"><figcaption>{words}</figcaption></figure>'
+    return f'<figure><div class="drawing" role="img" aria-label="{words}">{svg}</div><figcaption>{words}</figcaption></figure>'
 
 
 def page(title: str, lead: str, sections: Sequence[tuple[str, str]]) -> str:

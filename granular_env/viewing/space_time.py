@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .colours import diverging, rgb
 from .drawing import DARK, NOT_SAMPLED, canvas, draw_space_time, nearest_frames, new_figure, time_unit
 from .extras import needed
+from .fields import as_field
 from .footage import Motion
 
 FloatArray = npt.NDArray[np.float64]
@@ -51,7 +52,7 @@ def space_time_picture(motion: Motion, limit: float, ends: tuple[float, float] |
         # Places of our own: to work them out takes longer than the drawing, and a live view draws while a run waits.
         figure.set_layout_engine("none")
         axes = figure.add_axes((0.11, 0.1, 0.84, 0.87))
-        draw_space_time(figure, axes, motion, limit, ends)
+        draw_space_time(figure, axes, as_field(motion), limit, ends)
         drawn = canvas(figure, 150)
     pixels = np.asarray(drawn.buffer_rgba())[..., :3].copy()
     box, (low, high) = axes.get_window_extent(), axes.get_ylim()

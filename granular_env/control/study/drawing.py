@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.viewing.drawing import legend, line, new_figure, png, styled
+from granular_env.viewing.drawing import legend, line, new_figure, png, styled, svg
 
 from .outcome import Score, StudyResult
 
@@ -22,8 +23,17 @@ _FLATTENED = 2.0
 _CLOSE = 0.06
 
 
-def pictures(result: StudyResult) -> dict[str, tuple[bytes, str]]:
-    """File name -> PNG and description, in the order of the page."""
+@dataclass(frozen=True)
+class Picture:
+    """A figure as the bytes of a PNG file, as a part of the page, and in words."""
+
+    png: bytes
+    svg: str
+    words: str
+
+
+def pictures(result: StudyResult) -> dict[str, Picture]:
+    """File name -> figure, in the order of the page."""
     drawn: dict[str, tuple[Figure, str]] = {}
     if any(len(trial.track.curve()[0]) for trial in result.trials):
         drawn["convergence"] = (
@@ -36,7 +46,7 @@ def pictures(result: StudyResult) -> dict[str, tuple[bytes, str]]:
         for number, name in enumerate(next(iter(shown.values())).episode.final):
             words = f"At the end of that episode: {name}, along the chain."
             drawn["final" if number == 0 else f"final-{number}"] = _final(shown, name), words
-    return {name: (png(figure), words) for name, (figure, words) in drawn.items()}
+    return {name: Picture(png(figure), svg(figure, name), words) for name, (figure, words) in drawn.items()}
 
 
 def _shown(result: StudyResult) -> dict[str, Score]:

@@ -8,14 +8,15 @@ from collections.abc import Mapping
 from granular_env.viewing import page
 from granular_env.writing import counted
 
+from .drawing import Picture
 from .load import as_toml
 from .outcome import StudyResult
 from .results import heads, verdicts
 
 
-def page_of(result: StudyResult, pictures: Mapping[str, tuple[bytes, str]]) -> str:
+def page_of(result: StudyResult, pictures: Mapping[str, Picture]) -> str:
     """One HTML page that needs nothing else; text of the study is escaped, the network is forbidden."""
-    shown = {name: page.picture(data, words) for name, (data, words) in pictures.items()}
+    shown = {name: page.picture(picture.svg, picture.words) for name, picture in pictures.items()}
     sections = [("Comparison", _comparison(result) + shown.pop("convergence", ""))]
     if "drives" in shown:
         sections.append(("Drives", shown.pop("drives")))

@@ -30,7 +30,7 @@ def write_results(result: StudyResult) -> None:
         "results.json": json.dumps(as_json(result), indent=2, allow_nan=False).encode("utf-8"),
         "curves.csv": curves(result).encode("utf-8"),
         "report.html": report.page_of(result, pictures).encode("utf-8"),
-        **{f"{name}.png": data for name, (data, _) in pictures.items()},
+        **{f"{name}.png": picture.png for name, picture in pictures.items()},
     }
     write_files({result.folder / name: data for name, data in contents.items()}, ExperimentError)
 

@@ -1,0 +1,108 @@
+"""Quantities that every particle, or every contact, has: what x-t diagrams, profiles and histories draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.contract import Variable
+from granular_env.components.errors import ParameterError
+
+from .footage import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sampled
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Field:
+    """A quantity along a row of particles or contacts, in some frames of a run.
+
+    Attributes:
+        variable: name, unit and meaning.
+        times: shape (frames,) [s].
+        values: shape (frames, n), in the variable's unit.
+        place: what there is one value of: "grain", "contact" or "entry".
+        axis: the label of the axis along them.
+        every: each `every`-th is shown; 1 shows all.
+        total: how many there are.
+        cuts: indices of the first frames of later segments.
+    """
+
+    variable: Variable
+    times: FloatArray
+    values: FloatArray
+    place: str
+    axis: str
+    every: int = 1
+    total: int = 0
+    cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+
+def as_field(shown: Motion | Field) -> Field:
+    """Return a field as it is, and of a motion the quantity that colours it; `ParameterError` where that was not recorded."""
+    if isinstance(shown, Field):
+        return shown
+    if shown.colour is None:
+        name = shown.colour_variable.name
+        raise ParameterError(f"{name!r} was not recorded, so it cannot be drawn; add it to the recorded variables")
+    place, axis = _axis(shown.colour_variable, shown.total, shown.total)
+    return Field(shown.colour_variable, shown.times, shown.colour, place, axis, shown.every, shown.total, shown.cuts)
+
+
+def field_names(log: Any) -> list[str]:
+    """Return the names of the recorded outputs that have a value for each of several places."""
+    return [
+        name
+        for name, variable in log.variables.items()
+        if variable.causality == "output" and len(variable.shape) == 1 and variable.shape[0] > 1 and len(log.times(name))
+    ]
+
+
+def load_field(log: Any, name: str, frames: int, progress: Callable[[float], None] | None = None) -> Field:
+    """Read a recorded array of a log, at most so many frames and 20 000 places of it.
+
+    Raises:
+        ParameterError: there is no such recorded array.
+    """
+    if name not in field_names(log):
+        raise ParameterError(f"variables: {name!r} is no recorded array of this log; it holds {_list(field_names(log))}")
+    variable = log.variables[name]
+    total = variable.shape[0]
+    every = -(-total // MAXIMUM_SHOWN_PARTICLES)
+    count = -(-total // every)
+    picked = evenly_picked(len(log.times(name)), max(2, min(frames, MAXIMUM_POINTS // count)))
+    times, values = sampled(log, name, picked, progress)
+    particles = log.particles
+    place, axis = _axis(variable, total, len(particles.radius) if particles is not None else 0)
+    return Field(variable, times, values[:, ::every], place, axis, every, total, cuts_of(log, name, picked))
+
+
+def require_names(names: Sequence[str] | None, known: Sequence[str]) -> list[str]:
+    """Return the names that were asked for, all known ones where none were; `ParameterError` where one is unknown."""
+    if names is None:
+        return list(known)
+    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
+        raise ParameterError(f"variables: got {names!r}, expected a list of names, of {_list(known)}")
+    for name in names:
+        if name not in known:
+            raise ParameterError(f"variables: {name!r} was not recorded; this log holds {_list(known)}")
+    return list(dict.fromkeys(names))
+
+
+def _axis(variable: Variable, total: int, particles: int) -> tuple[str, str]:
+    """Return what the values belong to, and the label of the axis along them."""
+    if total == particles:
+        return "grain", "grain (0 is the left end)"
+    if total == particles + 1:
+        return "contact", "contact (i is left of grain i)"
+    if total == particles - 1:
+        return "contact", "contact (i is right of grain i)"
+    return "entry", f"entry of {variable.name}"
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"

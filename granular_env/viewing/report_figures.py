@@ -1,0 +1,124 @@
+"""Which figures a report shows: every recorded array and every scalar that is not zero all the time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from granular_env.components.errors import ParameterError
+
+from . import figures
+from .fields import Field, as_field, field_names, load_field, require_names
+from .footage import Curve, Footage, from_log
+from .plots import plots
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Frames that the figures use: more than a viewer, they are only drawn once.
+FRAMES = 2000
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A figure, the heading that it stands under, and what it shows in words."""
+
+    heading: str
+    figure: Figure
+    words: str
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a report is asked to show: names of variables, instants [s], places; None for what suits the log."""
+
+    variables: Sequence[str] | None = None
+    times: Sequence[float] | None = None
+    grains: Sequence[int] | None = None
+
+    def check(self, log: Any) -> None:
+        """Raise `ParameterError` for what this log does not hold."""
+        for name, values in (("times", self.times), ("grains", self.grains)):
+            if values is not None and (isinstance(values, str) or not np.iterable(values)):
+                raise ParameterError(f"{name}: got {values!r}, expected a list")
+        arrays = field_names(log)
+        known = [*arrays, *(name for name, one in log.variables.items() if one.shape == () and len(log.times(name)))]
+        require_names(self.variables, known)
+        if (self.times is not None or self.grains is not None) and not self.holds_any(arrays):
+            raise ParameterError("times, grains: none of the variables is a recorded array; leave them out")
+
+    def holds_any(self, names: Sequence[str]) -> bool:
+        """Tell whether one of these variables is to be shown."""
+        return any(self.holds(name) for name in names)
+
+    def holds(self, name: str) -> bool:
+        """Tell whether a variable is to be shown."""
+        return self.variables is None or name in self.variables
+
+
+def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> tuple[Footage, dict[str, Shown]]:
+    """Return what a log holds, and its figures by the names of their files, in the order of the page.
+
+    Args:
+        log: an open log.
+        choice: what to show.
+        progress: told the part that is done, 0 to 1.
+
+    Raises:
+        ParameterError: as in `Choice.check`, or an instant or a place that the log does not have.
+    """
+    choice.check(log)
+    arrays = [name for name in field_names(log) if choice.holds(name)]
+    share = 0.9 / (1 + len(arrays))
+    footage = from_log(log, FRAMES, lambda part: progress(share * part))
+    drawn: dict[str, Shown] = {}
+    main = footage.motion.colour_variable.name if footage.motion is not None and footage.motion.colour is not None else None
+    # What colours the particles comes first and is in memory already.
+    for place, name in enumerate(sorted(arrays, key=lambda name: name != main), start=1):
+        if name == main and footage.motion is not None:
+            field = as_field(footage.motion)
+        else:
+            field = load_field(log, name, FRAMES, lambda part, place=place: progress(share * (place + part)))
+        drawn |= _field_figures(field, choice, is_main=name == main)
+        progress(share * (place + 1))
+    ledger = figures.ledger(footage)
+    if ledger is not None:
+        words = (
+            "Energies since the reset; below, the energy that the ledger cannot account for: the error of the numerics, in "
+            "joules at the left, as a part of the largest energy at the right."
+        )
+        drawn["ledger"] = Shown("Ledger", ledger, words)
+    for title in ("outputs", "inputs"):
+        if curves := _curves(footage, title, choice):
+            words = f"{title.capitalize()} in time; those that stay 0 are left out."
+            drawn[title] = Shown(title.capitalize(), figures.curves(curves), words)
+    return footage, drawn
+
+
+def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Shown]:
+    """Return the figures of one array: of the one that colours the particles all three, of another those without instants."""
+    name = field.variable.name.replace("_", " ")
+    stem = "" if is_main else f"{field.variable.name}-"
+    sign = "red is positive, blue negative" if field.values.min(initial=0.0) < 0.0 else "the redder the larger"
+    if field.variable.unit == "m/s":
+        sign = "red is to the right, blue to the left"
+    words = f"{name.capitalize()} of every {field.place} (across) at every instant (up); {sign}. Grey: no frame."
+    heading = "x-t diagram" if is_main else f"{name.capitalize()}"
+    drawn = {f"{stem}space-time": Shown(heading, figures.space_time(field), words)}
+    if is_main or choice.times is not None or choice.variables is not None:
+        heading = "Profiles at chosen times" if is_main else f"{name.capitalize()}: profiles"
+        words = f"{name.capitalize()} along the chain at chosen instants."
+        drawn[f"{stem}profiles"] = Shown(heading, figures.profiles(field, choice.times), words)
+    heading = f"Histories of chosen {field.place}s" if is_main else f"{name.capitalize()}: histories"
+    which = "" if choice.grains is not None else ", evenly spaced among those that changed; name others with `grains`"
+    words = f"{name.capitalize()} of chosen {field.place}s in time{which}."
+    drawn[f"{stem}histories"] = Shown(heading, figures.histories(field, choice.grains), words)
+    return drawn
+
+
+def _curves(footage: Footage, group: str, choice: Choice) -> list[Curve]:
+    found = [curve for plot in plots(footage) if plot.group == group for curve in plot.curves]
+    return [curve for curve in found if np.any(curve.values != 0.0) and (group == "inputs" or choice.holds(curve.name))]

@@ -1,0 +1,211 @@
+"""The tables of a report: ledger, validity, parameters, the experiment, the machine, and how to replay the log."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import shlex
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.errors import GranularError, LogError
+from granular_env.experiments.templates import toml_value
+
+from . import page
+from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage
+from .units import typeset
+
+_LONGEST_LIST = 8
+_LONGEST_TEXT = 20_000
+# Parameters that the component works out -> what its geometry calls them.
+_WORKED_OUT = {"mass": "mass", "contact_stiffness": "stiffness"}
+
+
+def ledger(footage: Footage) -> str:
+    """Return the entries of the ledger at the start and at the end, and how well they add up."""
+    names = [name for name in (*ENERGIES, *RESIDUALS, *MOMENTA) if name in footage.curves and len(footage.curves[name].values)]
+    if not names:
+        return page.paragraph("The ledger was not recorded.")
+    rows = []
+    for name in names:
+        curve = footage.curves[name]
+        first, last, largest = float(curve.values[0]), float(curve.values[-1]), float(np.abs(curve.values).max())
+        rows.append([name.replace("_", " "), typeset(curve.unit), first, last, largest])
+    return page.table(["entry", "unit", "start", "end", "largest magnitude"], rows) + page.paragraph(_closure(footage))
+
+
+def _closure(footage: Footage) -> str:
+    """How well the energies add up, in one sentence."""
+    residual = footage.curves.get("energy_residual")
+    scale = max((float(np.abs(footage.curves[name].values).max()) for name in ENERGIES if name in footage.curves), default=0.0)
+    if residual is None or scale == 0.0:
+        return "The residual is what the ledger cannot account for: the error of the numerics."
+    worst = float(np.abs(residual.values).max())
+    return f"The ledger closes to {worst / scale:.2g} of the largest energy; what is left over is the error of the numerics."
+
+
+def validity(log: Any) -> str:
+    """Return how far the model's assumptions held."""
+    metadata = log.metadata
+    figures_of_run, cautions = metadata.get("report") or {}, metadata.get("cautions") or []
+    parts = []
+    if figures_of_run:
+        rows = [[typeset(name), _number(value)] for name, value in figures_of_run.items()]
+        parts.append(page.table(["figure", "value"], rows))
+    else:
+        parts.append(
+            page.paragraph("The component reports no figures of validity, or the run was interrupted before it could.")
+        )
+    parts.append(page.bullets(cautions, "cautions") if cautions else page.paragraph("No cautions."))
+    return "".join(parts)
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value) if math.isfinite(value) else "unknown"
+    return "unknown" if value is None else value
+
+
+def parameters(log: Any) -> str:
+    """Return every parameter with its value, also where that is a default or was worked out."""
+    metadata = log.metadata
+    fields = _fields(metadata.get("component"))
+    values, worked_out = metadata.get("parameters") or {}, _worked_out(log)
+    rows = []
+    for name, value in values.items():
+        unit, meaning = fields.get(name, ("", ""))
+        told = _short(value)
+        if value is None:
+            told = f"automatic: {_short(worked_out[name])}" if name in worked_out else "automatic"
+        rows.append([name, told, typeset(unit), meaning])
+    return page.table(["parameter", "value", "unit", "meaning"], rows)
+
+
+def _fields(component: Any) -> dict[str, tuple[str, str]]:
+    """Units and meanings of the parameters of a component of ours; a log makes us load no other."""
+    from granular_env.recording.build import own_or_given
+
+    try:
+        fields = own_or_given(component, None).Parameters.model_fields
+    except LogError:
+        return {}
+
+    def unit(extra: Any) -> str:
+        return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+    return {name: (unit(field.json_schema_extra), field.description or "") for name, field in fields.items()}
+
+
+def _worked_out(log: Any) -> dict[str, Any]:
+    """Return what a component of ours makes of the parameters that were left to it."""
+    found: dict[str, Any] = {"step_size": log.step_size}
+    try:
+        geometry = getattr(log.component(), "geometry", None)
+    except GranularError:
+        return found
+    if dataclasses.is_dataclass(geometry):
+        for name, attribute in _WORKED_OUT.items():
+            values = np.asarray(getattr(geometry, attribute, []))
+            found[name] = [value for value in values.tolist() if value != 0.0]
+    return {name: value for name, value in found.items() if not isinstance(value, list) or value}
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, list) and value and all(entry == value[0] for entry in value):
+        return f"{_short(value[0])} ({len(value)} times)" if len(value) > 1 else _short(value[0])
+    if isinstance(value, list) and len(value) > _LONGEST_LIST:
+        return f"{', '.join(str(_short(entry)) for entry in value[:_LONGEST_LIST])}, ... ({len(value)} values)"
+    if isinstance(value, list):
+        return ", ".join(_short(entry) for entry in value)
+    if isinstance(value, dict):
+        return ", ".join(f"{key} = {_short(entry)}" for key, entry in value.items())
+    return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
+
+
+def experiment(log: Any) -> str:
+    """Return the experiment as a TOML file that can be run again; "" where the log was recorded by a script."""
+    content = log.metadata.get("experiment")
+    if not isinstance(content, dict) or "component" not in content:
+        return ""
+    text = experiment_toml(content)
+    words = "The experiment as it was run, as a file for `granular-env run`; data files that it names are not here."
+    if len(text) > _LONGEST_TEXT:
+        text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"
+    return page.paragraph(words) + page.preformatted(text)
+
+
+def experiment_toml(content: Mapping[str, Any]) -> str:
+    """Return an experiment's content as the text of a TOML file that gives it again."""
+    plain = {key: value for key, value in content.items() if not isinstance(value, dict) and not _is_tables(value)}
+    lines = [f"{key} = {_toml(value)}" for key, value in plain.items() if value is not None]
+    for key, value in content.items():
+        if isinstance(value, dict):
+            lines += _table(key, value)
+        elif _is_tables(value):
+            for table in value:
+                lines += ["", f"[[{key}]]", *_lines(table)]
+    return "\n".join(lines) + "\n"
+
+
+def _table(head: str, table: Mapping[str, Any]) -> list[str]:
+    """Return the lines of a table; those of inputs are tables of their own, as they are in the files that people write."""
+    inner = {key: value for key, value in table.items() if head == "input" and isinstance(value, dict)}
+    rest = {key: value for key, value in table.items() if key not in inner and value is not None}
+    lines = ["", f"[{head}]", *_lines(rest)] if rest else []
+    for key, value in inner.items():
+        lines += ["", f"[{head}.{key}]", *_lines(value)]
+    return lines
+
+
+def _lines(table: Mapping[str, Any]) -> list[str]:
+    return [f"{key} = {_toml(value)}" for key, value in table.items() if value is not None]
+
+
+def _is_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in value)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, str) and "\n" in value and '"""' not in value and "\\" not in value:
+        return f'"""\n{value}"""'
+    if isinstance(value, dict):
+        return toml_value({key: part for key, part in value.items() if part is not None})
+    return toml_value(value)
+
+
+def environment(log: Any) -> str:
+    """Return what the log was recorded with, and its size."""
+    metadata = log.metadata
+    rows = [[f"{name} version", text] for name, text in (metadata.get("versions") or {}).items()]
+    rows += [[name.replace("_", " "), _short(value)] for name, value in (metadata.get("machine") or {}).items()]
+    rows.append(["bits depend on the platform", "yes" if metadata.get("platform_bound") else "no"])
+    rows.append(["identity of component and parameters", metadata.get("identity", "")])
+    rows.append(["size of the log", file_size(os.path.getsize(log.path))])
+    return page.table(["fact", "value"], rows)
+
+
+def file_size(count: int) -> str:
+    """Return a number of bytes in words: ``1.17 MB``."""
+    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= size:
+            return f"{count / size:.3g} {unit}"
+    return f"{count} bytes"
+
+
+def replay(log: Any) -> str:
+    """Return the commands that re-run the log, branch it off and show it."""
+    path = shlex.quote(page.printable(log.path))
+    middle = log.start_tick * log.step_size + (round(0.5 * log.duration / log.step_size)) * log.step_size
+    commands = [
+        f"granular-env replay {path} --verify      # re-run it and compare every recorded bit",
+        f"granular-env branch {path} --at {middle:.12g}      # go on from there, with other inputs",
+        f"granular-env view {path}      # look at it in rerun",
+    ]
+    words = (
+        "The log is a program; these commands re-run it, branch it off and show it. Making this page did not verify it: the "
+        "first command does."
+    )
+    return page.paragraph(words) + page.preformatted("\n".join(commands))

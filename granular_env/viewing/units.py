@@ -1,0 +1,18 @@
+"""Units and names as they are printed: superscripts instead of ^, nothing where there is no unit."""
+
+from __future__ import annotations
+
+import re
+
+_RAISED = str.maketrans("0123456789.-", "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079\u00b7\u207b")
+
+
+def typeset(unit: str) -> str:
+    """Return a unit for a reader: ``m/s^2`` with a raised 2, and nothing for ``1``."""
+    return "" if unit == "1" else re.sub(r"\^(-?[0-9.]+)", lambda power: power[1].translate(_RAISED), unit)
+
+
+def labelled(name: str, unit: str) -> str:
+    """Return a name with its unit in brackets: ``contact force [N]``."""
+    words, printed = name.replace("_", " "), typeset(unit)
+    return f"{words} [{printed}]".strip() if printed else words
