@@ -83,7 +83,7 @@ def _scene(log: Log) -> dict[str, Any]:
     low, high = picture_box(log.particles)  # type: ignore[arg-type]
     middle, width, height = (low + high) / 2, float(high[0] - low[0]), float(high[2] - low[2])
     # With the chain across the picture, the height of what the camera sees at the chain's distance.
-    seen = 1.2 * max(height, width / _ASPECT)
+    seen = 1.1 * max(height, width / _ASPECT)
     distance = seen / 2 / _TANGENT
     topics: dict[str, Any] = {GRAINS_TOPIC: {"visible": True}}
     for topic, size in _DRAWN.items():
@@ -97,7 +97,10 @@ def _scene(log: Log) -> dict[str, Any]:
         "near": distance / 100,
         "far": distance * 100,
     }
-    return {"cameraState": camera, "followMode": "follow-none", "followTf": FRAME, "scene": {}, "layers": {}, "topics": topics}
+    # Foxglove draws the axes of each frame some centimetres long, over the grains.
+    hidden = {f"frame:{FRAME}": {"visible": False}}
+    followed = {"followMode": "follow-none", "followTf": FRAME}
+    return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}
 
 
 def _plot(topic: str, names: list[str], place: int) -> dict[str, Any]:
