@@ -4,8 +4,8 @@ In a contact F = max(c w, -F_e) acts beside the elastic force F_e; the speed of 
 of the inverse masses. Over a time t the impulse is the larger of G w and -F_e t, with s G = 1 - 1 / (1 + x + x^2/2) and
 x = c s t: of second order, never more than what stops the approach however large c is, and the same momentum for both grains.
 Contacts of even number act for half the step, those of odd number for all of it, and the even ones again: a symmetric sequence,
-and second order for all of it. T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267, splits dissipative particle dynamics so. A dashpot whose
-contact closes within the step acts from there on (`viscous.closed_time`).
+and second order for all of it. T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267, splits dissipative particle dynamics so.
+A dashpot whose contact closes within the step acts from there on (`viscous.closed_time`).
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from .law import Dissipative, FloatArray
 class Viscous(Dissipative):
     """F = k d^1.5 + dissipation x dd/dt while d > 0, cut off at 0."""
 
-    elastic, damping = HERTZ, VISCOUS
+    elastic, damping, jumps = HERTZ, VISCOUS, True
 
     name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")
     dissipation: NotNegative | list[NotNegative] = field(..., "c: one for all contacts, or one for each place", "N s/m")
