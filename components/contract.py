@@ -31,6 +31,7 @@ from .errors import FmuError, GranularError, GranularWarning, LogError, Paramete
 from .memory import refuse_beyond
 from .packing import canonical_json
 from .profiles import CompiledProfile, Profile, finite_number
+from .roots import round_down_to_125
 from .state import Block, FloatArray, Held, Snapshot
 from .validation import Fixed, filled, plain, validated
 
@@ -468,9 +469,21 @@ class Component(metaclass=_Fixed):
             choices = " or ".join(f"{count * self.step_size:.12g} s" for count in steps)
             raise ParameterError(
                 f"{name}: {duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
-                f"use {choices}, or another step_size"
+                f"use {choices}, or {self._fitting_step(duration)}"
             )
         return ticks
+
+    def _fitting_step(self, duration: float) -> str:
+        """Advice on a step_size of which a duration is a whole number: 1, 2 or 5 x 10^k where one of the next few is such."""
+        if "step_size" not in self.Parameters.model_fields:
+            return "another step"
+        step = min(self.step_size, duration)
+        for _ in range(6):
+            step = round_down_to_125(step)
+            if abs(duration / step - round(duration / step)) <= 1e-9 * (duration / step):
+                return f"give step_size = {step:g} (s)"
+            step *= 0.99
+        return "give another step_size"
 
     def _whole_ticks(self, duration: float | None) -> int:
         ticks = self.ticks_in(duration)  # type: ignore[arg-type]

@@ -75,7 +75,8 @@ def test_sensors_objectives_and_sweeps_count_as_the_output_does(tmp_path: Path) 
     chain.step(20 * chain.step_size)
     assert value == pytest.approx(chain.get("contact_force")[4], rel=1e-12)
     settings = {
-        "duration": 4e-6, "component.grains": GRAINS, "component.step_size": 2e-7, "start.velocity.2": 0.5, "start.velocity.3": 0.7,
+        "duration": 4e-6, "component.grains": GRAINS, "component.step_size": 2e-7, "start.velocity.2": 0.5,
+        "start.velocity.3": 0.7,
     }  # fmt: skip
     done = ge.run("nesterenko-1983/3.1-one-grain", overrides=[f"{key}={value}" for key, value in settings.items()])
     plan = {

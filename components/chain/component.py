@@ -12,15 +12,15 @@ from ..errors import ParameterError, caution
 from ..jit import entry_point
 from ..profiles import CompiledProfile
 from . import kernels, table
-from .geometry import Geometry, geometry, suggested_step_size
+from .geometry import Geometry, geometry, smoothness, suggested_step_size
 from .integrators import SCHEMES, SIGNATURE, dop853
 from .laws import Dissipative, Law, elastic_plastic
 from .parameters import WALLS, ChainParameters
 from .theory.collisions import duration_times_frequency
 from .validity import Validity
 
-# A contact should see so many force evaluations; below the smaller number a step is refused.
-_WANTED_FORCES, _LEAST_FORCES = 60.0, 16.0
+# Where a contact sees fewer force evaluations a step is refused.
+_LEAST_FORCES = 16.0
 # So much of its approach may a contact lose to dissipation in one step, or the second order says little.
 _STOPPED_IN_A_STEP = 0.3
 
@@ -58,8 +58,10 @@ class Chain(Component):
     def _build(self) -> None:
         p = self.parameters
         self.geometry: Geometry = geometry(p)
-        self.step_size = p.step_size if p.step_size is not None else suggested_step_size(p, self.geometry)
         self._scheme = SCHEMES[p.integrator]
+        suggested = suggested_step_size(p, self.geometry, self._scheme.step_factor) if p.step_size is None else p.step_size
+        self.step_size = suggested
+        self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.growth)
         damped = isinstance(p.law, Dissipative)
         self.scheme_kernel = self._scheme.advance_damped if damped else self._scheme.advance
         self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
@@ -135,7 +137,7 @@ class Chain(Component):
         deep = self.parameters.overlap_limit * chain.smaller_radius[chain.real]
         # An adaptive scheme resolves its contacts by itself.
         adaptive = self._scheme.adaptive
-        wanted[chain.real] = np.inf if adaptive else seen(_WANTED_FORCES)
+        wanted[chain.real] = np.inf if adaptive else seen(self._wanted_forces)
         refused[chain.real] = deep if adaptive else np.minimum(deep, seen(_LEAST_FORCES))
         law = self.parameters.law
         if isinstance(law, Dissipative) and not adaptive:
@@ -427,7 +429,7 @@ class Chain(Component):
         return Validity.of(
             self.geometry, self.parameters.law, self._table[table.PEAK][: self.parameters.grains + 1][places],
             self._scheme.forces / self.step_size,
-            wanted_forces=_WANTED_FORCES, adaptive=self._scheme.adaptive,
+            wanted_forces=self._wanted_forces, adaptive=self._scheme.adaptive,
         )  # fmt: skip
 
     def report(self) -> dict[str, float]:
@@ -455,17 +457,18 @@ class Chain(Component):
         law, places = self.parameters.law, self.geometry.real
         if not isinstance(law, Dissipative):
             return 0.0
-        peak = self._table[table.PEAK][: self.parameters.grains + 1][places]
+        peak = self._largest_overlap()[places]
         coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.contact[places], peak), 0.0)
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
     def _resolution_sentence(self) -> str:
         if self._stopped_in_a_step() > _STOPPED_IN_A_STEP:
             return self._dissipation_sentence()
-        validity = self.validity()
+        # Said where it first happens: how few they come to be is known in the end.
         return (
-            f"contacts get {validity.forces_per_contact:.0f} force evaluations, about {_WANTED_FORCES:.0f} are wanted: "
-            f"take a smaller step_size (now {self.step_size:g} s) or give the velocity_scale of the run"
+            f"contacts get fewer than the {self._wanted_forces:.0f} force evaluations that {self.parameters.integrator} wants "
+            f"(how few, report() tells at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
+            "velocity_scale of the run"
         )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from granular_env.components.errors import GranularError, LogError
-from granular_env.experiments.templates import toml_value
+from granular_env.toml_text import toml_value
 
 from . import page
 from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage

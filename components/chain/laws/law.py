@@ -59,6 +59,8 @@ class Dissipative(Law, ABC):
     """A law whose force depends on the speed of approach, by a coefficient for each contact."""
 
     dissipation: Any
+    jumps: ClassVar[bool] = False
+    """Whether the force jumps where a contact closes."""
 
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, real: slice
