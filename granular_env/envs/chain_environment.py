@@ -302,11 +302,14 @@ class ChainEnv(ComponentEnv):
     def _refuse_episode(self, state: EnvState) -> None:
         if not isinstance(state.episode, bytes) or len(state.episode) != self._memory_bytes.nbytes:
             raise ParameterError("state: it was saved by an environment of another kind, or with another control_delay")
+        if state.sound:
+            return
         numbers = np.frombuffer(state.episode)
         counts, commands = numbers[:LEFT], numbers[COUNTERS + len(self._counters) :]
         whole = np.all((counts >= 0.0) & (counts < _LARGEST_COUNT) & (counts == np.floor(counts)))
         if not (whole and np.isfinite(numbers[LEFT:COUNTERS]).all() and np.isfinite(commands).all()):
             raise ParameterError("state: its counts and commands are no finite numbers; the data is damaged")
+        state.sound = True
 
     def _go_on(self, episode: Any) -> None:
         self._memory_bytes[:] = episode
