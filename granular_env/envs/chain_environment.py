@@ -11,6 +11,7 @@ import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ..components.chain import Chain
+from ..components.chain.parameters import WALLS
 from ..components.contract import Component
 from ..components.errors import ParameterError, StepError, shortened
 from ..components.jit import entry_point
@@ -18,6 +19,7 @@ from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
 from .chain_task import BEGIN, JUDGE, ChainTask, task_kernel
 from .domain_randomization import Randomization, redrawn, shown
+from .drawing import draw
 from .environment import ComponentEnv, Observation, Ready, _checked_scales, observation_box
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .observing import OBSERVE, Observing, show_clock, show_goal
@@ -218,6 +220,14 @@ class ChainEnv(ComponentEnv):
                 f"task {self.task.name!r}: its reward is nan after control step {elapsed}; mend its judge_kernel"
             )
         return float(reward), bool(over), not over and elapsed >= self._steps > 0
+
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """Return a picture of the present state, shape (360, 960, 3), with walls and what is wanted; None without a mode."""
+        if self.render_mode != "rgb_array":
+            return None
+        ends = self.component.parameters.left in WALLS, self.component.parameters.right in WALLS
+        wanted = self.task.wanted_velocity(int(self._memory[ELAPSED]), self._counters)
+        return draw(self.component, self.task, ends, wanted)
 
     # -- other chains -----------------------------------------------------------------------------------------------
 
