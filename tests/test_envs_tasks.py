@@ -144,4 +144,4 @@ def test_letters_are_told_apart() -> None:
     letters = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ.-+=/:_(),%"
     shapes = {text_mask(letter, 1).tobytes() for letter in letters}
     assert len(shapes) == len(letters)
-    assert text_mask("ab", 3).shape == (15, 24)
+    assert text_mask("ab", 3).shape == (21, 36)
