@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.chain import Chain
+from ..components.chain.parameters import WALLS
 from ..components.contract import Component
 from ..components.errors import GranularError, ParameterError, StepError, shortened
 from ..components.jit import entry_point
@@ -17,6 +18,7 @@ from ..components.profiles import finite_number
 from .actuator import ACTUATE, Actuator, actuate
 from .chain_task import BEGIN, JUDGE, ChainTask, task_kernel
 from .domain_randomization import Randomization, redrawn, shown
+from .drawing import draw
 from .environment import ComponentEnv, Observation, Ready, _checked_scales, observation_box
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .observing import OBSERVE, Observing, show_clock, show_goal
@@ -220,6 +222,14 @@ class ChainEnv(ComponentEnv):
             )
         return float(reward), bool(over), not over and elapsed >= self._steps > 0
 
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """Return a picture of the present state, shape (360, 960, 3), with walls and what is wanted; None without a mode."""
+        if self.render_mode != "rgb_array":
+            return None
+        ends = self.component.parameters.left in WALLS, self.component.parameters.right in WALLS
+        wanted = self.task.wanted_velocity(int(self._memory[ELAPSED]), self._counters)
+        return draw(self.component, self.task, ends, wanted)
+
     # -- other chains -----------------------------------------------------------------------------------------------
 
     def _draw(self) -> Ready:
@@ -303,11 +313,14 @@ class ChainEnv(ComponentEnv):
     def _refuse_episode(self, state: EnvState) -> None:
         if not isinstance(state.episode, bytes) or len(state.episode) != self._memory_bytes.nbytes:
             raise ParameterError("state: it was saved by an environment of another kind, or with another control_delay")
+        if state.sound:
+            return
         numbers = np.frombuffer(state.episode)
         counts, commands = numbers[:LEFT], numbers[COUNTERS + len(self._counters) :]
         whole = np.all((counts >= 0.0) & (counts < _LARGEST_COUNT) & (counts == np.floor(counts)))
         if not (whole and np.isfinite(numbers[LEFT:COUNTERS]).all() and np.isfinite(commands).all()):
             raise ParameterError("state: its counts and commands are no finite numbers; the data is damaged")
+        state.sound = True
 
     def _go_on(self, episode: Any) -> None:
         self._memory_bytes[:] = episode

@@ -91,6 +91,15 @@ class ChainTask(Task):
         """Policies to compare with: "nothing", "theory" (made by hand), "best" (best known)."""
         return {}
 
+    def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray | None:
+        """Return the velocity that each grain should have now, for pictures, shape (grains,) [m/s]; None where none is wanted.
+
+        Args:
+            elapsed: control steps done.
+            counters: the present ones, the goal first.
+        """
+        return None
+
     # What `Task` asks for is done by the kernels.
 
     def begin(self, component: Component, seen: Seen) -> None:

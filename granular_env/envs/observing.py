@@ -67,11 +67,9 @@ def show_goal(counters, scales, limit, out):
 @jit
 def show_clock(elapsed, steps, out):
     """The time in `out`: cos(pi k elapsed / steps), k = 1 and so on."""
-    first = math.cos(math.pi * (elapsed / steps))
-    before, now = 1.0, first
+    part = elapsed / steps
     for k in range(len(out)):
-        out[k] = now
-        before, now = now, 2.0 * first * now - before
+        out[k] = math.cos(math.pi * (k + 1) * part)
 
 
 def clock_readings(elapsed: int, steps: int, count: int) -> npt.NDArray[np.float32]:

@@ -32,9 +32,10 @@ class EnvState:
             way, the seed of the noise), otherwise control steps done, whether it goes on, and the task's counters.
         random: state of the environment's random numbers, a mapping that numpy's bit generator gave.
         drawn: parameters of the chain that were drawn for this episode; empty without `randomise`.
+        sound: whether the episode has been looked at, or comes from `save`: a tree search restores a state many times.
     """
 
-    __slots__ = ("drawn", "episode", "random", "snapshot", "task")
+    __slots__ = ("drawn", "episode", "random", "snapshot", "sound", "task")
 
     def __init__(
         self,
@@ -46,6 +47,7 @@ class EnvState:
     ) -> None:
         self.snapshot, self.task, self.episode, self.random = snapshot, task, episode, random
         self.drawn: Drawn = {} if drawn is None else drawn
+        self.sound = False
 
     def __eq__(self, other: object) -> bool:
         """Whether both hold the same bits."""

@@ -162,6 +162,7 @@ class AbsorptionEnv(ChainEnv):
     is missing.
 
     ## Version history
+    * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
 

@@ -151,8 +151,9 @@ class EnergyDeliveryEnv(ChainEnv):
     the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
 
     ## Observation space
-    `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    10 m/s; `observe` chooses sensors instead. `info` has "time" [s], the input, and the counters "delivered_energy" and "work"
+    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
+    10 m/s, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock` and T the
+    time of the deadline, in [-1, 1]. `info` has "time" [s], the input, and the counters "delivered_energy" and "work"
     [J] and "closeness".
 
     ## Rewards
@@ -166,7 +167,8 @@ class EnergyDeliveryEnv(ChainEnv):
     Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
 
     ## End of the episode
-    Truncated after `deadline` control steps.
+    Terminated after `deadline` control steps; the agent sees the time. With `clock=0` it does not, and the episode is
+    truncated.
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
@@ -174,6 +176,7 @@ class EnergyDeliveryEnv(ChainEnv):
     * `energy` (.015 J), `region` (8 grains), `work_price` (.2).
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (280) control steps an episode
       of 420 us; a wave of that energy (4 m/s) crosses 60 grains in 380 us.
+    * `clock` (8): readings of the clock.
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`; Hertz contacts.
     * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
       `render_mode`.
@@ -185,6 +188,7 @@ class EnergyDeliveryEnv(ChainEnv):
     .809942 and .810000 with a piston: nothing is left to gain beyond theory but the holding of the input over a control step.
 
     ## Version history
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
 

@@ -116,6 +116,7 @@ class PistonEnv(ChainEnv):
     * Further: sensors, noise, action rate, control delay, infos, randomisation, `render_mode`: see `ChainEnv`.
 
     ## Version history
+    * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
 

@@ -1,4 +1,4 @@
-"""Protection-v1: hand a wall its impulse in time, and gently. Force-v1 is its older name."""
+"""Protection-v1: hand a wall its impulse in time, and gently."""
 
 from __future__ import annotations
 
@@ -179,8 +179,9 @@ class ProtectionEnv(ChainEnv):
     `action="piston"`: the velocity of the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
 
     ## Observation space
-    `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    `velocity_scale`, clipped to +-10; `observe` chooses sensors instead. `info` has both in SI units and float64
+    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
+    `velocity_scale`, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock`
+    and T the time of the deadline, in [-1, 1]. `info` has both in SI units and float64
     ("displacement", "velocity"), with "time" [s], the input, "delivered_impulse" [N s], "wall_force" and "peak_wall_force" [N].
 
     ## Rewards
@@ -194,13 +195,14 @@ class ProtectionEnv(ChainEnv):
     Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
 
     ## End of the episode
-    Terminated when the impulse is delivered. Truncated after `deadline` control steps.
+    Terminated when the impulse is delivered, or after `deadline` control steps; the agent sees the time. With `clock=0` it does
+    not, and the deadline truncates.
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain.
     * `action` ("force"): "force" or "piston". `action_scale` (None): 500 N or 2 m/s.
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step; a wave crosses 64 grains in some 450 us.
-    * `deadline` (700): control steps, 1.05 ms.
+    * `deadline` (700): control steps, 1.05 ms; None for no end and no clock. `clock` (8): readings of the clock.
     * `impulse` (.05 N s), `peak_scale` (1000.0 N), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`.
     * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
@@ -213,7 +215,8 @@ class ProtectionEnv(ChainEnv):
     with a piston.
 
     ## Version history
-    * v0: first version, as `granular_env/Force-v1`.
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
+    * v0: first version.
     """
 
     def __init__(

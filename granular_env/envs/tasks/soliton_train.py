@@ -31,7 +31,7 @@ from ..policies import Constant
 from .arrival import refuse_early
 from .baselines import held
 from .making import CLOCK, between, driven_chain, hertz_chain, observed, timed, whole
-from .theory_drives import passing_waves
+from .theory_drives import passing_waves, wave_velocities
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -181,6 +181,11 @@ class SolitonTrainTask(ChainTask):
         text = "square of the distance to the demanded waves at the end, in the energy norm, over their energy"
         return Objective(_note, _value, _pull, np.concatenate([self.head, self.demand, self.shapes]), description=text)
 
+    def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
+        """Return that of the demanded waves on their way."""
+        goal = counters[: COLUMNS * self.waves].reshape(-1, COLUMNS)
+        return wave_velocities(self.shapes, goal, self.duration * (self.steps - elapsed), self.grains)
+
     def baselines(self) -> Mapping[str, Policy]:
         """Doing nothing, and what the demanded waves would do to the left end as they pass."""
         return {"nothing": Constant(0.0), "theory": PassingTrain(self)}
@@ -225,10 +230,11 @@ class SolitonTrainEnv(ChainEnv):
     the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
 
     ## Observation space
-    `Box(-10, 10, (2 grains + 3 waves,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in
+    `Box((2 grains + 3 waves + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in
     units of 10 m/s (`observe` chooses sensors instead), then the goal, without noise: of each wave, foremost first, its height
     in units of 10 m/s, the place of its crest at the deadline over the number of grains, and its speed in units of that of a
-    wave of 1 m/s; zeros for waves that are not asked for. `info` has "time" [s], the input, the goal as "amplitude_1" [m/s],
+    wave of 1 m/s; zeros for waves that are not asked for; all clipped to +-10. Last comes the clock, cos(pi k t / T) with k = 1
+    to `clock` and T the time of the deadline, in [-1, 1]. `info` has "time" [s], the input, the goal as "amplitude_1" [m/s],
     "place_1", "speed_1" [grains/s] and so on, and the counters "distance", "energy_outside" and "amplitude_error" of
     `PulseForming-v1`.
 
@@ -243,7 +249,8 @@ class SolitonTrainEnv(ChainEnv):
     20.0]]})` asks for these (amplitude, place); other options give start values, as `Component.reset` takes them.
 
     ## End of the episode
-    Truncated after `deadline` control steps, at which the waves are due.
+    Terminated after `deadline` control steps, at which the waves are due; the agent sees the time. With `clock=0` it does not,
+    and the episode is truncated.
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
@@ -251,7 +258,8 @@ class SolitonTrainEnv(ChainEnv):
     * `waves` (3): the largest number. `amplitude` ((3.0, 6.0) m/s), `spacing` ((11.0, 14.0) grains), `front` ((36.0, 40.0)).
     * `window` (5.0 grains): half width of what counts as a wave.
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (200) control steps an episode
-      of 300 us.
+      of 300 us. A deadline that the slowest wave cannot meet is refused.
+    * `clock` (8): readings of the clock.
     * `chain`: further parameters of the chain component; Hertz contacts, no precompression.
     * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
       `render_mode`.
@@ -263,6 +271,7 @@ class SolitonTrainEnv(ChainEnv):
     "best" is missing; the gradient of `objective` finds it for each `demand` (-1e-9 or better).
 
     ## Version history
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
 

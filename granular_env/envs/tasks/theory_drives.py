@@ -55,6 +55,24 @@ def passing_waves(shapes: FloatArray, goal: FloatArray, horizon: float, duration
     return total
 
 
+def wave_velocities(shapes: FloatArray, goal: FloatArray, left: float, grains: int) -> FloatArray:
+    """Return the velocities of the grains in waves that are on their way, shape (grains,) [m/s].
+
+    Args:
+        shapes: of the waves, see `components.chain.wanted_waves`.
+        goal: rows (amplitude [m/s], place, speed [grains/s]).
+        left: time until they are due [s].
+        grains: how many.
+    """
+    total = np.zeros(grains)
+    for row, wave in enumerate(goal):
+        if wave[AMPLITUDE] > 0.0:
+            place, values = _velocity_shape(shapes, row)
+            crest = wave[PLACE] - wave[SPEED] * left
+            total += wave[AMPLITUDE] * np.interp(np.arange(grains) - crest, place, values, left=0.0, right=0.0)
+    return total
+
+
 def ramped_push(chain: Chain, impulse: float, duration: float, steps: int, action: str) -> FloatArray:
     """A push that rises evenly to a level F and stays, which gives a wall its impulse in time, shape (steps,).
 
