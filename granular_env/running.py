@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import signal
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -14,11 +15,11 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.contract import Component, Observer
-from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError
+from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError, caution
 from granular_env.components.memory import refuse_beyond
 from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.experiments.load import Source, load_experiment
-from granular_env.experiments.prepare import prepare
+from granular_env.experiments.prepare import Prepared, prepare
 from granular_env.experiments.stops import StopWatch
 
 # A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
@@ -92,6 +93,7 @@ def run(
     with memory_told(loaded.origin, ExperimentError), collected() as told, ExitStack() as stack:
         ready = prepare(loaded)
         if log is not None:
+            _tell_size(ready, progress)
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
         if live:
             _show_live(stack, ready.component, loaded.name)
@@ -282,6 +284,17 @@ def _record(
     recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
     stack.enter_context(left_log_told(recorder))
     stack.enter_context(recorder)
+
+
+def _tell_size(ready: Prepared, at_once: bool) -> None:
+    """Say how large the log may become where that is a lot: at once on the terminal, else as a warning of the run."""
+    from granular_env.experiments.cost import size_note
+
+    note = size_note(ready)
+    if note and at_once:
+        print(f"note: {note}", file=sys.stderr)
+    elif note:
+        caution(note)
 
 
 def _show_live(stack: ExitStack, component: Component, title: str) -> None:
