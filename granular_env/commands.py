@@ -506,6 +506,7 @@ def _result_facts(result: Any) -> dict[str, Any]:
     component = result.component
     return {
         "log": None if result.log is None else str(result.log),
+        "log_bytes": None if result.log is None else result.log.stat().st_size,
         "tick": component.tick,
         "time": component.time,
         "wall_seconds": result.seconds,
@@ -550,7 +551,7 @@ def _print_log(quiet: bool, path: Path) -> None:
     if quiet:
         print(log)
         return
-    print(f"log: {log}")
+    print(f"log: {log} ({readable_bytes(path.stat().st_size)})")
     print(f"  granular-env view {log}              (or --web, or --screenshot FILE.png)")
     print(f"  granular-env replay {log} --verify")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import signal
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -14,11 +15,11 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.contract import Component, Observer
-from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError, ParameterError
+from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError, ParameterError, caution
 from granular_env.components.memory import refuse_beyond
 from granular_env.components.profiles import CompiledProfile, Profile, finite_number
 from granular_env.experiments.load import Source, load_experiment
-from granular_env.experiments.prepare import prepare
+from granular_env.experiments.prepare import Prepared, prepare
 from granular_env.experiments.stops import StopWatch
 
 # A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
@@ -102,6 +103,7 @@ def run(
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
+            _tell_size(ready, progress)
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
         return advance(
             ready.component,
@@ -307,6 +309,17 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     if seconds < 0.0:
         raise ParameterError(f"pace: got {pace!r} s, expected 0 or more")
     return seconds or None
+
+
+def _tell_size(ready: Prepared, at_once: bool) -> None:
+    """Say how large the log may become where that is a lot: at once on the terminal, else as a warning of the run."""
+    from granular_env.experiments.cost import size_note
+
+    note = size_note(ready)
+    if note and at_once:
+        print(f"note: {note}", file=sys.stderr)
+    elif note:
+        caution(note)
 
 
 def _show_live(stack: ExitStack, component: Component, title: str, duration: float, pace: float | None) -> None:

@@ -86,6 +86,31 @@ def test_xarray_has_units(tmp_path: Path) -> None:
     assert data["velocity"].values.tobytes() == log.to_numpy("velocity").tobytes()
 
 
+def test_xarray_shares_the_dimensions_of_what_is_counted(tmp_path: Path) -> None:
+    pytest.importorskip("xarray")
+    chain_log(tmp_path / "a.mcap", variables=["velocity", "displacement", "contact_force", "overlap"])
+    log = open_log(tmp_path / "a.mcap")
+    data = log.to_xarray()
+    assert log.variables["velocity"].axes == ("grain",)
+    product = data.velocity * data.displacement
+    assert product.dims == ("time", "grain") and product.shape == log.to_numpy("velocity").shape
+    assert (data.contact_force * data.overlap).dims == ("time", "contact")
+    assert data.grain.values.tolist() == list(range(12)) and data.contact.size == log.variables["overlap"].shape[0]
+    assert np.array_equal(data.velocity.sel(grain=3), log.to_numpy("velocity")[:, 3])
+    assert data.sizes["time"] == len(log.times("velocity")) and data.time.attrs["units"] == "s"
+
+
+def test_xarray_of_several_segments_and_of_variables_without_axes(tmp_path: Path) -> None:
+    pytest.importorskip("xarray")
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap", every=0.05):
+        for _ in range(2):
+            component.reset(velocity=1.0)
+            component.step(0.3)
+    data = open_log(tmp_path / "a.mcap").to_xarray()
+    assert data.velocity.dims == ("time",) and data.sizes["time"] == 14
+
+
 def test_segments_are_laid_end_to_end(tmp_path: Path) -> None:
     component = catalogue.make("oscillator")
     with record(component, tmp_path / "a.mcap", every=0.05):

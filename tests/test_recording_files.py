@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from granular_env.cli import main
 from granular_env.components.errors import LogError, ParameterError, StepError
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.container import Container
+from granular_env.recording.estimate import estimated_bytes
+from granular_env.recording.format import TOPICS
 
 # -- opening -----------------------------------------------------------------------------------------------------------
 
@@ -92,6 +95,48 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
             act(tmp_path / "pipe.mcap")
     with pytest.raises(LogError, match="pipe"):
         open_log("/dev/null")
+
+
+# -- sizes -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"every": 1e-6, "variables": ["velocity", "displacement"]},
+        {"variables": ["velocity"]},
+        {"every": 2e-5, "variables": ["velocity"], "hash_every": 1, "key_every": 1e-5},
+        {"experiment": {"duration": 1e-3}},
+    ],
+)
+def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, Any]) -> None:
+    component = catalogue.make("chain", grains=300, radius=3e-3, material="steel")
+    ticks = component.ticks_in(1e-3)
+    estimate = estimated_bytes(component, ticks, **options)
+    with record(component, tmp_path / "a.mcap", **options):
+        component.reset(velocity={0: 1.0})
+        component.step(1e-3)
+    container = open_log(tmp_path / "a.mcap")._container
+    own = [m for chunk in range(container.chunk_count) for m in container.messages(chunk) if m.topic in TOPICS]
+    assert 0.7 < sum(len(message.data) for message in own) / estimate < 1.1 or not options.get("every")
+    assert sum(len(message.data) for message in own) < 1.1 * estimate
+
+
+def test_a_large_log_is_announced_and_its_size_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from granular_env.experiments import cost
+
+    experiment, path = "nesterenko-1983/3.1-one-grain", tmp_path / "a.mcap"
+    assert main(["run", experiment, "--log", str(path)]) == 0
+    output = capsys.readouterr()
+    assert "before compression" not in output.err
+    assert f"log: {path} ({path.stat().st_size / 1e3:.3g} kB)" in output.out
+    monkeypatch.setattr(cost, "LARGE_LOG", 100_000)
+    assert main(["check", experiment]) == 0 and "before compression" in capsys.readouterr().out
+    assert main(["run", experiment, "--log", str(path), "--overwrite"]) == 0
+    assert "note: the log takes up to " in capsys.readouterr().err
+    assert main(["run", experiment, "--no-log"]) == 0 and "before compression" not in capsys.readouterr().err
 
 
 # -- one writer --------------------------------------------------------------------------------------------------------

@@ -227,10 +227,10 @@ def test_a_difference_is_told_once_in_one_vocabulary(tmp_path: Path, capsys: pyt
     chain_log(tmp_path / "a.mcap", steps=20)
 
     def change(old: Record) -> Record:
-        if old.kind != STEPS:
+        if old.kind != STEPS or old.first > 0:
             return old
         values = old.arrays["0.values"].copy()
-        values[7] += 1.0
+        values[0] += 1.0
         return changed(old, **{"0.values": values})
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
@@ -296,3 +296,21 @@ def test_warnings_of_the_re_run_are_notes(tmp_path: Path, capsys: pytest.Capture
     assert main(["replay", str(tmp_path / "a.mcap"), "--verify"]) == 0
     output = capsys.readouterr()
     assert "note: " in output.out and "GranularWarning" not in output.err
+
+
+def test_the_command_shows_how_far_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import granular_env.recording
+
+    oscillator_log(tmp_path / "a.mcap")
+    parts: list[float] = []
+
+    def watched(*arguments: Any, progress: Callable[[float], None], **options: Any) -> Any:
+        def tell(part: float) -> None:
+            parts.append(part)
+            progress(part)
+
+        return verify(*arguments, progress=tell, **options)
+
+    monkeypatch.setattr(granular_env.recording, "verify", watched)
+    assert main(["replay", str(tmp_path / "a.mcap"), "--verify"]) == 0
+    assert len(parts) > 10 and parts == sorted(parts) and parts[-1] == 1.0

@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from time import perf_counter
 
-import numpy as np
-
-from granular_env.components.contract import Component
 from granular_env.components.errors import StepError
+from granular_env.recording.estimate import estimated_bytes
+from granular_env.writing import readable_bytes
 
 from .prepare import Prepared
 
 # What lasts longer, or writes more, is told of.
-_LONG, _LARGE = 60.0, 1e9  # s, bytes
+_LONG, LARGE_LOG = 60.0, 200_000_000  # s, bytes
 _MEASURED = 0.02  # s of stepping that the speed is read off
 _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
 def cost_note(ready: Prepared) -> str:
     """Return a sentence on the wall time and the size of the log where these are large; "" else. Steps the component."""
-    seconds, size = ready.ticks * _seconds_per_tick(ready), _bytes_recorded(ready)
-    if seconds < _LONG and size < _LARGE:
+    seconds, size = ready.ticks * _seconds_per_tick(ready), recorded_bytes(ready)
+    if seconds < _LONG and size < LARGE_LOG:
         return ""
-    return f"this takes about {_duration(seconds)} on this machine, and records up to {size / 1e9:.3g} GB before compression"
+    return f"this takes about {_duration(seconds)} on this machine, and records up to {readable_bytes(size)} before compression"
 
 
 def _seconds_per_tick(ready: Prepared) -> float:
@@ -38,16 +37,23 @@ def _seconds_per_tick(ready: Prepared) -> float:
     return (perf_counter() - begin) / max(component.tick - first, 1)
 
 
-def _bytes_recorded(ready: Prepared) -> float:
-    component, record = ready.component, ready.experiment.record
-    if record.every is None:
-        return 0.0
-    names = record.variables or [v.name for v in component.variables.values() if v.state]
-    return 8.0 * ready.ticks / component.ticks_in(record.every) * sum(_numbers(component, name) for name in names)
+def size_note(ready: Prepared) -> str:
+    """Return a sentence on the size of the log where that is large; "" else."""
+    size = recorded_bytes(ready)
+    if size < LARGE_LOG:
+        return ""
+    return (
+        f"the log takes up to {readable_bytes(size)} before compression; record less often (record.every) or fewer variables "
+        "(record.variables) for a smaller one"
+    )
 
 
-def _numbers(component: Component, name: str) -> int:
-    return int(np.prod(component.variables[name].shape))
+def recorded_bytes(ready: Prepared) -> int:
+    """Return how many bytes the log of an experiment takes at most, before compression."""
+    experiment = ready.experiment
+    return estimated_bytes(
+        ready.component, ready.ticks, experiment={"duration": experiment.duration}, **experiment.record.model_dump()
+    )
 
 
 def _duration(seconds: float) -> str:
