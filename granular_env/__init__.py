@@ -56,6 +56,7 @@ _HOMES = {
     "run": "running",
     "run_sweep": "sweep",
     "verify": "recording",
+    "viewing": "",
 }
 
 __all__ = [
@@ -83,6 +84,7 @@ __all__ = [
     "run",
     "run_sweep",
     "verify",
+    "viewing",
 ]
 
 

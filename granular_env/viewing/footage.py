@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -110,10 +111,12 @@ def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float],
 
 
 def title_of(log: Any) -> str:
-    """The experiment's name, else the component's, else "run"."""
+    """Return the experiment's name; of a log that a script recorded, the file's name and the component's."""
     experiment = log.metadata.get("experiment")
     named = experiment.get("name") if isinstance(experiment, dict) else None
-    return str(named or log.metadata.get("component") or "run")
+    # A file's name may hold bytes that are no text.
+    stem = Path(str(log.path)).stem.encode("utf-8", "replace").decode()
+    return str(named or f"{stem} ({log.metadata.get('component') or 'run'})")
 
 
 def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion | None:

@@ -22,7 +22,7 @@ from .footage import Footage, Motion, from_component
 from .pacing import Pacing
 from .rerun_file import rerun_target
 from .rerun_process import RerunProcess, require_screen
-from .scene import APPLICATION, Scales, scales_of, send_curves, send_motion, send_picture, send_static
+from .scene import APPLICATION, BAR_LENGTH, Scales, scales_of, send_curves, send_motion, send_picture, send_static
 from .space_time import GrowingPicture
 from .web_page import WebPage, web_arguments
 
@@ -249,7 +249,7 @@ def _first_scales(motion: Motion, exaggerate: float | None) -> Scales:
     """Scales with room for what may come: the chain at rest, and beside it where it may go."""
     first = scales_of(motion, exaggerate)
     low, high = first.low - _ROOM[0] * first.length, first.high + _ROOM[1] * first.length
-    height = 0.07 * (high - low)
+    height = BAR_LENGTH * (high - low)
     level = first.profile_level + height
     return dataclasses.replace(first, low=low, high=high, height=height, profile_level=level, settled=False)
 

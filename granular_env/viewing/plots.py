@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,7 @@ def plots(footage: Footage) -> list[Plot]:
         )
         for group, (title, names) in named.items()
     ]
+    ledger = [replace(plot, title=f"{plot.title}{_reach(plot)}") for plot in ledger]
     known = {name for _, names in named.values() for name in names}
     outputs = [curve for name, curve in footage.curves.items() if name not in known]
     found = [*ledger[:2], *_by_unit("Inputs", footage.inputs.values()), *_by_unit("Outputs", outputs), *ledger[2:]]
@@ -55,6 +56,12 @@ def _by_unit(title: str, curves: Iterable[Curve]) -> list[Plot]:
     curves = list(curves)
     units = list(dict.fromkeys(curve.unit for curve in curves))
     return [Plot(f"{title} [{unit}]", title.lower(), tuple(curve for curve in curves if curve.unit == unit)) for unit in units]
+
+
+def _reach(plot: Plot) -> str:
+    """Return how large a residual becomes, in words: the axis of a small one has a single label, which gives no scale."""
+    values = [np.abs(curve.values).max() for curve in plot.curves if len(curve.values) > 1]
+    return f"; at most {max(values):.2g}" if plot.group.endswith("_residual") and values else ""
 
 
 def _moves(curve: Curve) -> bool:

@@ -35,6 +35,10 @@ FloatArray = npt.NDArray[np.float64]
 APPLICATION = "granular-env"
 TIMELINE, TICKS = "time", "tick"
 _REST_COLOUR = (150, 150, 150)
+# Where the words of a zero line stand, in lengths of the longest bar.
+_WORDS = 1.25
+# The longest bar, in lengths of the scene.
+BAR_LENGTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ def scales_of(motion: Motion, exaggerate: float | None = None) -> Scales:
     low, high = float((drawn - motion.radius).min()), float((drawn + motion.radius).max())
     colour = np.zeros(1) if motion.colour is None else motion.colour
     colour_limit = symmetric_limit(colour)
-    height, margin = 0.07 * (high - low), 0.015 * (high - low) + float(motion.radius.max())
+    height, margin = BAR_LENGTH * (high - low), 0.015 * (high - low) + float(motion.radius.max())
     # Room under the profile's zero line for as much as goes below it.
     below = height * max(0.0, -float(colour.min())) / colour_limit
     return Scales(
@@ -100,7 +104,8 @@ def scales_of(motion: Motion, exaggerate: float | None = None) -> Scales:
 
 def whole_eye(scales: Scales) -> Eye:
     """The eye that sees the whole chain, the profile above and the bars below."""
-    top, bottom = scales.profile_level + scales.height, scales.contact_level - scales.height
+    reach = (_WORDS + 0.18) * scales.height
+    top, bottom = scales.profile_level + reach, scales.contact_level - reach
     return Eye(
         "eyes/whole", (0.5 * (scales.low + scales.high), 0.5 * (top + bottom)), 1.03 * scales.length, 1.08 * (top - bottom)
     )
@@ -158,8 +163,8 @@ def _send_guides(recording: Any, motion: Motion, scales: Scales) -> None:
         ends = [[scales.low, 0.0, level], [scales.high, 0.0, level]]
         line = rr.LineStrips3D([ends], colors=[_REST_COLOUR], radii=rr.Radius.ui_points(0.7))
         recording.log(f"scene/zero_lines/{index}", line, static=True)
-        # The words stand at the right end, clear of the grains.
-        place = [scales.high - 0.12 * scales.length, 0.0, level + direction * 0.75 * scales.height]
+        # The words stand at the right end, beyond what the longest bar and the highest point of the curve reach.
+        place = [scales.high - 0.12 * scales.length, 0.0, level + direction * _WORDS * scales.height]
         words = rr.Points3D([place], labels=[text], show_labels=True, radii=0.0, colors=[_REST_COLOUR])
         recording.log(f"scene/words/{index}", words, static=True)
 

@@ -1,0 +1,63 @@
+"""Takes the pictures of viewing.md: ``python docs/viewer_pictures.py``; needs the packages of ``make system-packages``."""
+
+import io
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+import granular_env as ge
+from granular_env import viewing
+from granular_env.recording.reader import Log
+
+DOCS = Path(__file__).parent
+IMAGES = DOCS / "images"
+EXPERIMENT = "nesterenko-1983/3.4-piston"
+_COLOURS = 128
+
+sys.path.insert(0, str(DOCS.parent / "tests"))
+
+
+def small(picture: bytes, width: int) -> Image.Image:
+    """Return a PNG at this width, in few colours."""
+    drawn = Image.open(io.BytesIO(picture)).convert("RGB")
+    drawn = drawn.resize((width, round(drawn.height * width / drawn.width)), Image.Resampling.LANCZOS)
+    return drawn.quantize(_COLOURS, dither=Image.Dither.NONE)
+
+
+def take_viewer(log: Log, folder: Path) -> None:
+    """Take the desktop viewer, two thirds into the run."""
+    picture = viewing.screenshot(log, folder / "viewer.png", size=(1500, 900))
+    small(picture.read_bytes(), 1200).save(IMAGES / "viewer.png", optimize=True)
+
+
+def take_report(log: Log, folder: Path) -> None:
+    """Take the top of a report, light and dark, side by side."""
+    from browser import Browser
+
+    page = viewing.report(log, folder / "report", variables=["velocity", "contact_force"])
+    halves = []
+    with Browser() as browser:
+        for dark in (False, True):
+            browser.open(page, width=760, height=1060, dark=dark)
+            browser.picture(folder / "half.png", whole=False)
+            halves.append(Image.open(io.BytesIO((folder / "half.png").read_bytes())).convert("RGB"))
+    both = Image.new("RGB", (sum(half.width for half in halves), halves[0].height))
+    for place, half in enumerate(halves):
+        both.paste(half, (place * half.width, 0))
+    buffer = io.BytesIO()
+    both.save(buffer, "png")
+    small(buffer.getvalue(), 1200).save(IMAGES / "report.png", optimize=True)
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as name:
+        recorded = ["displacement", "velocity", "contact_force"]
+        result = ge.run(
+            EXPERIMENT, log=Path(name) / "piston.mcap", overrides=[f"record.variables={recorded}".replace("'", '"')]
+        )
+        assert result.log is not None
+        with ge.open_log(result.log) as opened:
+            take_viewer(opened, Path(name))
+            take_report(opened, Path(name))
