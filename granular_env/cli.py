@@ -141,7 +141,7 @@ def _spoken(message: str) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="granular-env",
-        description="Wave experiments in granular chains: run, record, replay, branch, see.",
+        description="Wave experiments in granular media: run, record, replay, branch, see.",
         epilog=f"Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston\n\n{textwrap.fill(_STATUSES, 78)}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
