@@ -39,6 +39,8 @@ _TOLD_BY_NAME = (
 
 # What each function outside of this package was compiled from.
 _made_from: weakref.WeakKeyDictionary[Any, Fingerprint] = weakref.WeakKeyDictionary()
+# Functions that were compiled before anybody asked what from.
+_compiled_elsewhere: weakref.WeakSet[Any] = weakref.WeakSet()
 
 
 class KernelCache:
@@ -96,10 +98,13 @@ class KernelCache:
         _refuse_stale(found)
         for function in found.functions:
             if function not in _made_from:
-                if function.overloads and function is not self._dispatcher:  # by somebody else, from values that nobody knows
-                    found = replace(found, key=None)
+                if function.overloads and function is not self._dispatcher:
+                    _compiled_elsewhere.add(function)
+                elif not isinstance(function._cache, KernelCache):  # numba's own cache looks at its own file alone
+                    function._cache = KernelCache(function)
                 _made_from[function] = fingerprint(function)
-        return found
+        elsewhere = any(function in _compiled_elsewhere for function in found.functions)
+        return replace(found, key=None) if elsewhere else found
 
     def _path(self, signature: Any, codegen: Any) -> Path | None:
         made_from, folder = self._made_from, cache_folder()

@@ -61,8 +61,8 @@ def _tell_of(module: str) -> None:
     _said.add(name)
     folder = cache_folder()
     if folder is None or _is_first(folder, name):
-        kept = "it is not kept" if folder is None else f"kept in {folder}"
-        tell(f"compiling the kernels of {name} for this computer, once: about {seconds} s of one core ({kept})")
+        kept = "in every process, because they cannot be kept" if folder is None else f"once; kept in {folder}"
+        tell(f"compiling the kernels of {name} for this computer: about {seconds} s of one core, {kept}")
 
 
 def _is_first(folder: Path, name: str) -> bool:

@@ -67,6 +67,10 @@ LAYOUTS = {
     "package": ("from .helper import price", "price(x)", "p/task.py", "p/helper.py"),
     "subpackage": ("from ..helper import price", "price(x)", "q/tasks/task.py", "q/helper.py"),
     "other_package": ("from s.helper import price", "price(x)", "r/task.py", "s/helper.py"),
+    "numbas_own_cache": (
+        "import numba\nfrom cached_helper import K\n@numba.njit(cache=True)\ndef inner(x): return K * x", "inner(x)",
+        "cached_task.py", "cached_helper.py",
+    ),
     "through_another": (
         "from middle import price as K\n@jit\ndef outer(x): return K(x)", "outer(x)", "through.py", "far_helper.py",
     ),
@@ -224,6 +228,14 @@ def test_another_value_of_a_global_in_one_process_is_refused_by_name(
     assert look_up(jit(lambda x: WEIGHT * x), "float64(float64)") is not None
 
 
+def test_what_was_compiled_before_with_unknown_values_is_not_kept(tmp_path: Path) -> None:
+    """A function of numba's own that has run already may have frozen another value than its global has now."""
+    text = "import numba\nK = 3.0\n@numba.njit\ndef inner(x): return K * x\ninner(1.0)\nK = float(os.environ['K'])"
+    write(tmp_path, {"task.py": TASK.format(imports=text, expression="inner(x)")})
+    run("import task; task.judge(1.0); print(task.jit(lambda x: task.inner(x) + 1.0)(1.0))", tmp_path, environment={"K": "5"})
+    assert not list((tmp_path / "cache" / "kernels").glob("*.kernel"))
+
+
 # -- never in the way ---------------------------------------------------------------------------------------------------
 
 SMALL = "from granular_env.components.powers import power; print(power(2.0, 0.5))"
@@ -315,7 +327,7 @@ def test_the_cache_forgets_what_was_not_used_for_longest(tmp_path: Path, monkeyp
 def test_the_first_compilation_speaks_once_and_a_warm_cache_never(tmp_path: Path) -> None:
     loud = {"GRANULAR_ENV_QUIET": "0"}
     first = run(SMALL, tmp_path, environment=loud)
-    assert re.fullmatch(r"granular-env: compiling .* once: about \d+ s .*kernels\)\n", first.stderr)
+    assert re.fullmatch(r"granular-env: compiling .* about \d+ s of one core, once; kept in .*kernels\n", first.stderr)
     assert str(tmp_path / "cache" / "kernels") in first.stderr
     assert first.stdout == "1.414213562373095\n"
     again = run(SMALL, tmp_path, environment=loud)
