@@ -39,6 +39,7 @@ class Chain(Component):
     """
 
     name = "chain"
+    version = 2
     Parameters = ChainParameters
     parameters: ChainParameters
 
