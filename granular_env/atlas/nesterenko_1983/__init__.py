@@ -6,6 +6,7 @@ from . import (
     figure_3,
     section_1,
     section_2,
+    section_2_equations,
     section_3,
     section_31,
     section_31_pressed,
@@ -46,6 +47,7 @@ PAPER = Paper(
     },
     entries=(
         section_1.ENTRY,
+        section_2_equations.ENTRY,
         section_2.ENTRY,
         section_3.ENTRY,
         section_31.ENTRY,
