@@ -1,7 +1,7 @@
 """Verdicts: how a paper's number and a computed one compare. Nobody writes a verdict down; they come from the numbers.
 
-A tolerance is one that the paper states, or the rounding of what it prints. Where it states none, the reader of it has to choose
-one; then a number within it holds in part, never more.
+A tolerance is one that the paper states, or the rounding of what it prints. Where it states none, its reader has to choose one;
+then a number within it holds in part, never more.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Value:
     @property
     def below_resolution(self) -> bool:
         """Whether ours is nothing but rounding error."""
-        return not isinstance(self.computed, str) and abs(self.computed) < self.resolution
+        return not isinstance(self.computed, str) and bool(abs(self.computed) < self.resolution)
 
     @property
     def allowed(self) -> float:

@@ -130,5 +130,7 @@ def _curve(curve: Curve) -> dict[str, Any]:
 
 
 def _number(value: float) -> float | None:
-    """JSON has no NaN; nine digits are more than a drawing or a comparison needs."""
+    """JSON has no NaN; nine digits are more than a drawing or a comparison needs. What is counted stays whole."""
+    if isinstance(value, int):
+        return value
     return float(f"{value:.9g}") if math.isfinite(value) else None

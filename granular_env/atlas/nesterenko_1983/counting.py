@@ -1,7 +1,7 @@
 """The waves of the paper, counted by one rule for all its sections.
 
-The paper counts waves in its figures and gives no rule. A small maximum is a wave or is none as one likes, so everything is counted
-twice: with a height that such a figure shows well, and with one that it hardly shows.
+The paper counts waves in its figures and gives no rule. A small maximum is a wave or is none as one likes, so everything is
+counted twice: with a height that such a figure shows well, and with one that it hardly shows.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def heights(found: list[Wave], scale: float, digits: int = 4) -> str:
 
 
 def before_return(history: History, place: int) -> History:
-    """Return the part of a history in which nothing has come back to a grain from the right end: its way is that much longer."""
+    """Return the part of a history in which nothing has come back to a grain from the right end: its way is so much longer."""
     arrived = float(measurement.arrivals(history, FAINT * float(history.velocity[:, place].max()))[place])
     last = history.frame(min(arrived * 0.95 * (2 * history.grains - place) / place, float(history.time[-1])))
     own = slice(0, last + 1)

@@ -23,7 +23,7 @@ SEEDS = 100
 LOGGED = 20
 # Draws of the item that compares two means, for each of the others.
 MANY = 4
-# Steps of the integrator [s]: at half of them velocities differ by less than 1e-4 v0, and statistics by nothing that is printed.
+# Steps of the integrator [s]: at twice that velocities differ by less than 1e-4 v0, and statistics by nothing that is printed.
 _STEP = 1e-7
 # For frames that are written [s].
 _WRITTEN = 1e-4
@@ -66,7 +66,7 @@ def histories(
 
 
 def sampling(smallest: float) -> float:
-    """Return the time between two frames that are measured [s]: some tenth of the grains' unit of time, which goes as the radius."""
+    """Return the time between two frames that are measured [s], a tenth of the unit of time, which goes as the radius."""
     return 2e-7 if (smallest + 0.5) * 1e-3 < 0.5 * RADIUS else 5e-7
 
 
@@ -112,8 +112,13 @@ def last_velocities(chain: History) -> tuple[float, float]:
 
 def energy_while(chain: History, first: int, last: int) -> measurement.EnergyRatio:
     """Ek/Ep while the front goes from one grain to another, by our count."""
-    seen = measurement.arrivals(chain, FRONT)
-    return measurement.energy_ratio(chain, float(seen[first]), float(seen[last]))
+    return measurement.energy_ratio(chain, arrival(chain, first), arrival(chain, last))
+
+
+def arrival(chain: History, index: int) -> float:
+    """Return when a grain first moves as fast as a front does [s], to a frame; infinite where it never does."""
+    passed = chain.velocity[:, index] > FRONT
+    return float(chain.time[np.argmax(passed)]) if passed.any() else np.inf
 
 
 def strip(band: Band, row: float, named: bool) -> list[Curve]:

@@ -51,8 +51,8 @@ def _agreement(time: np.ndarray, strain: np.ndarray, continuum: np.ndarray, heig
             ),
             Value("largest difference, beyond", None, float(gap[~near].max()), "%", digits=2),
         ],
-        remark="Of the crest’s strain. Beyond, (2.7) is periodic, which the wave is not; the figure given is against one of its "
-        "humps.",
+        remark="Of the crest’s strain. Beyond, (2.7) is periodic, which the wave is not; the figure given is against one of "
+        "its humps.",
         reason=f"The paper’s “satisfactory” has no number; here and in section 2 it is read as {SATISFACTORY:g} %.",
     )  # fmt: skip
 

@@ -71,8 +71,9 @@ def _limits(context: Context) -> Item:
             Value("T / collision time", "much less than 1", 1.0 / time, at_most=True, loose=_SMALL, digits=4),
         ],
         remark="In 3.1 with two moving grains. Every run reports these three figures.",
-        reason=f"The paper does not say how much “much less” is; a tenth is our reading. At 5 m/s the contact pressure is {pressure:.2g} times that of first yield, which is reached at "
-        f"{yielding:.2g} m/s: real steel grains would deform plastically. The equations are integrated as the paper did it.",
+        reason="The paper does not say how much “much less” is; a tenth is our reading. At 5 m/s the contact pressure is "
+        f"{pressure:.2g} times that of first yield, which is reached at {yielding:.2g} m/s: real steel grains would deform "
+        "plastically. The equations are integrated as the paper did it.",
     )  # fmt: skip
 
 
@@ -94,4 +95,6 @@ ENTRY = Entry(
     "Neighbouring grains repel with F = k δ^(3/2), δ being the approach of their centres, and never attract (Hertz’s static "
     "law). The paper names three conditions under which the static law describes a collision.",
     compute,
+    weight=0.2,
+    runs=2,
 )

@@ -121,8 +121,8 @@ def _misprints() -> Item:
         ],
         reason=f"Misprints. Put into (2.4), (2.7) leaves {left['2/5']:.2g} times the largest term with the printed power and "
         f"{left[best]:.0e} with {best}; the paper’s own 1.56 and L = 5a need {best} and √10. Its length does not depend on V: "
-        f"with the printed factor (V/c)^(−5/2) in x, {stretched['-5/2']:.2g} of the largest term is left. W is highest at y1 and "
-        "lowest at y2, which is the state behind a shock. Also misprinted: dx/dt in (1.2), (V²/c²) ξx in (2.5).",
+        f"with the printed factor (V/c)^(−5/2) in x, {stretched['-5/2']:.2g} of the largest term is left. W is highest at "
+        "y1 and lowest at y2, which is the state behind a shock. Also misprinted: dx/dt in (1.2), (V²/c²) ξx in (2.5).",
     )  # fmt: skip
 
 

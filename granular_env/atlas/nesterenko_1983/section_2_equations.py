@@ -33,7 +33,7 @@ def compute(context: Context) -> Findings:
 
 
 def _coefficients() -> Item:
-    """Compute alpha and beta of (2.2) as derivatives of (2.1): of the linear and of the quadratic part of a small displacement."""
+    """Compute alpha and beta of (2.2) as derivatives of (2.1), of its linear and of its quadratic part."""
     size = 1e-3
     up, down = (theory.lattice_acceleration(sign * np.array([0.0, 0.0, size]), 1.0, 1.0)[0] for sign in (1.0, -1.0))
     # alpha u - beta u^2 for a displacement u of the right neighbour alone, with cubic terms that the sums leave out.
@@ -139,7 +139,7 @@ def _orders(errors: dict[str, np.ndarray]) -> list[Item]:
     return [
         Item(
             name, "section 2, (2.1) to (2.4)",
-            [Value("its order", order, _order(errors[which]), digits=2, paper=float(order), tolerance=0.05, source=_WHOLE)],
+            [Value("its order", order, _order(errors[which]), paper=float(order), tolerance=0.05, source=_WHOLE, digits=2)],
             remark=remark,
         )
         for which, (name, order, remark) in said.items()

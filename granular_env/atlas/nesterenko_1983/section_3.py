@@ -40,7 +40,7 @@ def _gaps(context: Context) -> Item:
     last = float(measurement.history(log).velocity[-1, -1]) / SPEED
     return Item(
         "Grains with gaps hand one velocity on: v_N/v0", "section 3",
-        [Value("|v_N/v0 − 1|", "at most 0.01", 100.0 * abs(last - 1.0), "%", paper=0.01, at_most=True, digits=1, resolution=1e-6)],
+        [Value("|v_N/v0 − 1|", "at most 0.01", 100.0 * abs(last - 1.0), "%", paper=0.01, at_most=True, resolution=1e-6)],
         remark=f"Exactly 1. {_KEPT}",
     )  # fmt: skip
 
@@ -91,8 +91,8 @@ def _profile(context: Context, speed: float, softness: float = 1.0) -> np.ndarra
     stiffness = context.constants["A"] * MASS / softness
     tick = 0.1 * theory.time_scale(MASS, stiffness, speed) / context.refinement
     document = chain_document(
-        context, f"nesterenko-1983/3.4-at-{speed:g}-{softness:.4g}", grains=length(context, 100), duration=1.0, velocity={0: speed},
-        left="piston", step_size=tick, overlap_limit=_NO_LIMIT, velocity_scale=2.0 * speed,
+        context, f"nesterenko-1983/3.4-at-{speed:g}-{softness:.4g}", grains=length(context, 100), duration=1.0,
+        velocity={0: speed}, left="piston", step_size=tick, overlap_limit=_NO_LIMIT, velocity_scale=2.0 * speed,
         contact_stiffness=stiffness,
     ) | {"duration": round(10 * _TAU) * context.refinement * tick, "input": {"left_velocity": speed}}  # fmt: skip
     document["record"]["every"] = 10 * context.refinement * tick
@@ -123,9 +123,9 @@ def _fast_piston(profiles: dict[str, np.ndarray]) -> Item:
     return Item(
         "Equal profiles for v0/V = 0.95 and 5e-3", "section 3.4",
         [Value("largest |Δw|", "none", worst, paper=ERROR, at_most=True, resolution=_NOISE)],
-        remark=f"At τ = {_TAU:g}, within the paper’s own error; V is the speed of the front. The piston goes at {SPEED:g} m/s, and "
-        "the contacts are as soft as it takes. At 0.95 centres come nearer than a radius: it is a property of the equations. "
-        f"{_KEPT}",
+        remark=f"At τ = {_TAU:g}, within the paper’s own error; V is the speed of the front. The piston goes at {SPEED:g} m/s, "
+        "and the contacts are as soft as it takes. At 0.95 centres come nearer than a radius: it is a property of the "
+        f"equations. {_KEPT}",
     )  # fmt: skip
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from granular_env import measurement
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
@@ -20,7 +19,7 @@ _WEAK, _STRONG = 0.01, 1.0
 def compute(context: Context) -> Findings:
     """Two moving grains without precompression, with a weak one, and with one as strong as the wave."""
     free = case(context, "3.1-two-grains")
-    crest = float(np.nanmax(free.overlap[:, grain(context, 60)]))
+    crest = measurement.overlap_of(free, waves(free, grain(context, 60))[0]).height
     chains = {part: _pressed(context, part * crest) for part in (_WEAK, _STRONG)}
     return Findings([_weak(context, free, chains[_WEAK]), _strong(context, chains[_STRONG])], [_figure(context, free, chains)])
 
@@ -55,7 +54,8 @@ def _strong(context: Context, pressed: History) -> Item:
         [
             Value("two waves and rest behind them", "no longer", "no longer" if changed else "still"),
             *counts("waves", None, own, place),
-            Value("the first, v_m/v0", None, heights(waves(own, place)[:6], SPEED, 3)), Value("lowest v/v0", None, lowest, digits=3),
+            Value("the first, v_m/v0", None, heights(waves(own, place)[:6], SPEED, 3)),
+            Value("lowest v/v0", None, lowest, digits=3),
         ],
         remark="ξ0 = ξm, at grain 60, before anything comes back from the end: an oscillating train follows, and grains move "
         "backwards.",

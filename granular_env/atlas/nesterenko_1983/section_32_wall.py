@@ -40,8 +40,9 @@ def _count(context: Context, strikers: dict[int, History]) -> Item:
         "Number of waves of a heavy striker", "section 3.2 A", values,
         remark="At grain 60 of a chain so long that nothing comes back. “A piston of 5 t” is read as one of five grain masses, "
         f"5m. {RULE}",
-        reason="Behind the sixth wave come lower and lower ones without an end; how many are counted hangs on the least height. "
-        "The paper’s six are those of 5m above 5 %, which neither 4m nor 6m gives; above 2 % none of the three gives six.",
+        reason="Behind the sixth wave come lower and lower ones without an end; how many are counted hangs on the least "
+        "height. The paper’s six are those of 5m above 5 %, which neither 4m nor 6m gives; above 2 % none of the three "
+        "gives six.",
     )  # fmt: skip
 
 
@@ -71,8 +72,8 @@ def _figure(context: Context, wall: History, free: History) -> Figure:
     ]
     return Figure(
         "figure-wall", "Grain 60, struck by five grain masses",
-        f"{len(waves(free, grain(context, 60), CLEAR))} waves above 5 % of the tallest, which is in front. With a rigid wall after "
-        "grain 80 the first ones come back before the last have passed.",
+        f"{len(waves(free, grain(context, 60), CLEAR))} waves above 5 % of the tallest, which is in front. With a rigid wall "
+        "after grain 80 the first ones come back before the last have passed.",
         Axis(TIME), Axis("v / v0"), curves,
     )  # fmt: skip
 

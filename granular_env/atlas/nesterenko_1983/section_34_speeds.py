@@ -142,9 +142,9 @@ def _pressure(context: Context, chain: History) -> Item:
             ),
         ],
         remark="The front at grain 50, p the contact force. A stationary shock has at most 1.95.",
-        reason="The paper does not say where and when it takes pc, and near the piston the pressure still swings: at the instant of "
-        f"the first maximum the ratio is {min(swing):.4g} to {max(swing):.4g} with the first three contacts, and the printed 2.24 lies "
-        "between.",
+        reason="The paper does not say where and when it takes pc, and near the piston the pressure still swings: at the "
+        f"instant of the first maximum the ratio is {min(swing):.4g} to {max(swing):.4g} with the first three contacts, and "
+        "the printed 2.24 lies between.",
     )  # fmt: skip
 
 

@@ -78,10 +78,10 @@ def _disorder(small: Band, large: Band) -> Item:
             Value("mean v100/v0, R0 = 0.5", None, f"{small.mean:.3f} ± {small.error_of_mean:.3f}"),
             Value("mean v100/v0, R0 = 2", None, f"{large.mean:.3f} ± {large.error_of_mean:.3f}"),
         ],
-        remark=f"Mean ± standard error over {small.count} draws, seeds 1 to {small.count}; the means are {abs(distance):.1f} standard "
-        "errors apart.",
-        reason=f"It rests on one draw of each. Of a pair of single draws {100.0 * float(pairs.mean()):.0f} % come out the paper’s way "
-        "round; the means do not.",
+        remark=f"Mean ± standard error over {small.count} draws, seeds 1 to {small.count}; the means are {abs(distance):.1f} "
+        "standard errors apart.",
+        reason=f"It rests on one draw of each. Of a pair of single draws {100.0 * float(pairs.mean()):.0f} % come out the "
+        "paper’s way round; the means do not.",
     )  # fmt: skip
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from granular_env import measurement
 from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark
@@ -17,7 +16,7 @@ from granular_env.measurement import History
 from .cases import SPEED, grain, length
 from .counting import CLEAR
 from .drawn import MICRO, TIME
-from .draws import FRONT, OUTSIDE, envelope, histories, strip
+from .draws import FRONT, OUTSIDE, arrival, envelope, histories, strip
 
 _LOOK = 3.8e-4
 _GRAINS = 200
@@ -51,9 +50,9 @@ def _draw(context: Context, chain: History) -> _Draw:
 
 def _extremes(context: Context, chain: History) -> dict[str, float]:
     """Of one draw, until the front has reached grain 170, where the paper's was at its largest velocity."""
-    seen = measurement.arrivals(chain, FRONT)
-    place, late = grain(context, 25), seen[min(grain(context, 170), length(context, _GRAINS) - 1)]
-    own = chain.velocity[: chain.frame(min(late, chain.time[-1])) + 1 if np.isfinite(late) else len(chain.time)]
+    place = grain(context, 25)
+    late = arrival(chain, min(grain(context, 170), length(context, _GRAINS) - 1))
+    own = chain.velocity[: chain.frame(min(late, float(chain.time[-1]))) + 1]
     near = chain.velocity[chain.frame(_LOOK), 1:11] / SPEED
     # The piston does not count, nor the last grain, which a free end lets go.
     inner = own[:, 1:-1]
@@ -105,9 +104,9 @@ def _largest(bands: dict[str, Band]) -> Item:
         ],
         remark="Until the front is at grain 170. The paper says that the largest was that of its grain 25, whose radius, "
         f"0.782465 mm, every draw has. Mean ± sd [5 %, 95 %] over {whole.count} draws.",
-        reason=f"Of all grains, five times a microsecond, the largest velocity is more than that in {whole.count - below} of "
-        f"{whole.count} draws; the least one is {whole.low:.1f} m/s. The paper does not say how many grains and times it looked "
-        "at; for grain 25 alone its number is an ordinary draw.",
+        reason="Of all grains, five times a microsecond, the largest velocity is more than that in "
+        f"{whole.count - below} of {whole.count} draws; the least one is {whole.low:.1f} m/s. The paper does not say how many "
+        "grains and times it looked at; for grain 25 alone its number is an ordinary draw.",
     )  # fmt: skip
 
 
@@ -156,7 +155,8 @@ def _sentences(bands: dict[str, Band]) -> list[Item]:
                 Value("it falls from a grain to the next", "may be", _may_be(falling.mean)),
                 Value("for so many grains", None, falling.mean, "%", band=falling),
             ],
-            remark=f"Of the grains that the front has passed at 3.8e-4 s{every}. Among equal grains it grows from each to the next.",
+            remark=f"Of the grains that the front has passed at 3.8e-4 s{every}. Among equal grains it grows from each "
+            "to the next.",
         ),
         Item(
             "The first maximum may be below v0, and much above it", "section 3.5 A, 2",
