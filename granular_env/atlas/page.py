@@ -163,7 +163,10 @@ def _rows(item: Item) -> str:
 
 def _cells(value: Value) -> str:
     words = ((HEAD[1], value.label), (HEAD[2], _printed(value)), (HEAD[3], _computed(value)), (HEAD[4], _tolerance(value)))
-    return "".join(f'<td class="cell {name.lower()}" data-label="{name}">{escape(_kept(word))}</td>' for name, word in words)
+    alone = " alone" if value.printed is None else ""
+    return "".join(
+        f'<td class="cell {name.lower()}{alone}" data-label="{name}">{escape(_kept(word))}</td>' for name, word in words
+    )
 
 
 def _kept(words: str) -> str:
@@ -197,7 +200,8 @@ def _tolerance(value: Value) -> str:
     if value.at_most and value.loose is None:
         return "not more"
     unit = f" {value.unit}" if value.unit else ""
-    words = "by rounding" if value.rounding else "exact" if isinstance(value.computed, int) else ""
+    counted = isinstance(value.computed, int) and not value.at_most
+    words = "by rounding" if value.rounding else "exact" if counted else ""
     if value.relative is not None:
         words = f"± {100.0 * value.relative:g} %: {value.source}"
     elif value.tolerance is not None:

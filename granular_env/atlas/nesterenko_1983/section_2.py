@@ -14,7 +14,7 @@ from granular_env.components.chain import theory
 from .cases import SATISFACTORY
 
 _SMALL = 1e-12
-_IDENTITY = "an identity; ours is computed in floating point"
+_IDENTITY = "an identity"
 # Compressions r = xi_m/xi_0 at which the chain itself is compared, from weak to strong.
 _RATIOS = (1.1, 1.563, 7.93, 30.0, 185.8)
 

@@ -108,7 +108,10 @@ def _distance(context: Context, chain: History) -> Item:
         "The distance between the two waves grows", "section 3.1",
         [
             Value("over these times", "grows continually", "grows continually" if growing else "does not"),
-            *(Value(f"at {time * MICRO:.0f} µs", None, distance, "a", digits=4) for time, distance in zip(times, apart, strict=True)),
+            *(
+                Value(f"at {time * MICRO:.0f} µs", None, distance, "a", digits=4)
+                for time, distance in zip(times, apart, strict=True)
+            ),
         ],
         remark="Their crests, in diameters. Their speeds differ as the fifth root of their heights.",
     )  # fmt: skip
