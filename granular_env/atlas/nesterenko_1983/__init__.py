@@ -37,9 +37,9 @@ PAPER = Paper(
         "the paper anew and sets ours beside what was printed.",
         "Nothing here is written by hand but the paper’s own numbers and the tolerances. A number is reproduced where ours "
         "rounds to what is printed, or lies within an error that the paper states. Where it has only a word, such as "
-        "“satisfactory”, we read it as the number that stands beside it, and what keeps to that holds in part. A bound that "
-        "any correct program keeps is called kept, not reproduced. Where a number does not come out, the page says so, with both "
-        "numbers and the reason.",
+        "“satisfactory”, we read it as the number that stands beside it, and what keeps to that holds in part. A bound "
+        "that any correct program keeps is called kept, not reproduced. Where a number does not come out, the page says so, "
+        "with both numbers and the reason.",
         f"{RULE} Ours are printed with the digits that stay at half the step and half the time between two samples.",
     ),
     constants={
