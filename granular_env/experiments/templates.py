@@ -9,12 +9,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, get_args
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Component
 from granular_env.components.errors import ExperimentError
+from granular_env.toml_text import toml_value
 from granular_env.writing import write_files
 
 from .csv_input import LARGEST_FILE
@@ -168,23 +168,6 @@ def default_of(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     return "automatic" if field.default is None else toml_value(field.default)
-
-
-def toml_value(value: Any) -> str:
-    """A value as TOML writes it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    if isinstance(value, BaseModel):
-        value = value.model_dump()
-        # What has nothing but a name may be given as that name.
-        return toml_value(value["name"] if value.keys() == {"name"} else value)
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {toml_value(part)}" for key, part in value.items()) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(toml_value, value)) + "]"
-    return repr(value)
 
 
 def example_of(name: str, parameters: dict[str, Any]) -> Component:

@@ -11,7 +11,7 @@ from typing import Any
 from granular_env.components.errors import ExperimentError, nearest
 from granular_env.experiments.faults import overridden, shortened
 from granular_env.experiments.load import parse_override, read_document
-from granular_env.experiments.templates import toml_value
+from granular_env.toml_text import toml_value
 
 from .methods import METHODS
 from .schema import DriveTable, Study, parse
