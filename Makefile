@@ -83,5 +83,6 @@ system-packages: ## what headless screenshots and the browser test need (Debian,
 	touch $@
 
 .venv/.view .venv/.test .venv/.extras .venv/.dev .venv/.docs: .venv/.%: .venv/.made pyproject.toml constraints.txt
+	@echo "installing the packages of '$*' into .venv: up to two minutes, without output (.venv grows to 1.3 GB)"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$*]'
 	touch $@

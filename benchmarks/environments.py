@@ -14,7 +14,7 @@ from granular_env.components.jit import jit
 from .figures import Figure
 from .timing import interleaved, microseconds, ratio
 
-NAME, COUNT, GRAINS = "granular_env/Force-v0", 256, 64
+NAME, COUNT, GRAINS = "granular_env/Protection-v1", 256, 64
 _NO_DRIVE = np.zeros((0, 2))
 
 

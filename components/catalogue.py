@@ -7,22 +7,35 @@ from __future__ import annotations
 
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .contract import Component
 from .errors import ParameterError, nearest
+
+if TYPE_CHECKING:
+    from .contract import Component
 
 ENTRY_POINT_GROUP = "granular_env.components"
 
+# Name -> where the class is, and the first sentence of its docstring, for lists that import nothing.
 _OWN = {
-    "chain": ".chain.component:Chain",
-    "oscillator": ".oscillator:Oscillator",
+    "chain": (
+        ".chain.component:Chain",
+        "A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.",
+    ),
+    "oscillator": (".oscillator:Oscillator", "A mass on a spring, pushed by a force."),
 }
 
 
 def names() -> list[str]:
     """All known component names, ours first."""
     return [*_OWN, *(point.name for point in _foreign() if point.name not in _OWN)]
+
+
+def summary(name: str) -> str:
+    """Return what a component is, in a sentence; a third party's is imported for it."""
+    if name in _OWN:
+        return _OWN[name][1]
+    return " ".join((component_class(name).__doc__ or "").split()).partition(". ")[0].rstrip(".") + "."
 
 
 def component_class(name: str) -> type[Component]:
@@ -32,7 +45,7 @@ def component_class(name: str) -> type[Component]:
         ParameterError: no such component, or a third party's cannot be loaded.
     """
     if isinstance(name, str) and name in _OWN:
-        module, _, attribute = _OWN[name].partition(":")
+        module, _, attribute = _OWN[name][0].partition(":")
         return getattr(import_module(module, __package__), attribute)
     for point in _foreign():
         if point.name == name:
@@ -54,6 +67,8 @@ def _loaded(point: EntryPoint) -> type[Component]:
         loaded = point.load()
     except Exception as error:
         raise ParameterError(f"component type {point.name!r}: loading {point.value} failed: {error}") from error
+    from .contract import Component
+
     if not (isinstance(loaded, type) and issubclass(loaded, Component)):
         raise ParameterError(f"component type {point.name!r}: {point.value} is no subclass of Component")
     return loaded

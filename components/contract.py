@@ -19,7 +19,7 @@ import dataclasses
 import hashlib
 import math
 import sys
-from abc import ABC, abstractmethod
+from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter
 from typing import Any, ClassVar, Literal, Protocol, TypeVar
@@ -31,8 +31,9 @@ from .errors import FmuError, GranularError, GranularWarning, LogError, Paramete
 from .memory import refuse_beyond
 from .packing import canonical_json
 from .profiles import CompiledProfile, Profile, finite_number
+from .roots import round_down_to_125
 from .state import Block, FloatArray, Held, Snapshot
-from .validation import filled, plain, validated
+from .validation import Fixed, filled, plain, validated
 
 __all__ = [
     "Block",
@@ -73,6 +74,8 @@ class Variable:
     maximum: float = math.inf
     state: bool = False
     """Whether it is part of the state: it can be given to `reset`, and logs hash it."""
+    axes: tuple[str, ...] = ()
+    """What each index of its shape counts, such as ("grain",): variables with the same axis share it in a data set."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -120,10 +123,10 @@ class Particles:
     colour: str
 
 
-class Parameters(BaseModel):
+class Parameters(Fixed):
     """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
+    model_config = ConfigDict(validate_default=True)
 
     @model_validator(mode="before")
     @classmethod
@@ -153,8 +156,21 @@ class Observer(Protocol):
         """After a step that failed or was interrupted: the component is back where that step began."""
 
 
-class Component(ABC):
-    """A physical system that can be reset, stepped, read, saved and restored."""
+class _Fixed(ABCMeta):
+    """Closes a component to assignments once its whole `__init__`, that of subclasses too, has run."""
+
+    def __call__(cls, *positional: Any, **named: Any) -> Any:
+        made = super().__call__(*positional, **named)
+        made._closed = True
+        return made
+
+
+class Component(metaclass=_Fixed):
+    """A physical system that can be reset, stepped, read, saved and restored.
+
+    Once it is made, its attributes cannot be set, but for private ones (`_name`) of a subclass: parameters are fixed, inputs
+    are given to `step`, start values to `reset`.
+    """
 
     name: ClassVar[str]
     """Catalogue name."""
@@ -163,6 +179,11 @@ class Component(ABC):
     Parameters: ClassVar[type[Parameters]]
     platform_bound: ClassVar[bool] = False
     """True where the same run may give other bits on another CPU."""
+
+    _closed: bool = False
+    _tick: int
+    # Replaced, never changed in place: snapshots share it.
+    _held: Mapping[str, Held]
 
     # Set by `_build`.
     step_size: float
@@ -199,11 +220,27 @@ class Component(ABC):
         self._backup = self._block.memory.copy()
         # Assigning between byte views is the quickest copy there is from Python.
         self._memory_bytes, self._backup_bytes = self._block.memory.data.cast("B"), self._backup.data.cast("B")
-        # Replaced, never changed in place: snapshots share it.
-        self._held: Mapping[str, Held] = {}
+        self._held = {}
         # Whether any of them is a profile.
         self._profiled = False
         self._tick = 0
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if self._closed and not name.startswith("_"):
+            raise ParameterError(f"{name}: {self._assignment_advice(name)}")
+        object.__setattr__(self, name, value)
+
+    def _assignment_advice(self, name: str) -> str:
+        """What to do instead of setting an attribute."""
+        variable = self.variables.get(name)
+        if name == "parameters" or (variable is not None and variable.causality == "parameter"):
+            return f"the parameters of a {self.name} are fixed once it is made; make a new one with the other value"
+        if variable is None:
+            advice = "" if hasattr(self, name) else f"; {nearest(name, self.variables)}"
+            return f"a {self.name}'s attributes cannot be set once it is made{advice}"
+        if variable.causality == "input":
+            return f"an input is given to a step: step(duration, {name}=...)"
+        return f"a start value is given to reset: reset({name}=...)" if variable.state else "an output can only be read"
 
     # -- what a component has to provide ----------------------------------------------------------------------------
 
@@ -326,7 +363,8 @@ class Component(ABC):
                 inputs, numbers = self._compiled(inputs), False
                 break
             if numbers:
-                self._held = inputs if len(inputs) == len(bounds) else {**held, **inputs}
+                # Past `__setattr__`, which would cost a third of a short step.
+                self.__dict__["_held"] = inputs if len(inputs) == len(bounds) else {**held, **inputs}
             else:
                 self._hold({**held, **inputs})
         if self._observers or ticks > self._chunk_ticks:
@@ -338,7 +376,7 @@ class Component(ABC):
             status = self._advance(ticks)
             if status:
                 raise self._explain(status)
-            self._tick = before + ticks
+            self.__dict__["_tick"] = before + ticks
         except BaseException:  # Ctrl-C too
             self._undo(before, held)
             raise
@@ -373,6 +411,16 @@ class Component(ABC):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
+        self.refuse_foreign(snapshot)
+        if snapshot.inputs is not self._held:
+            self._hold(snapshot.inputs)
+        self._memory_bytes[:] = snapshot.data
+        self._tick = snapshot.tick
+        for observer in self._observers:
+            observer.began(self)
+
+    def refuse_foreign(self, snapshot: Snapshot) -> None:
+        """Raise what `restore` would raise for this snapshot, and change nothing."""
         if snapshot.__class__ is not Snapshot:
             raise ParameterError(f"snapshot: got {shortened(snapshot)}, expected what save() or Snapshot.from_bytes() gave")
         if snapshot.identity != self.identity:
@@ -386,11 +434,14 @@ class Component(ABC):
             )
         if snapshot.inputs is not self._held:
             self._check_inputs(snapshot)
-            self._hold(snapshot.inputs)
-        self._memory_bytes[:] = snapshot.data
-        self._tick = snapshot.tick
-        for observer in self._observers:
-            observer.began(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Support pickle and `copy.deepcopy`: the parameters and the state. Observers stay with the original."""
+        return _recreate, (type(self), self.parameters.model_dump(), self.save())
+
+    def __copy__(self) -> Component:
+        """Return an independent component: one that shares the state would step the original as well."""
+        return copy.deepcopy(self)
 
     def observe(self, observer: Observer) -> None:
         """Let an observer look on from now."""
@@ -418,9 +469,21 @@ class Component(ABC):
             choices = " or ".join(f"{count * self.step_size:.12g} s" for count in steps)
             raise ParameterError(
                 f"{name}: {duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
-                f"use {choices}, or another step_size"
+                f"use {choices}, or {self._fitting_step(duration)}"
             )
         return ticks
+
+    def _fitting_step(self, duration: float) -> str:
+        """Advice on a step_size of which a duration is a whole number: 1, 2 or 5 x 10^k where one of the next few is such."""
+        if "step_size" not in self.Parameters.model_fields:
+            return "another step"
+        step = min(self.step_size, duration)
+        for _ in range(6):
+            step = round_down_to_125(step)
+            if abs(duration / step - round(duration / step)) <= 1e-9 * (duration / step):
+                return f"give step_size = {step:g} (s)"
+            step *= 0.99
+        return "give another step_size"
 
     def _whole_ticks(self, duration: float | None) -> int:
         ticks = self.ticks_in(duration)  # type: ignore[arg-type]
@@ -444,7 +507,8 @@ class Component(ABC):
             else:
                 number = value
                 if type(value) is not float or not math.isfinite(value):
-                    number = finite_number(f"input {name!r}", value, "a number or a Profile")
+                    hint = "; sample a function with Profile.table(times, values)" if callable(value) else ""
+                    number = finite_number(f"input {name!r}", value, f"a number or a Profile{hint}")
                 variable = self._inputs[name]
                 if not variable.minimum <= number <= variable.maximum:
                     raise ParameterError(
@@ -521,6 +585,13 @@ class Component(ABC):
         yield from self._declare()
         for name, unit, description in _LEDGER_VARIABLES:
             yield Variable(name, "output", unit, (), description)
+
+
+def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
+    """Return a component of these parameters in this state."""
+    component = kind(**parameters)
+    component.restore(state)
+    return component
 
 
 _DTYPES = {bool: "bool", int: "int64", str: "str"}

@@ -1,17 +1,10 @@
-"""`jit`: numba with a cache that notices every edit.
-
-Numba's own cache looks only at the file of the function itself, so an edited law would keep its old physics in the kernels that
-call it. Here the cache folder's name is a hash of all component sources and of the versions that shape the machine code; for a
-function of another package, of all sources in its folder too.
-"""
+"""`jit`: numba without reassociation, and with a cache on disk that is right by construction (`kernel_cache`)."""
 
 from __future__ import annotations
 
 import hashlib
 import os
-import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,10 +14,14 @@ import numba
 import numpy as np
 from numba.core import cgutils, sigutils
 from numba.core import config as numba_config
+from numba.core.bytecode import FunctionIdentity
 from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
-_KEPT_FOLDERS = 32
+from . import notice
+from .fingerprint import is_of_package, tell_apart
+from .kernel_cache import KernelCache
+
 _settings: Any = numba_config
 # Whether anything is compiled at all.
 JIT = not _settings.DISABLE_JIT
@@ -44,21 +41,51 @@ def inlined(function: F) -> F:
 def _compiled(function: F, **options: Any) -> F:
     # Kernels raise nothing; and a division that may raise would end a loop early, and such a loop is no vector.
     compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
-    folder = cache_folder(_package_of(function))
-    if folder is not None and hasattr(compiled, "enable_caching"):
-        with _cache_in(folder), suppress(RuntimeError):  # numba found no folder it may write to
-            compiled.enable_caching()
+    if hasattr(compiled, "_cache"):
+        compiled._cache = KernelCache(compiled)
     return compiled
+
+
+class _UniqueNumbers:
+    """Numbers by which numba tells symbols of like functions apart.
+
+    Numba counts from 1 in each process; symbols of machine code that several processes have written could then be the same in
+    the process that loads them, and one function would run as the other.
+    """
+
+    def __next__(self) -> int:
+        return int.from_bytes(os.urandom(6), "big")
+
+
+if JIT:
+    identity: Any = FunctionIdentity
+    identity._unique_ids = _UniqueNumbers()
+    notice.listen()
+
+
+def refuse_stale(function: Callable[..., Any]) -> None:
+    """Compare what a jitted function refers to with what it was compiled from.
+
+    Raises:
+        ParameterError: a global, an enclosed variable or a called function has another value now; names it.
+    """
+    kept = getattr(function, "_cache", None)
+    if isinstance(kept, KernelCache) and not is_of_package(function):
+        kept.refuse_stale()
 
 
 def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., Any]:
     """The machine code of a jitted function for one signature, without numba's look-up of the arguments' types at each call.
 
     That look-up costs as much as a step of twenty grains. Whoever calls it promises the types.
+
+    Raises:
+        ParameterError: what the function refers to has changed since it was compiled.
     """
     if not hasattr(function, "compile"):  # the JIT is off
         return function
     compiled: Any = function
+    refuse_stale(compiled)
     compiled.compile(signature)
     return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point
 
@@ -72,6 +99,7 @@ def address(function: Callable[..., Any], signature: str) -> Any:
     if not hasattr(function, "compile"):
         return function
     compiled: Any = function
+    refuse_stale(compiled)
     compiled.compile(signature)
     result = compiled.overloads[sigutils.normalize_signature(signature)[0]]
     wanted = sigutils.normalize_signature(signature)[1]
@@ -108,19 +136,8 @@ def caller(signature: str) -> Any:
 
         return returned(numba.types.int64, arguments), generate
 
+    tell_apart(call, f"caller {signature}")
     return call
-
-
-@contextmanager
-def _cache_in(folder: Path) -> Iterator[None]:
-    """Numba asks its settings for the cache's place when a function's caching is switched on, and never again."""
-    settings: Any = numba_config
-    before = settings.CACHE_DIR
-    settings.CACHE_DIR = str(folder)
-    try:
-        yield
-    finally:
-        settings.CACHE_DIR = before
 
 
 @cache
@@ -132,35 +149,3 @@ def source_hash() -> str:
         state.update(str(path.relative_to(root)).encode())
         state.update(path.read_bytes())
     return state.hexdigest()[:16]
-
-
-def _package_of(function: Callable[..., Any]) -> Path | None:
-    """The folder of a function's package; None for the components themselves, and for a file that stands alone."""
-    folder = Path(function.__code__.co_filename).resolve().parent
-    inside = folder.is_relative_to(Path(__file__).resolve().parent)
-    return None if inside or not (folder / "__init__.py").exists() else folder
-
-
-@cache
-def cache_folder(package: Path | None = None) -> Path | None:
-    """Where compiled kernels are kept (``GRANULAR_ENV_CACHE`` or the user's cache); None if nothing can be written."""
-    given = os.environ.get("GRANULAR_ENV_CACHE")
-    base = Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "granular-env"
-    name = source_hash()
-    if package is not None:
-        sources = [path.read_bytes() for path in sorted(package.glob("*.py"))]
-        name = hashlib.sha256(b"\0".join([name.encode(), str(package).encode(), *sources])).hexdigest()[:16]
-    folder = base / name
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        os.utime(folder)
-        _forget_old(base)
-    except OSError:
-        return None
-    return folder
-
-
-def _forget_old(base: Path) -> None:
-    folders = sorted((path for path in base.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
-    for path in folders[:-_KEPT_FOLDERS]:
-        shutil.rmtree(path, ignore_errors=True)

@@ -58,17 +58,22 @@ def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> l
     return [*body, checksum.digest()]
 
 
-def unpack(data: bytes | memoryview) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Header and arrays (fresh, writable) of a block that `pack` wrote; `LogError` for anything else."""
+def unpack(data: bytes | memoryview, most_text: int | None = None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return header and arrays (fresh, writable) of a block that `pack` wrote; raise `LogError` for anything else.
+
+    Args:
+        data: the block.
+        most_text: limit on the bytes of its JSON header: parsed, JSON takes up to forty times its length.
+    """
     try:
-        return _unpack(memoryview(data).cast("B"))
+        return _unpack(memoryview(data).cast("B"), most_text)
     except LogError:
         raise
     except (ValueError, KeyError, TypeError, IndexError, struct.error, RecursionError, OverflowError) as error:
         raise LogError(f"a packed block is not readable: {error}") from error
 
 
-def _unpack(view: memoryview) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def _unpack(view: memoryview, most_text: int | None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     if len(view) < _HEAD.size + _DIGEST_SIZE:
         raise LogError(f"a packed block of {len(view)} bytes is too short to be one; it was cut off")
     magic, version, length = _HEAD.unpack_from(view)
@@ -81,6 +86,8 @@ def _unpack(view: memoryview) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         raise LogError("a packed block does not match its checksum; the data is damaged")
     if _HEAD.size + length > len(body):
         raise LogError("a packed block's header is longer than the block; the data is damaged")
+    if most_text is not None and length > most_text:
+        raise LogError(f"a packed block's header has {length} bytes of text, the limit is {most_text}")
     content = json.loads(bytes(body[_HEAD.size : _HEAD.size + length]))
     arrays: dict[str, np.ndarray] = {}
     offset = _HEAD.size + length

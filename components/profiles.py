@@ -9,6 +9,7 @@ integrated and not stair-cased. Before that it is compiled to the component's ti
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,6 +28,9 @@ HALF_SINE_ERROR = 1.8e-13
 _MAXIMUM_DEGREE = 31
 # Two times closer than this part of a tick are the same instant: the rounding of decimal fractions of a second.
 _SAME_TICK = 1e-6
+# Two times that differ by no more than this part of the latest one are one instant, computed in two ways.
+_SAME_INSTANT = 1e-13
+_LONGEST_DESCRIPTION = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +190,68 @@ class Profile:
         return Profile(instants, rows, f"table of {len(instants)} samples")
 
     @staticmethod
+    def from_csv(
+        path: str | os.PathLike[str],
+        *,
+        time_column: str | int = 0,
+        value_column: str | int = 1,
+        time_unit: str | None = None,
+        value_unit: str | None = None,
+        unit: str | None = None,
+        delimiter: str = ",",
+        decimal: str = ".",
+        skip: int = 0,
+        gaps: str = "refuse",
+        scale: float | None = None,
+        offset_time: float = 0.0,
+        after: float | str = 0.0,
+    ) -> Profile:
+        """Return a measured history from a CSV file: straight lines between its samples.
+
+            push = ge.Profile.from_csv("hammer.csv", time_unit="us", value_unit="kN", unit="N")
+
+        Samples before time 0 are not used, of which a warning tells; `offset_time` moves them.
+
+        Args:
+            path: the file; its header may name the units, such as ``time [us],force [kN]``.
+            time_column: a name from the header, or a number from 0.
+            value_column: likewise.
+            time_unit: s, ms, us or ns; None where the header says it.
+            value_unit: such as kN or mm/s, or V with a `scale`; None where the header says it.
+            unit: SI unit that the values shall have, such as N; None for that of the file's quantity.
+            delimiter: what separates the columns: a comma, a semicolon or a tab.
+            decimal: the decimal mark, a point or a comma.
+            skip: how many lines at the beginning are left out, such as the preamble of an oscilloscope.
+            gaps: "refuse" holes in the sampling, of over 10 median steps, or "bridge" them in a straight line.
+            scale: the values are multiplied by it: a number, or `unit` for each volt of a sensor.
+            offset_time: added to the times [s].
+            after: the value after the last sample, or "hold" for the last sample's.
+
+        Raises:
+            ParameterError: the file and the line, what stands there and what was expected.
+        """
+        from .csv_history import read_history
+
+        offset = finite_number("offset_time", offset_time)
+        times, values = read_history(
+            path,
+            time_column=time_column,
+            value_column=value_column,
+            time_unit=time_unit,
+            value_unit=value_unit,
+            unit=unit,
+            delimiter=delimiter,
+            decimal=decimal,
+            skip=skip,
+            gaps=gaps,
+            scale=None if scale is None else finite_number("scale", scale),
+        )
+        times = times + offset if offset else times
+        if times[-1] < 0.0:
+            raise ParameterError(f"offset_time: every sample lies before time 0 (the last at {times[-1]:g} s)")
+        return Profile.table(times, values, after)
+
+    @staticmethod
     def piecewise(starts: npt.ArrayLike, coefficients: npt.ArrayLike) -> Profile:
         """Polynomials by hand: see the attributes of this class."""
         if not isinstance(coefficients, (Sequence, np.ndarray)) or isinstance(coefficients, str):
@@ -198,13 +264,25 @@ class Profile:
 
     @staticmethod
     def total(profiles: Sequence[Profile]) -> Profile:
-        """The sum of profiles."""
+        """Return the sum of profiles: the union of their breakpoints, polynomials re-centred and added.
+
+        The work grows with the number of pieces that overlap in time. Breakpoints that differ by no more than the rounding of
+        their times are one.
+        """
+        profiles = list(profiles)
         if not profiles:
             raise ParameterError("profiles: got none, expected at least one to add up")
-        result = profiles[0]
-        for profile in profiles[1:]:
-            result = result + profile
-        return result
+        for place, profile in enumerate(profiles):
+            if not isinstance(profile, Profile):
+                raise ParameterError(f"profiles[{place}]: got {shortened(profile)}, expected a Profile")
+        if len(profiles) == 1:
+            return profiles[0]
+        firsts, lasts = _common_breakpoints(np.concatenate([profile.starts for profile in profiles]))
+        rows = np.zeros((len(firsts), max(profile.coefficients.shape[1] for profile in profiles)))
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused below
+            for profile in profiles:
+                profile._add_to(rows, firsts, lasts)
+        return Profile(firsts, rows, _sum_description(profiles))
 
     # -- use --------------------------------------------------------------------------------------------------------
 
@@ -214,17 +292,8 @@ class Profile:
         return 0.0 if piece < 0 else _horner(self.coefficients[piece], time - float(self.starts[piece]))
 
     def __add__(self, other: Profile) -> Profile:
-        """The sum of two profiles: the union of their breakpoints, polynomials re-centred and added."""
-        if not isinstance(other, Profile):
-            return NotImplemented
-        starts = np.union1d(self.starts, other.starts)
-        width = max(self.coefficients.shape[1], other.coefficients.shape[1])
-        rows = np.zeros((len(starts), width))
-        for row, start in zip(rows, starts, strict=True):
-            for profile in (self, other):
-                part = profile._centred_at(float(start))
-                row[: len(part)] += part
-        return Profile(starts, rows, f"{self.description} + {other.description}")
+        """The sum of two profiles, as `total`."""
+        return Profile.total([self, other]) if isinstance(other, Profile) else NotImplemented
 
     def __mul__(self, factor: float) -> Profile:
         """The profile times a number."""
@@ -232,11 +301,27 @@ class Profile:
 
     __rmul__ = __mul__
 
-    def _centred_at(self, time: float) -> FloatArray:
-        piece = int(np.searchsorted(self.starts, time, side="right")) - 1
-        if piece < 0:
-            return np.zeros(1)
-        return _shifted(self.coefficients[piece], time - float(self.starts[piece]))
+    def __repr__(self) -> str:
+        first, last, pieces = self.starts[0], self.starts[-1], len(self.starts)
+        return f"<Profile: {self.description}; {pieces} pieces, the first from {first:g} s, the last from {last:g} s>"
+
+    def _add_to(self, rows: FloatArray, firsts: FloatArray, lasts: FloatArray) -> None:
+        """Add this profile's polynomials, re-centred, to those of a sum.
+
+        Args:
+            rows: coefficients of the sum, shape (breakpoints, degree + 1), written.
+            firsts: the sum's breakpoints, shape (breakpoints,) [s].
+            lasts: the last of the breakpoints that each one stands for, same shape [s].
+        """
+        # Only where this profile is not zero: from its first piece on, and up to its last where that is zero.
+        begin = int(np.searchsorted(lasts, self.starts[0]))
+        silent = not self.coefficients[-1].any()
+        end = int(np.searchsorted(lasts, self.starts[-1])) if silent else len(lasts)
+        pieces = np.searchsorted(self.starts, lasts[begin:end], side="right") - 1
+        # A piece that begins at this breakpoint keeps its coefficients' bits.
+        offsets = np.maximum(firsts[begin:end] - self.starts[pieces], 0.0)
+        part = _shifted_rows(self.coefficients[pieces], offsets)
+        rows[begin:end, : part.shape[1]] += part
 
     @cached_property
     def _compiled(self) -> dict[float, CompiledProfile]:
@@ -270,6 +355,7 @@ class Profile:
                 f"{name}: every breakpoint falls on one tick of {step_size:g} s, so the signal would vanish; "
                 "give a smaller step_size"
             )
+        self._tell_what_is_unused(step_size, name)
         powers = _powers(step_size, self.coefficients.shape[1])
         rows = np.empty((int(keep.sum()), self.coefficients.shape[1]))
         with np.errstate(over="ignore", invalid="ignore"):  # coefficients that become infinite are refused below
@@ -285,6 +371,19 @@ class Profile:
                 f"pieces dropped; choose a step_size that divides these times to keep them",
             )
         return CompiledProfile(step_size, nearest[keep].astype(np.int64), rows)
+
+    def _tell_what_is_unused(self, step_size: float, name: str) -> None:
+        """Warn of a signal that begins before time 0, where no run can apply it."""
+        early = int(np.searchsorted(self.starts, -_SAME_TICK * step_size))
+        ends = np.append(self.starts[1:], np.inf)[:early]
+        # A constant that lasts until after time 0 loses nothing.
+        lost = self.coefficients[:early].any(axis=1) & ((ends <= 0.0) | self.coefficients[:early, 1:].any(axis=1))
+        if lost.any():
+            caution(
+                f"{name}: {early} of {len(self.starts)} breakpoints or samples lie before time 0 (the first at "
+                f"{self.starts[0]:.6g} s) and are not used: the signal begins with {self(0.0):.6g}; to run all of it, "
+                f"add {-self.starts[0]:.6g} s to its times (offset_time, start)"
+            )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain lists, for JSON."""
@@ -303,6 +402,31 @@ def _powers(base: float, count: int) -> FloatArray:
     for index in range(1, count):
         powers[index] = powers[index - 1] * base
     return powers
+
+
+def _common_breakpoints(times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the different times among some, in order: the first and the last of each group that rounding alone tells apart."""
+    times = np.unique(times)
+    new = np.append(True, np.diff(times) > _SAME_INSTANT * np.abs(times).max())
+    return times[new], times[np.append(new[1:], True)]
+
+
+def _sum_description(profiles: Sequence[Profile]) -> str:
+    text = " + ".join(profile.description for profile in profiles[:_LONGEST_DESCRIPTION])
+    return text if len(profiles) < 4 and len(text) <= _LONGEST_DESCRIPTION else f"sum of {len(profiles)} profiles"
+
+
+def _shifted_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Coefficients of p(s + offset) for each row, bit for bit as `_shifted`; rows without an offset keep their bits."""
+    shifted = coefficients.copy()
+    moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
+    if len(moved):
+        block, by = shifted[moved], offsets[moved]
+        for first in range(block.shape[1] - 1):
+            for index in range(block.shape[1] - 2, first - 1, -1):
+                block[:, index] += by * block[:, index + 1]
+        shifted[moved] = block
+    return shifted
 
 
 def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:

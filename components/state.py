@@ -72,9 +72,9 @@ class Snapshot:
         return pack(header, arrays)
 
     @classmethod
-    def from_bytes(cls, data: bytes) -> Self:
-        """The snapshot that `to_bytes` wrote; `LogError` for anything else."""
-        header, arrays = unpack(data)
+    def from_bytes(cls, data: bytes, most_text: int | None = None) -> Self:
+        """Return the snapshot that `to_bytes` wrote; `LogError` for anything else. `most_text` is that of `unpack`."""
+        header, arrays = unpack(data, most_text)
         try:
             if header["kind"] != "snapshot":
                 raise LogError(f"these bytes hold a {header['kind']!r}, expected a snapshot")

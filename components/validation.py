@@ -7,13 +7,26 @@ from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from .errors import ParameterError, nearest, shortened
 from .profiles import finite_number
 
 FloatArray = npt.NDArray[np.float64]
 Model = TypeVar("Model", bound=BaseModel)
+
+
+class Fixed(BaseModel):
+    """Values that are checked when they are given, and do not change: no unknown keys, finite numbers."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise ParameterError(
+                f"{name}: got {shortened(value)}, but {type(self).__name__} is fixed; make a new one with that value"
+            )
+        super().__setattr__(name, value)
 
 
 def validated(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:

@@ -1,18 +1,17 @@
 """Makes the logs of the gallery, in logs/gallery, and its pictures: ``python docs/gallery.py``."""
 
-import io
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import appearance
 import numpy as np
-from PIL import Image
 
 import granular_env as ge
 from granular_env.control.policies import Dashpot, OpenLoop, Policy, Sensors
 from granular_env.envs import AbsorptionEnv, ChainEnv, PulseFormingEnv, RecordEnv
 from granular_env.recording import open_log
-from granular_env.viewing import drawing, figures, footage
+from granular_env.viewing import drawing, footage
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT / "examples"))
@@ -100,8 +99,7 @@ def draw(name: str, titles: dict[str, str]) -> None:
         above.plot(curve.times * 1e6, curve.values, **drawing.line(0))
         above.set(title=title, xlabel="time [us]", ylabel=f"{curve.name.replace('_', ' ')} [{curve.unit}]")
         drawing.draw_space_time(figure, below, seen.motion, None)
-    picture = Image.open(io.BytesIO(figures.png(figure, 90))).convert("RGB")
-    picture.quantize(_COLOURS).save(IMAGES / f"gallery-{name}.png", optimize=True)
+    appearance.save(figure, IMAGES / f"gallery-{name}.png", 90, _COLOURS)
 
 
 def pictures() -> None:

@@ -1,15 +1,14 @@
 """Pictures of the contact laws, each from runs of the chain: two grains that meet, a wave, restitution against speed."""
 
-import io
 from pathlib import Path
 
+import appearance
 import numpy as np
-from PIL import Image
 
 import granular_env as ge
 from granular_env import measurement
 from granular_env.components.chain import theory
-from granular_env.viewing import drawing, figures
+from granular_env.viewing import drawing
 
 IMAGES = Path(__file__).parent / "images" / "laws"
 _COLOURS = 64
@@ -32,9 +31,9 @@ def pair(speed, **parameters):
 def collide(speed, **parameters):
     """Overlaps, forces and times of the contact of such a pair until it opens, and the coefficient of restitution."""
     chain, seen = pair(speed, **parameters), []
-    while chain.get("overlap")[0] >= 0.0:
+    while chain.get("overlap")[1] >= 0.0:
         chain.step(chain.step_size)
-        seen.append((chain.get("overlap")[0], chain.get("contact_force")[0], chain.time))
+        seen.append((chain.get("overlap")[1], chain.get("contact_force")[1], chain.time))
     before, after = chain.get("velocity")
     overlap, force, time = np.array(seen).T
     return np.maximum(overlap, 0.0), force, time, (after - before) / speed
@@ -61,9 +60,8 @@ def loops(axes, cases):
 
 
 def save(figure, name):
-    """A PNG in docs/images/laws, small by few colours."""
-    drawn = Image.open(io.BytesIO(figures.png(figure, 100))).convert("RGB")
-    drawn.quantize(_COLOURS).save(IMAGES / f"{name}.png", optimize=True)
+    """PNGs in docs/images/laws, small by few colours."""
+    appearance.save(figure, IMAGES / f"{name}.png", 100, _COLOURS)
 
 
 @drawing.styled

@@ -1,16 +1,17 @@
 """Draws the pictures of README.md and of these pages: ``python docs/pictures.py``."""
 
 import contextlib
-import os
 import re
 import tempfile
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
+import appearance
 import law_pictures
 import matplotlib
 import numpy as np
-from PIL import Image
+from matplotlib.figure import Figure
 
 import granular_env as ge
 from granular_env.components.chain import theory
@@ -31,7 +32,7 @@ def piston() -> None:
         result = ge.run("nesterenko-1983/3.4-piston", log=Path(folder) / "piston.mcap")
         motion = footage.from_log(ge.open_log(result.log)).motion
         picture = figures.headline(motion, "A piston at 5 m/s drives a shock front into 200 steel grains")
-        (IMAGES / "piston.png").write_bytes(figures.png(picture))
+        appearance.save(picture, IMAGES / "piston.png")
 
 
 @drawing.styled
@@ -55,7 +56,7 @@ def stationary_waves() -> None:
     right.set(xlabel="largest strain / strain at rest", ylabel="V / c0", title="Speed of the solitary wave")
     for axes in (left, right):
         axes.legend()
-    (IMAGES / "stationary-waves.png").write_bytes(figures.png(figure))
+    appearance.save(figure, IMAGES / "stationary-waves.png")
 
 
 @drawing.styled
@@ -76,7 +77,7 @@ def sweep() -> None:
     right.axhline(0.0, **drawing.line(0))
     right.semilogx(amplitudes, 1e6 * (speeds / wave - 1.0), "o", color=drawing.line(1)["color"])
     right.set(xlabel="amplitude v [m/s]", ylabel="difference [millionths of V]", title="From the lattice's wave")
-    (IMAGES / "sweep-speed.png").write_bytes(figures.png(figure))
+    appearance.save(figure, IMAGES / "sweep-speed.png")
 
 
 def _solitary_speed(amplitudes: np.ndarray) -> np.ndarray:
@@ -88,12 +89,17 @@ def tutorial() -> None:
     """The tutorial's pictures, by the very lines that stand on its page; with few colours, so that they are small files."""
     blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "tutorial.md").read_text(), re.MULTILINE | re.DOTALL)
     last = max(place for place, block in enumerate(blocks) if "savefig" in block)
-    names: dict[str, object] = {}
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), matplotlib.rc_context(_STYLE):
+    drawn: dict[str, Figure] = {}
+
+    def keep(figure: Figure, name: str, **_: object) -> None:
+        drawn[name] = figure
+
+    with matplotlib.rc_context(_STYLE), mock.patch.object(Figure, "savefig", keep):
+        names: dict[str, object] = {}
         for block in blocks[: last + 1]:
             exec(block, names)
-        for drawn in sorted(os.listdir()):
-            Image.open(drawn).convert("RGB").quantize(_COLOURS).save(IMAGES / f"tutorial-{drawn}", optimize=True)
+    for name, figure in drawn.items():
+        appearance.save(figure, IMAGES / f"tutorial-{name}", 110, _COLOURS)
 
 
 @drawing.styled
@@ -121,7 +127,7 @@ def control() -> None:
         below[place].set(xlabel="grain, at the deadline")
     above[0].set_ylabel("force [N]")
     below[0].set_ylabel("velocity [m/s]")
-    (IMAGES / "control.png").write_bytes(figures.png(figure))
+    appearance.save(figure, IMAGES / "control.png")
 
 
 if __name__ == "__main__":

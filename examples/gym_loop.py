@@ -1,4 +1,4 @@
-"""A hand-made policy in `granular_env/Piston-v0`, recorded like any run: the log of an episode verifies too.
+"""A hand-made policy in `granular_env/Piston-v1`, recorded like any run: the log of an episode verifies too.
 
 Run it with `python examples/gym_loop.py`; it writes a log into the present folder.
 """
@@ -12,7 +12,7 @@ PUSH, CONTROL_STEPS = 0.24, 12  # 2.4 m/s for 18 us
 
 
 def main() -> dict[str, float]:
-    env = RecordEnv(gym.make("granular_env/Piston-v0", grains=64), "episode.mcap", overwrite=True)
+    env = RecordEnv(gym.make("granular_env/Piston-v1", grains=64), "episode.mcap", overwrite=True)
     env.reset(seed=0)
     total, count, over = 0.0, 0, False
     info = {}

@@ -6,11 +6,18 @@ import argparse
 import os
 import re
 import sys
+import textwrap
 from collections.abc import Sequence
 
-from granular_env.components.errors import GranularError
+from granular_env.components.errors import GranularError, nearest, shortened
+from granular_env.terminal import printable
 
-_INTERRUPTED = 130
+_ERROR, _FAULT, _INTERRUPTED = 2, 70, 130
+_STATUSES = (
+    "exit status: 0 done; 1 a verification found a difference, a file is not whole, or a task, an entry or a trial failed; "
+    "2 an error, told in one message; 3 a verification of a log that is incomplete or empty; 70 a fault of granular-env "
+    "itself; 130 ended by Ctrl-C"
+)
 # What the library advises to a script -> the same advice as an option.
 _OPTIONS = {
     "pass overwrite=True": "pass --overwrite",
@@ -30,9 +37,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0: done. 1: a verification found a difference. 2: an error, told in one message. 130: ended by Ctrl-C.
+        The exit status, as in `_STATUSES`.
     """
-    parsed = _parser().parse_args(arguments)
+    _open_missing_streams()
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    parser = _parser()
+    if not given:
+        parser.print_help()
+        return 0
+    parsed = _parse(parser, given)
+    if getattr(parsed, "quiet", False):
+        os.environ.setdefault("GRANULAR_ENV_QUIET", "1")
     try:
         from granular_env.commands import COMMANDS
 
@@ -40,19 +55,80 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except GranularError as error:
-        told = "\n".join([_spoken(str(error)), *getattr(error, "__notes__", ())])
-        print(f"granular-env {parsed.command}: {told}", file=sys.stderr)
-        return 2
+        _tell(parsed.command, "\n".join([_spoken(str(error)), *getattr(error, "__notes__", ())]))
+        return _ERROR
     except MemoryError:
-        print(f"granular-env {parsed.command}: it asks for more memory than there is; ask for less", file=sys.stderr)
-        return 2
+        _tell(parsed.command, "it asks for more memory than there is; ask for less")
+        return _ERROR
     except KeyboardInterrupt:
-        print(f"granular-env {parsed.command}: interrupted", file=sys.stderr)
+        _tell(parsed.command, "interrupted")
         return _INTERRUPTED
     except BrokenPipeError:
-        # Whoever read our output has gone; what Python would still flush at exit has nowhere to go.
+        # The reader closed the pipe; discard what Python would flush at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:  # of the system: a full disk behind standard output, too many open files, a folder that is gone
+        where = f"{error.filename!r}: " if error.filename is not None else ""
+        _tell(parsed.command, f"{where}the system refused it: {error.strerror or error}")
+        _discard_output()
+        return _ERROR
+    except Exception:
+        import traceback
+
+        traceback.print_exc()
+        _tell(parsed.command, "this is a fault of granular-env, not of what you gave; please report it with the lines above")
+        return _FAULT
+
+
+def _parse(parser: argparse.ArgumentParser, given: list[str]) -> argparse.Namespace:
+    """Parse arguments; a mistyped command is answered with the nearest, an unknown option with its command's usage."""
+    commands = next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction)).choices
+    command = next((one for one in given if not one.startswith("-")), None)
+    if command is not None and command not in commands:
+        parser.error(f"there is no command {shortened(command)}; {nearest(command, commands)}")
+    parsed, unknown = parser.parse_known_args(given)
+    if unknown:
+        own = commands[parsed.command]
+        options = [option for action in own._actions for option in action.option_strings]
+        close = nearest(unknown[0], options) if unknown[0].startswith("-") else ""
+        own.error(f"unrecognized arguments: {' '.join(unknown)}" + (f"; {close}" if close.startswith("did you") else ""))
+    return parsed
+
+
+def _tell(command: str, message: str) -> None:
+    lines = [printable(line) for line in message.split("\n")]
+    print(f"granular-env {command}: " + "\n".join(lines), file=sys.stderr)
+
+
+def _open_missing_streams() -> None:
+    """Give programs that were begun with closed streams ones that lead nowhere, so that no file takes their place."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number: this one
+    if sys.stdout is None:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+
+
+def _discard_output() -> None:
+    """Throw away what Python would flush at exit, where standard output cannot be written."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+class _Version(argparse.Action):
+    """Prints the version, looked up only now."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib.metadata import version
+
+        print(f"granular-env {version('granular-env')}")
+        parser.exit()
 
 
 def _spoken(message: str) -> str:
@@ -65,9 +141,11 @@ def _spoken(message: str) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="granular-env",
-        description="Wave and fracture experiments in granular media: run, record, replay, branch, see.",
-        epilog="Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston",
+        description="Wave experiments in granular media: run, record, replay, branch, see.",
+        epilog=f"Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston\n\n{textwrap.fill(_STATUSES, 78)}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _experiment_commands(commands)
     _log_commands(commands)
@@ -83,11 +161,14 @@ def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentP
 
     describe = commands.add_parser("describe", help="a component's variables, or the file of an experiment, a plan or a study")
     describe.add_argument("name", metavar="NAME", help="a name of `granular-env list`, or a TOML file")
+    describe.add_argument("--json", action="store_true", help="for programs")
     _set_option(describe, "a component's parameter, such as grains=5: shapes and inputs depend on them")
 
     new = commands.add_parser("new", help="write a file to start from: of an experiment, a plan of a sweep or a study")
     new.add_argument(
-        "template", metavar="TEMPLATE", help="an experiment, plan or study to copy, or a component to write all parameters of"
+        "template",
+        metavar="TEMPLATE",
+        help="an experiment, plan or study to copy, a log whose experiment to write, or a component for all its parameters",
     )
     new.add_argument("-o", "--out", metavar="FILE", help="the TOML file to write (default: print it)")
     new.add_argument("--force", action="store_true", help="replace the file if it exists")
@@ -100,7 +181,7 @@ def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentP
     where.add_argument("--no-log", action="store_true", help="record nothing")
     run.add_argument("--overwrite", action="store_true", help="replace the log if it exists")
     run.add_argument(
-        "--hash-every", metavar="N", type=int, help="hash the state every N steps; 1 lets a verification name the step"
+        "--hash-every", metavar="N", type=int, help="hash the state every N ticks; 1 lets a verification name the tick"
     )
     run.add_argument("--live", action="store_true", help="show the run in rerun while it goes on")
     run.add_argument(
@@ -109,16 +190,22 @@ def _experiment_commands(commands: argparse._SubParsersAction[argparse.ArgumentP
         type=float,
         help="with --live: how long the run takes to watch (default: 10; 0: no longer than needed)",
     )
-    run.add_argument("--quiet", action="store_true", help="no progress bar; print only the log's path")
+    _output_options(run, "log")
 
     check = commands.add_parser("check", help="validate the file of an experiment, plan or study, or a log, without running it")
     check.add_argument("file", metavar="FILE", help="a TOML file, a name of `granular-env list`, or a log")
+    check.add_argument("--json", action="store_true", help="for programs")
     _set_option(check, "as in run")
     _large_option(check)
 
 
 def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    replay = commands.add_parser("replay", help="run a log again")
+    replay = commands.add_parser(
+        "replay",
+        help="run a log again",
+        epilog="Exit status with --verify: 0 identical; 1 different; 2 it is no log, or cannot be run again; 3 incomplete, "
+        "since the log was not closed (what it holds agrees), or nothing was compared, since it holds no step.",
+    )
     replay.add_argument("log", metavar="LOG")
     replay.add_argument("--verify", action="store_true", help="compare every hash, frame and snapshot bit for bit")
 
@@ -142,6 +229,7 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     how.add_argument("--web", action="store_true", help="in the browser, served on this machine only")
     how.add_argument("--save", metavar="RRD", help="write a file for rerun instead")
     how.add_argument("--screenshot", metavar="PNG", help="write a picture instead; needs no screen")
+    how.add_argument("--foxglove-layout", metavar="JSON", help="write a layout for Foxglove instead, to import there")
     view.add_argument(
         "--exaggerate", metavar="F", type=float, help="draw displacements F times larger (default: so that they are seen)"
     )
@@ -182,7 +270,7 @@ def _sweep_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]
     sweep.add_argument("--workers", metavar="N", type=int, help="how many tasks at a time (default: one for each core)")
     _set_option(sweep, "a key of the experiment, for every task, such as component.grains=500")
     sweep.add_argument("--allow-large", action="store_true", help="lift the cap on the number of tasks")
-    sweep.add_argument("--quiet", action="store_true", help="no progress bar; print only the table's path")
+    _output_options(sweep, "table")
 
 
 def _study_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -191,8 +279,15 @@ def _study_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]
     study.add_argument("--list", action="store_true", help="the studies that come with the package, and the tasks")
     study.add_argument("-o", "--out", metavar="FOLDER", help="where its results go (default: studies/NAME)")
     _set_option(study, "override any key, such as budget=100000, task.grains=30 or method.0.population=8")
+    study.add_argument("--only", metavar="METHOD", action="append", default=[], help="run only this method (may be repeated)")
     study.add_argument("--overwrite", action="store_true", help="start anew where the folder has results already")
     study.add_argument("--quiet", action="store_true", help="no progress bar; print only the page's path")
+
+
+def _output_options(parser: argparse.ArgumentParser, product: str) -> None:
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--quiet", action="store_true", help=f"no progress bar; print only the {product}'s path")
+    how.add_argument("--json", action="store_true", help="no progress bar; print the result for programs")
 
 
 def _set_option(parser: argparse.ArgumentParser, text: str) -> None:

@@ -3,19 +3,33 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import math
 import re
 import shlex
+import tomllib
 import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError, shortened
-from granular_env.experiments.load import load_experiment, parse_override
-from granular_env.writing import counted, with_article
+from granular_env.components.errors import (
+    ExperimentError,
+    GranularWarning,
+    LogError,
+    MissingExtraError,
+    ParameterError,
+    shortened,
+)
+from granular_env.terminal import columns, printable, wrapped
+from granular_env.writing import advice_for, counted, readable_bytes, with_article
 
 _INTERRUPTED = 130
+# Exit status of a verification.
+_VERIFIED = {"identical": 0, "different": 1, "incomplete": 3, "nothing was compared": 3}
 
 
 # -- experiments ----------------------------------------------------------------------------------------------------
@@ -23,18 +37,15 @@ _INTERRUPTED = 130
 
 def show_list(args: argparse.Namespace) -> int:
     """Components, shipped experiments and plans of sweeps, one line each."""
-    from granular_env import describe
-    from granular_env.sweep.plan import shipped_plans
+    from granular_env.shipped import overview
 
-    known = describe.overview()
-    known["plans of sweeps"] = {name: describe.title(path) for name, path in shipped_plans().items()}
-    known["studies"] = _studies()
+    known = overview()
     if args.json:
         print(json.dumps(known, indent=2))
         return 0
     for kind, entries in known.items():
-        print(f"{kind}\n{describe.columns(entries.items())}\n")
-    print("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one.")
+        print(f"{kind}\n{columns(entries.items())}\n")
+    print(wrapped("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one."))
     return 0
 
 
@@ -42,6 +53,7 @@ def show_description(args: argparse.Namespace) -> int:
     """A component's variables, or the file of an experiment, a plan or a study."""
     from granular_env import describe
     from granular_env.components import catalogue
+    from granular_env.experiments.load import parse_override
     from granular_env.experiments.templates import template
 
     if args.name in catalogue.names():
@@ -49,10 +61,14 @@ def show_description(args: argparse.Namespace) -> int:
         for override in args.overrides:
             parts, value = parse_override(override)
             parameters[parts[-1]] = value
-        print(describe.describe_component(args.name, parameters))
-    else:
-        text, _ = _shipped_text(args.name)
-        print(text or template(args.name), end="")
+        if args.json:
+            print(json.dumps(describe.component_facts(args.name, parameters), indent=2))
+        else:
+            print(describe.describe_component(args.name, parameters))
+        return 0
+    text, _ = _shipped_text(args.name)
+    text = text or template(args.name)
+    print(json.dumps(tomllib.loads(text), indent=2, default=str) if args.json else "\n".join(map(printable, text.splitlines())))
     return 0
 
 
@@ -61,6 +77,8 @@ def write_new(args: argparse.Namespace) -> int:
     from granular_env.experiments import templates
 
     text, command = _shipped_text(args.template)
+    if templates.is_log(args.template):
+        text, command = templates.of_log(args.template, args.out and Path(args.out).stem), "run"
     if args.out is None:
         print(text or templates.template(args.template), end="")
         return 0
@@ -76,39 +94,56 @@ def write_new(args: argparse.Namespace) -> int:
 
 def run_experiment(args: argparse.Namespace) -> int:
     """Run an experiment, record it, tell where the log is and how far the model held."""
+    from granular_env.experiments.load import load_experiment
     from granular_env.running import run
 
     _refuse_what_another_command_runs(args.experiment, "run")
     overrides = [*args.overrides, *([f"record.hash_every={args.hash_every}"] if args.hash_every is not None else [])]
     experiment = load_experiment(args.experiment, overrides)
-    log = None if args.no_log else Path(args.log) if args.log else free_log_path(experiment.name)
-    with _told_by_us():
-        result = run(experiment, log=log, progress=not args.quiet, live=args.live, pace=args.pace, overwrite=args.overwrite)
-    _print_result(result, args.quiet)
+    show = not args.quiet and not args.json
+    with _told_by_us(), _log_target(args, args.log, experiment.name) as (log, overwrite):
+        result = run(experiment, log=log, progress=show, live=args.live, pace=args.pace, overwrite=overwrite)
+    if args.json:
+        print(json.dumps(_result_facts(result), indent=2))
+    else:
+        _print_result(result, args.quiet)
     return _INTERRUPTED if result.interrupted else 0
 
 
 def check_file(args: argparse.Namespace) -> int:
     """Validate a file of an experiment, a plan or a study, or a log, without running it."""
     if Path(args.file).suffix == ".mcap":
-        return _check_log(args.file, args.allow_large)
+        return _check_log_for_programs(args.file, args.allow_large) if args.json else _check_log(args.file, args.allow_large)
     if _is_plan(args.file):
-        return _check_plan(args.file, args.overrides, args.allow_large)
+        return _check_plan(args.file, args.overrides, args.allow_large, args.json)
     if _is_study(args.file):
-        return _check_study(args.file, args.overrides)
+        return _check_study(args.file, args.overrides, args.json)
+    from granular_env.experiments.cost import cost_note
+    from granular_env.experiments.load import load_experiment
     from granular_env.experiments.prepare import prepare
 
     experiment = load_experiment(args.file, args.overrides)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)
         ready = prepare(experiment)
-    for warning in caught:
-        print(f"note: {warning.message}")
-    step = ready.component.step_size
+    notes = [str(warning.message) for warning in caught]
+    if note := cost_note(ready):
+        notes.append(note)
+    component = ready.component
+    if args.json:
+        facts = {"duration": experiment.duration, "ticks": ready.ticks, "step_size": component.step_size, "notes": notes}
+        return _valid("experiment", experiment.name, component=component.name, **facts)
+    for note in notes:
+        print(wrapped(f"note: {printable(note)}"))
     print(
-        f"valid: {experiment.name}, {with_article(ready.component.name)} for {experiment.duration:g} s "
-        f"in {ready.ticks} steps of {step:g} s"
+        f"valid: {printable(experiment.name)}, {with_article(component.name)} for {experiment.duration:g} s "
+        f"in {ready.ticks} ticks of {component.step_size:g} s"
     )
+    return 0
+
+
+def _valid(kind: str, name: str, **facts: Any) -> int:
+    print(json.dumps({"valid": True, "kind": kind, "name": name, **facts}, indent=2))
     return 0
 
 
@@ -116,7 +151,7 @@ def check_file(args: argparse.Namespace) -> int:
 
 
 def replay_log(args: argparse.Namespace) -> int:
-    """Run a log again; with --verify compare it bit for bit."""
+    """Run a log again; with --verify compare it bit for bit: 0 identical, 1 different, 3 incomplete or nothing to compare."""
     if not args.verify:
         from granular_env.running import replay
 
@@ -124,18 +159,14 @@ def replay_log(args: argparse.Namespace) -> int:
             result = replay(args.log, progress=True, allow_large=args.allow_large)
         _print_result(result, quiet=False)
         return _INTERRUPTED if result.interrupted else 0
+    from granular_env.progress import progress_bar
     from granular_env.recording import verify
+    from granular_env.running import collected
 
-    found = verify(args.log, allow_large=args.allow_large)
-    kinds = (
-        f"{counted(found.frames, 'frame')}, {counted(found.hashes, 'hash', 'hashes')}, {counted(found.snapshots, 'snapshot')}"
-    )
-    outcome = "identical" if found.identical else "different"
-    calls = counted(found.steps, "call")
-    print(f"{calls} of step, {counted(found.ticks, 'step')} compared ({kinds}): {outcome}")
-    for text in (*([found.message] if found.message and not found.identical else []), *found.notes):
-        print(text)
-    return 0 if found.identical else 1
+    with _told_by_us(), collected() as told, progress_bar(f"verification of {Path(args.log).name}") as bar:
+        found = verify(args.log, progress=bar.update, allow_large=args.allow_large)
+    print("\n".join(map(printable, [*found.message.splitlines(), *(f"note: {text}" for text in told)])))
+    return _VERIFIED[found.outcome]
 
 
 def branch_off(args: argparse.Namespace) -> int:
@@ -144,15 +175,16 @@ def branch_off(args: argparse.Namespace) -> int:
     from granular_env.experiments.prepare import inputs_from
     from granular_env.recording import open_log
 
-    out = Path(args.out) if args.out else free_log_path(f"{Path(args.log).stem}-branch")
-    with open_log(args.log, allow_large=args.allow_large) as log:
+    with ExitStack() as stack:
+        log = stack.enter_context(open_log(args.log, allow_large=args.allow_large))
         begun = log.branch(args.at)
         left_at = _instant(args.at, begun.component.time, log.step_size)
         inputs = inputs_from(args.overrides, begun.component)
-        with _told_by_us():
-            result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=args.overwrite)
+        stack.enter_context(_told_by_us())
+        out, overwrite = stack.enter_context(_log_target(args, args.out, f"{Path(args.log).stem}-branch"))
+        result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=overwrite)
     if not args.quiet:
-        print(f"branched at {left_at}, {result.steps * log.step_size:.9g} s long")
+        print(f"branched at {left_at}, {result.ticks * log.step_size:.9g} s long")
     _print_result(result, args.quiet)
     return _INTERRUPTED if result.interrupted else 0
 
@@ -162,22 +194,31 @@ def recover_log(args: argparse.Namespace) -> int:
     from granular_env.recording import recover
 
     log = recover(args.log, args.out, allow_large=args.allow_large, overwrite=args.overwrite)
-    print(f"recovered: {args.out}, {log.duration:g} s, {log.end_tick - log.start_tick} steps")
+    ticks = log.end_tick - log.start_tick
+    print(f"recovered: {args.out}, {log.duration:g} s, {counted(log.calls, 'call')} of step, {counted(ticks, 'tick')}")
     lost = log.metadata["events"][-1]
     print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
-    return 0
+    if ticks:
+        return 0
+    print("nothing was recovered but the start: the log holds no step")
+    return 1
 
 
 def view_log(args: argparse.Namespace) -> int:
     """Look at a log in rerun, or write what rerun shows."""
     from granular_env import viewing
+    from granular_env.progress import progress_bar
     from granular_env.recording import open_log
 
     log = open_log(args.log, allow_large=args.allow_large)
     if args.save:
-        print(f"written: {viewing.save_rrd(log, args.save, exaggerate=args.exaggerate)}")
+        with progress_bar(f"scene of {Path(args.log).name}") as bar:
+            saved = viewing.save_rrd(log, args.save, exaggerate=args.exaggerate, progress=bar.update)
+        print(f"written: {saved}")
     elif args.screenshot:
         print(f"written: {viewing.screenshot(log, args.screenshot, exaggerate=args.exaggerate)}")
+    elif args.foxglove_layout:
+        print(f"written: {viewing.save_foxglove_layout(log, args.foxglove_layout)}")
     else:
         viewing.view(log, web=args.web, exaggerate=args.exaggerate)
     return 0
@@ -186,12 +227,15 @@ def view_log(args: argparse.Namespace) -> int:
 def report_log(args: argparse.Namespace) -> int:
     """A page with figures of a log."""
     from granular_env import viewing
+    from granular_env.progress import progress_bar
     from granular_env.recording import open_log
 
     with open_log(args.log, allow_large=args.allow_large) as log:
         folder = Path(args.out) if args.out else _report_folder(Path(args.log))
         chosen = {name: getattr(args, name) for name in ("variables", "times", "grains")}
-        print(f"written: {viewing.report(log, folder, **chosen)}")
+        with progress_bar(f"report of {Path(args.log).name}") as bar:
+            page = viewing.report(log, folder, **chosen, progress=bar.update)
+        print(f"written: {page}")
     return 0
 
 
@@ -206,7 +250,7 @@ def write_atlas(args: argparse.Namespace) -> int:
     paper = atlas.paper(args.paper)
     constants = _constants(args.overrides)
     folder = Path(args.out) if args.out else Path("atlas") / paper.name
-    with telling(paper, args.quiet) as told:
+    with telling(atlas.chosen(paper, args.only), paper.name, args.quiet) as told:
         done = atlas.compute(paper, folder, constants, only=args.only, processes=args.processes, told=told)
     page = atlas.write(done, folder)
     print(page if args.quiet else closing(done, page))
@@ -227,10 +271,13 @@ def compute_sweep(args: argparse.Namespace) -> int:
         workers=args.workers,
         address=args.address,
         overrides=args.overrides,
-        progress=not args.quiet,
+        progress=not args.quiet and not args.json,
         allow_large=args.allow_large,
     )
-    print(shlex.quote(str(sweep.folder / TABLE)) if args.quiet else closing(sweep))
+    if args.json:
+        print(json.dumps(_sweep_facts(sweep), indent=2))
+    else:
+        print(shlex.quote(str(sweep.folder / TABLE)) if args.quiet else closing(sweep))
     return _INTERRUPTED if sweep.interrupted else 1 if sweep.failed else 0
 
 
@@ -241,10 +288,21 @@ def _is_plan(name: str) -> bool:
     return is_plan(read_document(Path(name))) if Path(name).is_file() else name in shipped_plans()
 
 
-def _check_plan(name: str, overrides: list[str], allow_large: bool) -> int:
+def _sweep_facts(sweep: Any) -> dict[str, Any]:
+    from granular_env.sweep.store import CSV, TABLE
+
+    pending = sweep.size - sweep.done - sweep.failed
+    counts = {"tasks": sweep.size, "done": sweep.done, "failed": sweep.failed, "pending": pending}
+    files = {"folder": str(sweep.folder), "table": str(sweep.folder / TABLE), "csv": str(sweep.folder / CSV)}
+    return {**counts, "interrupted": sweep.interrupted, "errors": sweep.errors, "units": sweep.units, **files}
+
+
+def _check_plan(name: str, overrides: list[str], allow_large: bool, for_programs: bool) -> int:
     from granular_env.sweep import check_sweep
 
     plan = check_sweep(name, overrides, allow_large=allow_large)
+    if for_programs:
+        return _valid("sweep", plan.name, experiment=plan.settings.experiment, tasks=plan.size, measures=list(plan.measures))
     print(
         f"valid: {plan.name}, {counted(plan.size, 'task')} of the experiment {plan.settings.experiment}, "
         f"{counted(len(plan.measures), 'measure')}"
@@ -266,37 +324,31 @@ def run_study(args: argparse.Namespace) -> int:
     _refuse_what_another_command_runs(args.study, "study")
     study = load_study(args.study, args.overrides)
     with _told_by_us(), telling.telling(study, args.quiet) as told:
-        result = running.run_study(study, args.out, overwrite=args.overwrite, told=told)
+        result = running.run_study(study, args.out, overwrite=args.overwrite, told=told, only=args.only)
     print(result.folder / "report.html" if args.quiet else telling.closing(result))
     return _INTERRUPTED if result.interrupted else 0
 
 
 def _list_studies() -> int:
     from granular_env.control.task_names import task_names
-    from granular_env.describe import columns
+    from granular_env.shipped import overview
 
-    print(f"studies\n{columns(_studies().items())}\n")
+    print(f"studies\n{columns(overview()['studies'].items())}\n")
     print(f"tasks\n{columns(task_names().items())}\n")
     print("granular-env new STUDY -o FILE.toml writes one to start from; granular-env study FILE.toml runs it.")
     return 0
 
 
-def _studies() -> dict[str, str]:
-    from granular_env.control.study import load_study, shipped_studies
-
-    return {name: load_study(name).description for name in shipped_studies()}
-
-
 def _shipped_text(name: str) -> tuple[str, str]:
     """The text of a shipped plan or study, and the command that runs it; "" where there is none of that name."""
-    from granular_env.control.study.load import shipped_studies, study_path
-    from granular_env.sweep.plan import shipped_plans
+    from granular_env.shipped import shipped_files
 
     if Path(name).exists():
         return "", ""
-    if name in (plans := shipped_plans()):
-        return plans[name].read_text(encoding="utf-8"), "sweep"
-    return (study_path(name).read_text(encoding="utf-8"), "study") if name in shipped_studies() else ("", "")
+    for kind, command in (("plans of sweeps", "sweep"), ("studies", "study")):
+        if name in (files := shipped_files(kind)):
+            return files[name].read_text(encoding="utf-8"), command
+    return "", ""
 
 
 def _is_study(name: str) -> bool:
@@ -308,17 +360,32 @@ def _is_study(name: str) -> bool:
     return name in shipped_studies()
 
 
-def _check_study(name: str, overrides: list[str]) -> int:
+def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
     from granular_env.control.study import load_study
     from granular_env.control.study.running import prepared
+    from granular_env.control.task_names import names_own_code
 
     study = load_study(name, overrides)
+    if names_own_code(study.task.name):
+        print(
+            f"valid as far as a file can be: {study.name}; its task {study.task.name!r} is code that is not of this package, "
+            "which check does not import; `granular-env study` does"
+        )
+        return 0
     problem, shape = prepared(study)
     methods = ", ".join(method.label for method in study.method)
+    if for_programs:
+        facts = {"task": study.task.name, "control_steps": problem.steps, "numbers": shape.size, "budget": study.budget}
+        return _valid("study", study.name, **facts, methods=[method.label for method in study.method])
     print(
         f"valid: {study.name}, task {study.task.name} of {problem.steps} control steps, "
         f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
     )
+    for method in study.method:
+        try:
+            method.refuse_unless_installed()
+        except MissingExtraError as error:
+            print(f"not here: {error}; `granular-env study {shlex.quote(name)} --only METHOD` runs chosen methods")
     return 0
 
 
@@ -341,17 +408,50 @@ def _refuse_what_another_command_runs(name: str, command: str) -> None:
 # -- details --------------------------------------------------------------------------------------------------------
 
 
-def free_log_path(name: str, folder: Path = Path("logs")) -> Path:
-    """The first of logs/<name>-1.mcap, -2, ... that does not exist."""
+@contextmanager
+def _log_target(args: argparse.Namespace, given: str | None, name: str) -> Iterator[tuple[Any, bool]]:
+    """Where to record, and whether what stands there may be replaced: at the path given, or in a new file in logs/."""
+    if getattr(args, "no_log", False) or given:
+        yield (Path(given) if given else None), args.overwrite
+        return
+    with reserved_log(name) as path:
+        yield path, True
+
+
+@contextmanager
+def reserved_log(name: str, folder: Path = Path("logs")) -> Iterator[Path]:
+    """Give the first of logs/<name>-1.mcap, -2, ... that does not exist, as an empty file that nobody else gets.
+
+    It may be overwritten; where nothing was written to it, it is removed again.
+    """
     stem = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "run"
-    number = 1
-    while (path := folder / f"{stem}-{number}.mcap").exists():
-        number += 1
-    return path
+    path = _empty_file(folder, stem)
+    try:
+        yield path
+    finally:
+        with suppress(OSError):
+            if path.stat().st_size == 0:
+                path.unlink()
+
+
+def _empty_file(folder: Path, stem: str) -> Path:
+    for number in count(1):
+        path = folder / f"{stem}-{number}.mcap"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            path.touch(exist_ok=False)
+            return path
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise LogError(f"log {str(path)!r} cannot be written: {error.strerror}; {advice_for(error)}") from error
+    raise AssertionError
 
 
 def _constants(overrides: list[str]) -> dict[str, Any]:
     """A paper's constants that --set gives, name -> value, each once."""
+    from granular_env.experiments.load import parse_override
+
     constants: dict[str, Any] = {}
     for override in overrides:
         parts, value = parse_override(override)
@@ -386,28 +486,64 @@ def _check_log(path: str, allow_large: bool) -> int:
     log = open_log(path, allow_large=allow_large)
     facts = log.metadata
     state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
-    size = f"{log.duration:g} s, {log.end_tick - log.start_tick} steps, {len(log.variables)} variables"
+    size = (
+        f"{log.duration:g} s, {counted(log.calls, 'call')} of step, {counted(log.end_tick - log.start_tick, 'tick')}, "
+        f"{counted(len(log.variables), 'variable')}, {readable_bytes(log.size)}"
+    )
     print(f"{path}: {with_article(facts['component'])}, {size}; {state}")
     for name in log.variables:
         log.series(name)
     return 0 if log.complete else 1
 
 
+def _check_log_for_programs(path: str, allow_large: bool) -> int:
+    from granular_env.recording import open_log
+
+    with open_log(path, allow_large=allow_large) as log:
+        for name in log.variables:
+            log.series(name)
+        facts = {"duration": log.duration, "ticks": log.end_tick - log.start_tick, "variables": list(log.variables)}
+        _valid("log", path, component=log.metadata["component"], complete=log.complete, **facts)
+        return 0 if log.complete else 1
+
+
+def _result_facts(result: Any) -> dict[str, Any]:
+    """Return what a run came to as JSON values; figures that nothing gave rise to are null."""
+    component = result.component
+    return {
+        "log": None if result.log is None else str(result.log),
+        "log_bytes": None if result.log is None else result.log.stat().st_size,
+        "tick": component.tick,
+        "time": component.time,
+        "wall_seconds": result.seconds,
+        "stopped_by": result.stopped_by,
+        "interrupted": result.interrupted,
+        "notes": [*result.warnings, *result.cautions],
+        "report": _finite(result.report),
+        "ledger": _finite(dataclasses.asdict(component.ledger())),
+    }
+
+
+def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
 def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
-    from granular_env.progress import residual
+    from granular_env.running import energy_residual
 
     if quiet:
         if result.log is not None:
             _print_log(True, result.log)
         return
     component = result.component
-    print(f"{result.steps} steps, to {component.time:.9g} s, in {result.seconds:.2f} s of wall time; {residual(component)}")
+    wall = f"{result.seconds:.2f} s of wall time"
+    print(f"{counted(result.ticks, 'tick')}, to {component.time:.9g} s, in {wall}; {energy_residual(component)}")
     if result.stopped_by is not None:
         print(f"stopped: {result.stopped_by}")
     if result.interrupted:
         print("interrupted: the log is complete up to there" if result.log else "interrupted")
     for text in (*result.warnings, *result.cautions):
-        print(f"note: {text}")
+        print(wrapped(f"note: {printable(text)}"))
     for name, value in result.report.items():
         # What nothing in the run gave rise to, such as the pressure where no grains touched, has no figure.
         if not math.isnan(value):
@@ -421,7 +557,7 @@ def _print_log(quiet: bool, path: Path) -> None:
     if quiet:
         print(log)
         return
-    print(f"log: {log}")
+    print(f"log: {log} ({readable_bytes(path.stat().st_size)})")
     print(f"  granular-env view {log}              (or --web, or --screenshot FILE.png)")
     print(f"  granular-env replay {log} --verify")
 

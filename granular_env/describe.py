@@ -2,50 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Parameters
 from granular_env.components.named import tables
-from granular_env.experiments.load import experiment_path, read_document, shipped_experiments
-from granular_env.experiments.templates import default_of, example_of, first_sentence, unit_of
-
-
-def overview() -> dict[str, dict[str, str]]:
-    """Components and shipped experiments: name -> one line."""
-    components = {name: first_sentence(catalogue.component_class(name).__doc__ or "") for name in catalogue.names()}
-    experiments = {name: title(experiment_path(name)) for name in shipped_experiments()}
-    return {"components": components, "experiments": experiments}
-
-
-def title(path: Path) -> str:
-    """An experiment's first comment, or its description's first sentence."""
-    first = path.read_text(encoding="utf-8").partition("\n")[0]
-    return (
-        first.removeprefix("#").strip()
-        if first.startswith("#")
-        else first_sentence(str(read_document(path).get("description", "")))
-    )
-
-
-def columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
-    """Rows of cells, aligned."""
-    table = [tuple(row) for row in rows]
-    widths = [max(len(row[place]) for row in table) for place in range(len(table[0]))] if table else []
-    lines = (indent + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table)
-    return "\n".join(lines)
+from granular_env.experiments.templates import default_of, example_of, unit_of
+from granular_env.shipped import first_sentence
+from granular_env.terminal import columns, wrapped
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
     """A component's parameters, inputs and outputs with units, shapes and meaning."""
     kind = catalogue.component_class(name)
-    parts = [f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}", "", "parameters"]
+    parts = [wrapped(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
     parts.append(columns(_rows(kind.Parameters)))
     for parameter, choices in tables(kind.Parameters).items():
         for choice, model in choices.items():
-            parts += ["", f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}']
+            parts += ["", wrapped(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
             parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
     component = example_of(name, parameters)
     variables = [v for v in component.variables.values() if v.causality != "parameter"]
@@ -65,11 +39,27 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     )
     parts += [
         "",
-        f"Shapes and inputs are those for {given}; see others with --set."
+        wrapped(f"Shapes and inputs are those for {given}; see others with --set.", 0)
         if given
         else "A (state) can be given to reset and [start].",
     ]
     return "\n".join(parts)
+
+
+def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
+    """Return the same as JSON values, for programs."""
+    kind = catalogue.component_class(name)
+    keys = ("name", "unit", "default", "description")
+    variables = [v for v in example_of(name, parameters).variables.values() if v.causality != "parameter"]
+    facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
+    facts["parameters"] = [dict(zip(keys, row, strict=True)) for row in _rows(kind.Parameters)]
+    for causality in ("input", "output"):
+        facts[f"{causality}s"] = [
+            {"name": v.name, "unit": v.unit, "shape": list(v.shape), "state": v.state, "description": v.description}
+            for v in variables
+            if v.causality == causality
+        ]
+    return facts
 
 
 def _rows(model: type[Parameters]) -> list[tuple[str, str, str, str]]:

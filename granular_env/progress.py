@@ -1,68 +1,252 @@
-"""The progress bar of a run: simulated time, speed, and the ledger's residual. Looks at the component, never changes it."""
+"""Progress bars on standard error: the one helper for all work that may last longer than a second.
+
+    with progress_bar("verification of a.mcap") as bar:
+        verify(log, progress=bar.update)        # called with the part that is done, 0 to 1
+
+The bar, the percentage and the time left are shown at every width of the terminal; figures that do not fit are left out, the
+last ones first. Without a terminal nothing is written. A notebook shows one line of text, which needs no further package.
+"""
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from time import perf_counter
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
-from granular_env.components.contract import Component
+from granular_env.terminal import printable
 
 _REFRESH_SECONDS = 0.1
+_NOTEBOOK_SECONDS = 0.5
+_NOTEBOOK_WIDTH = 100
+_WIDE = 100  # from this width on, the bar is long
+_PERCENTAGE, _LEFT = 5, 12  # widths of "100 %" and "0:00:00 left"
 
 
-class Progress:
-    """A bar on standard error while a run advances; use it as a context manager.
+class Bar(Protocol):
+    """One bar.
+
+    Figures are short texts behind the bar, the most important first.
+    """
+
+    def is_due(self) -> bool:
+        """Return whether an update would be seen now; ask before figures that take time to compute."""
+        ...
+
+    def update(self, done: float, *figures: str) -> None:
+        """Show how much is done, in units of the bar's total."""
+        ...
+
+    def advance(self, more: float, *figures: str) -> None:
+        """Show that this much more is done."""
+        ...
+
+
+@contextmanager
+def progress_bar(title: str, total: float | None = 1.0, *, done: float = 0.0, show: bool = True) -> Iterator[Bar]:
+    """Show one bar while the block runs.
 
     Args:
         title: what stands before the bar.
-        end: the tick at which the run ends.
+        total: the value of `done` at the end; None where it is unknown.
+        done: what is done already.
+        show: False for a bar that draws nothing, so that callers need no second path.
+    """
+    with ProgressBars(show) as bars:
+        yield bars.add(title, total, done)
+
+
+class ProgressBars:
+    """Several bars under each other; use it as a context manager.
+
+    Args:
+        show: whether to draw at all.
+        keep: whether the bars stay on the terminal when the block ends.
     """
 
-    def __init__(self, title: str, end: int) -> None:
-        self._title, self._end = title, end
-        self._next = 0.0
+    def __init__(self, show: bool = True, *, keep: bool = False) -> None:
+        self._show, self._keep = show, keep
+        self._terminal: Any = None
+        self._notebook = False
 
     def __enter__(self) -> Self:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-        self._bar: Any = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=24),
-            TaskProgressColumn(),
-            TextColumn("{task.fields[figures]}"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            transient=True,
-        )
-        self._task = self._bar.add_task(self._title, total=self._end, figures="")
-        self._bar.start()
-        self._began = perf_counter()
-        self._first: int | None = None
+        if self._show:
+            self._notebook = _is_notebook()
+            if not self._notebook:
+                self._terminal = _start_terminal(self._keep)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._bar.stop()
+        if self._terminal is not None:
+            self._terminal.stop()
+        elif self._notebook:
+            sys.stderr.write("\r" + " " * _NOTEBOOK_WIDTH + "\r")
+            sys.stderr.flush()
 
-    def update(self, component: Component) -> None:
-        """Show where the component is now; cheap where it was shown a moment ago."""
-        now = perf_counter()
-        if now < self._next:
+    def add(self, title: str, total: float | None = 1.0, done: float = 0.0) -> Bar:
+        """Add a bar and return it; arguments as in `progress_bar`."""
+        title = printable(title)
+        if self._terminal is not None:
+            return _TerminalBar(self._terminal, title, total, done)
+        if self._notebook:
+            return _NotebookBar(title, total, done)
+        return _NoBar()
+
+
+class _NoBar:
+    def is_due(self) -> bool:
+        return False
+
+    def update(self, done: float, *figures: str) -> None:
+        pass
+
+    def advance(self, more: float, *figures: str) -> None:
+        pass
+
+
+class _TerminalBar:
+    """A bar that rich draws."""
+
+    def __init__(self, drawn: Any, title: str, total: float | None, done: float) -> None:
+        self._drawn, self._done = drawn, done
+        self._next = 0.0
+        self._task = drawn.add_task(title, total=total, completed=done, figures=())
+
+    def is_due(self) -> bool:
+        return perf_counter() >= self._next
+
+    def update(self, done: float, *figures: str) -> None:
+        self._next = perf_counter() + _REFRESH_SECONDS
+        self._done = done
+        self._drawn.update(self._task, completed=done, **({"figures": figures} if figures else {}))
+
+    def advance(self, more: float, *figures: str) -> None:
+        self.update(self._done + more, *figures)
+
+
+class _NotebookBar:
+    """One line of text, written over itself: what every notebook shows."""
+
+    def __init__(self, title: str, total: float | None, done: float) -> None:
+        self._title, self._total, self._done = title, total, done
+        self._begun, self._first, self._next = perf_counter(), done, 0.0
+        self.update(done)
+
+    def is_due(self) -> bool:
+        return perf_counter() >= self._next
+
+    def update(self, done: float, *figures: str) -> None:
+        self._done = done
+        if not self.is_due():
             return
-        self._next = now + _REFRESH_SECONDS
-        if self._first is None:
-            self._first = component.tick
-        self._bar.update(self._task, completed=component.tick, figures=self._figures(component, now))
+        self._next = perf_counter() + _NOTEBOOK_SECONDS
+        parts = [shorten_front(self._title, _NOTEBOOK_WIDTH // 3)]
+        if self._total:
+            parts += [f"{100 * done / self._total:3.0f} %", self._left()]
+        room = _NOTEBOOK_WIDTH - len("  ".join(parts)) - 2
+        line = "  ".join([*parts, fit_figures(figures, room)])
+        sys.stderr.write("\r" + line.ljust(_NOTEBOOK_WIDTH))
+        sys.stderr.flush()
 
-    def _figures(self, component: Component, now: float) -> str:
-        speed = (component.tick - (self._first or 0)) / max(now - self._began, 1e-9)
-        return f"t = {component.time:.4g} s  {speed:,.0f} steps/s  {residual(component)}"
+    def advance(self, more: float, *figures: str) -> None:
+        self.update(self._done + more, *figures)
+
+    def _left(self) -> str:
+        advanced = self._done - self._first
+        if advanced <= 0.0 or self._total is None:
+            return _duration_left(None)
+        return _duration_left((perf_counter() - self._begun) * (self._total - self._done) / advanced)
 
 
-def residual(component: Component) -> str:
-    """The energy that the numerics made or lost, beside the energy that was there."""
-    ledger = component.ledger()
-    scale = max(ledger.kinetic_energy + ledger.potential_energy, abs(ledger.input_work))
-    share = f" ({ledger.energy_residual / scale:+.1e})" if scale > 0.0 else ""
-    return f"energy residual {ledger.energy_residual:+.2e} J{share}"
+def fit_figures(figures: tuple[str, ...], room: int) -> str:
+    """Join as many figures, from the first on, as there is room for."""
+    text = ""
+    for figure in filter(None, figures):
+        longer = f"{text}  {figure}" if text else figure
+        if len(longer) > room:
+            break
+        text = longer
+    return text
+
+
+def shorten_front(text: str, width: int) -> str:
+    """Cut a text at its front to a width in terminal cells; the end of a path or a name is what tells it apart."""
+    from rich.cells import cell_len
+
+    if cell_len(text) <= width:
+        return text
+    while text and cell_len(text) > width - 1:
+        text = text[1:]
+    return f"…{text}"
+
+
+def _duration_left(seconds: float | None) -> str:
+    if seconds is None:
+        return "-:--:-- left"
+    whole = max(0, round(seconds))
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d} left"
+
+
+def _is_notebook() -> bool:
+    """Return whether this is a kernel of Jupyter, whose standard error is no terminal but is seen by a person."""
+    shell = sys.modules.get("IPython")
+    if shell is None:
+        return False
+    running = shell.get_ipython()
+    return running is not None and type(running).__name__ == "ZMQInteractiveShell"
+
+
+def _start_terminal(keep: bool) -> Any:
+    """Return rich's progress display, started; None where standard error is no terminal that can draw one."""
+    from rich.console import Console
+
+    console = Console(stderr=True, force_jupyter=False)
+    if not console.is_interactive:
+        return None
+    from rich.cells import cell_len
+    from rich.progress import BarColumn, Progress, ProgressColumn
+    from rich.text import Text
+
+    def title(task: Any) -> str:
+        return shorten_front(task.description, _title_width(console.width))
+
+    class Title(ProgressColumn):
+        def render(self, task: Any) -> Text:
+            return Text(title(task), no_wrap=True)
+
+    class Width(BarColumn):
+        def render(self, task: Any) -> Any:
+            self.bar_width = _bar_width(console.width)
+            return super().render(task)
+
+    class Part(ProgressColumn):
+        def render(self, task: Any) -> Text:
+            return Text(f"{int(task.percentage):3d} %" if task.total else "", style="progress.percentage")
+
+    class Left(ProgressColumn):
+        max_refresh = 0.5
+
+        def render(self, task: Any) -> Text:
+            return Text(_duration_left(task.time_remaining) if task.total else "", style="progress.remaining", no_wrap=True)
+
+    class Figures(ProgressColumn):
+        def render(self, task: Any) -> Text:
+            # One space stands between two columns, and the last place of the line stays free.
+            titles = max(cell_len(title(one)) for one in drawn.tasks)
+            room = console.width - titles - _bar_width(console.width) - _PERCENTAGE - _LEFT - 5
+            return Text(fit_figures(task.fields["figures"], room), no_wrap=True)
+
+    drawn = Progress(Title(), Width(), Part(), Left(), Figures(), console=console, transient=not keep)
+    drawn.start()
+    return drawn
+
+
+def _bar_width(width: int) -> int:
+    return 24 if width >= _WIDE else max(4, min(16, width - _PERCENTAGE - _LEFT - 12))
+
+
+def _title_width(width: int) -> int:
+    room = width - _bar_width(width) - _PERCENTAGE - _LEFT - 5
+    return max(6, min(40, room if width < 50 else room // 2))

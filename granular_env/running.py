@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import signal
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -14,11 +15,11 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.contract import Component, Observer
-from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError, ParameterError
+from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError, ParameterError, caution
 from granular_env.components.memory import refuse_beyond
 from granular_env.components.profiles import CompiledProfile, Profile, finite_number
 from granular_env.experiments.load import Source, load_experiment
-from granular_env.experiments.prepare import prepare
+from granular_env.experiments.prepare import Prepared, prepare
 from granular_env.experiments.stops import StopWatch
 
 # A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
@@ -38,7 +39,7 @@ class RunResult:
     Attributes:
         component: at the end of the run.
         log: the log's path, or None where none was kept.
-        steps: internal steps that were done.
+        ticks: how many were done.
         seconds: wall time of the stepping [s].
         stopped_by: the stop rule that ended it, in words, or None.
         interrupted: whether Ctrl-C ended it; its log is complete up to there.
@@ -49,7 +50,7 @@ class RunResult:
 
     component: Component
     log: Path | None
-    steps: int
+    ticks: int
     seconds: float
     stopped_by: str | None
     interrupted: bool
@@ -102,6 +103,7 @@ def run(
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
+            _tell_size(ready, progress)
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
         return advance(
             ready.component,
@@ -128,6 +130,7 @@ def replay(log: str | os.PathLike[str], *, progress: bool = False, allow_large: 
     where = f"log {str(log)!r}"
     with memory_told(where, LogError), collected() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
+        opened._caps.work(opened.end_tick - opened.start_tick, len(component._block.memory))
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)
@@ -137,8 +140,8 @@ def replay(log: str | os.PathLike[str], *, progress: bool = False, allow_large: 
                 break
         if not results:
             raise LogError(f"log {str(log)!r} holds no steps")
-        total, seconds = sum(one.steps for one in results), sum(one.seconds for one in results)
-        return dataclasses.replace(results[-1], steps=total, seconds=seconds)
+        total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
+        return dataclasses.replace(results[-1], ticks=total, seconds=seconds)
 
 
 def advance(
@@ -173,7 +176,7 @@ def advance(
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
     with ExitStack() as stack:
-        show = _shown(stack, title, end) if progress else None
+        show = _shown(stack, title, component, end) if progress else None
         for observer in observers:
             component.observe(observer)
             stack.callback(component.ignore, observer)
@@ -190,7 +193,7 @@ def advance(
     return RunResult(
         component=component,
         log=log,
-        steps=component.tick - first,
+        ticks=component.tick - first,
         seconds=seconds,
         stopped_by=stopped_by,
         interrupted=interrupted,
@@ -287,7 +290,7 @@ def _record(
 
     refuse_beyond(_COPIES_RECORDED * component._block.memory.nbytes, f"recording this {component.name}", ExperimentError)
     recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
-    stack.enter_context(left_log_told(path))
+    stack.enter_context(left_log_told(recorder))
     stack.enter_context(recorder)
 
 
@@ -308,13 +311,48 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     return seconds or None
 
 
+def _tell_size(ready: Prepared, at_once: bool) -> None:
+    """Say how large the log may become where that is a lot: at once on the terminal, else as a warning of the run."""
+    from granular_env.experiments.cost import size_note
+
+    note = size_note(ready)
+    if note and at_once:
+        print(f"note: {note}", file=sys.stderr)
+    elif note:
+        caution(note)
+
+
 def _show_live(stack: ExitStack, component: Component, title: str, duration: float, pace: float | None) -> None:
     from granular_env.viewing import LiveViewer
 
     stack.enter_context(LiveViewer(component, title=title, duration=duration, pace=pace))
 
 
-def _shown(stack: ExitStack, title: str, end: int) -> Callable[[Component], None]:
-    from granular_env.progress import Progress
+def _shown(stack: ExitStack, title: str, component: Component, end: int) -> Callable[[Component], None]:
+    """Return what shows on a progress bar where the component is; it looks and changes nothing."""
+    from granular_env.progress import progress_bar
 
-    return stack.enter_context(Progress(title, end)).update
+    first, begun = component.tick, perf_counter()
+    bar = stack.enter_context(progress_bar(title, end, done=first))
+
+    def show(component: Component) -> None:
+        if bar.is_due():
+            speed = (component.tick - first) / max(perf_counter() - begun, 1e-9)
+            share = _energy_residual(component)[1]
+            residual = f"residual {share:+.1e}" if share is not None else ""
+            bar.update(component.tick, f"t = {component.time:.4g} s", f"{speed:,.0f} ticks/s", residual)
+
+    return show
+
+
+def energy_residual(component: Component) -> str:
+    """Return in words the energy that the numerics made or lost, beside the energy that was there."""
+    residual, share = _energy_residual(component)
+    return f"energy residual {residual:+.2e} J" + (f" ({share:+.1e})" if share is not None else "")
+
+
+def _energy_residual(component: Component) -> tuple[float, float | None]:
+    """Return the residual [J], and its part of the energy that was there; None where there was none."""
+    ledger = component.ledger()
+    scale = max(ledger.kinetic_energy + ledger.potential_energy, abs(ledger.input_work))
+    return ledger.energy_residual, ledger.energy_residual / scale if scale > 0.0 else None

@@ -1,4 +1,4 @@
-"""Values and documents as the text of a TOML file."""
+"""Values and whole experiments as TOML text."""
 
 from __future__ import annotations
 
@@ -7,63 +7,61 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import BaseModel
-
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def toml_value(value: Any) -> str:
-    """Return a value as TOML writes it; entries that are None are left out."""
+def toml_value(value: Any, quoted: bool = False) -> str:
+    """Return a value as TOML; floats in their shortest exact form; keys of tables in quotes where they need them, or always."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    if isinstance(value, BaseModel):
-        value = value.model_dump()
-        # What has nothing but a name may be given as that name.
-        return toml_value(value["name"] if value.keys() == {"name"} else value)
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, Mapping):
-        parts = [f"{_key(key)} = {toml_value(part)}" for key, part in value.items() if part is not None]
-        return "{ " + ", ".join(parts) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(toml_value, value)) + "]"
+        return "{ " + ", ".join(f"{toml_key(key, quoted)} = {toml_value(part, quoted)}" for key, part in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(toml_value(part, quoted) for part in value) + "]"
     return repr(value)
 
 
-def toml_text(content: Mapping[str, Any]) -> str:
-    """Return a document as text, its tables under heads of their own, as people write them."""
-    plain = {key: value for key, value in content.items() if not isinstance(value, Mapping) and not _is_tables(value)}
-    lines = _lines(plain)
+def toml_key(key: object, quoted: bool = False) -> str:
+    """Return a key as TOML, in quotes where it needs them, or always."""
+    text = str(key)
+    return text if _BARE_KEY.fullmatch(text) and not quoted else json.dumps(text, ensure_ascii=False)
+
+
+def toml_document(content: Mapping[str, Any]) -> str:
+    """Return a document as TOML: its own keys, then its tables, one level of tables within them, and lists of tables.
+
+    None has no form in TOML; such keys are left out.
+    """
+    content = _without_none(content)
+    lines = [f"{toml_key(key)} = {toml_value(value)}" for key, value in content.items() if not _is_table(value)]
     for key, value in content.items():
         if isinstance(value, Mapping):
-            lines += _table(_key(key), value)
-        elif _is_tables(value):
-            for table in value:
-                lines += ["", f"[[{_key(key)}]]", *_lines(table)]
+            lines += ["", *_table(toml_key(key), value)]
+        elif _is_table(value):
+            for part in value:
+                lines += ["", f"[[{toml_key(key)}]]", *(f"{toml_key(name)} = {toml_value(one)}" for name, one in part.items())]
     return "\n".join(lines) + "\n"
 
 
-def _table(head: str, table: Mapping[str, Any]) -> list[str]:
-    """Return the lines of a table; if it holds nothing but tables, each of them has a head."""
-    if table and all(isinstance(value, Mapping) for value in table.values()):
-        return [line for key, value in table.items() for line in _table(f"{head}.{_key(key)}", value)]
-    return ["", f"[{head}]", *_lines(table)]
+def _table(head: str, content: Mapping[str, Any]) -> list[str]:
+    inner = {key: value for key, value in content.items() if isinstance(value, Mapping) and value}
+    own = [f"{toml_key(key)} = {toml_value(value)}" for key, value in content.items() if key not in inner]
+    lines = [f"[{head}]", *own] if own or not inner else []
+    for key, value in inner.items():
+        lines += ["", f"[{head}.{toml_key(key)}]", *(f"{toml_key(name)} = {toml_value(one)}" for name, one in value.items())]
+    return lines
 
 
-def _lines(table: Mapping[str, Any]) -> list[str]:
-    return [f"{_key(key)} = {_long(value)}" for key, value in table.items() if value is not None]
+def _is_table(value: Any) -> bool:
+    tables = isinstance(value, list) and bool(value) and all(isinstance(part, Mapping) for part in value)
+    return tables or isinstance(value, Mapping)
 
 
-def _long(value: Any) -> str:
-    """Return a value; text of several lines as such."""
-    if isinstance(value, str) and "\n" in value and '"""' not in value and "\\" not in value and not value.endswith('"'):
-        return f'"""\n{value}"""'
-    return toml_value(value)
-
-
-def _key(key: object) -> str:
-    return str(key) if _BARE_KEY.fullmatch(str(key)) else json.dumps(str(key), ensure_ascii=False)
-
-
-def _is_tables(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(entry, Mapping) for entry in value)
+def _without_none(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _without_none(part) for key, part in value.items() if part is not None}
+    if isinstance(value, list | tuple):
+        return [_without_none(part) for part in value if part is not None]
+    return value

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import fcntl
 import os
 import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import IO, Any
 
 from .components.errors import GranularError, ParameterError
+from .terminal import printable
 
 
 @contextmanager
@@ -37,6 +40,7 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         part.touch(exist_ok=False)
         yield part
+        _sync(part)
         os.replace(part, target)
     except OSError as error:
         raise _unwritable(path, error, kind) from error
@@ -46,11 +50,37 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
                 part.unlink(missing_ok=True)
 
 
+def _sync(path: Path) -> None:
+    """Wait until the disk has a file: after a power cut, one that was renamed before that could be found empty."""
+    with open(path, "rb") as file:
+        os.fsync(file.fileno())
+
+
+def advice_for(error: BaseException) -> str:
+    """Return what to do about a file that cannot be written."""
+    if getattr(error, "errno", None) in (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)):
+        return "free some space or choose another folder"
+    return "choose another path"
+
+
 def write_files(contents: Mapping[Path, bytes], kind: type[GranularError] = GranularError) -> None:
     """Write several files, all of them or none; errors as in `replacing`."""
     with ExitStack() as stack:
         for path, data in contents.items():
             stack.enter_context(replacing(path, kind)).write_bytes(data)
+
+
+def lock(file: IO[Any], refusal: GranularError) -> None:
+    """Lock an open file for this process until it is closed or the process ends, however it ends.
+
+    Raises:
+        GranularError: `refusal`, where another process has locked it.
+        OSError: the file system knows no locks.
+    """
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise refusal from None
 
 
 def refused_unless_file(path: str | os.PathLike[str]) -> Path:
@@ -108,17 +138,24 @@ def _stands(folder: Path) -> bool:
 
 def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[GranularError]) -> GranularError:
     """Return the error of a file that cannot be written, with advice that fits its cause."""
-    full = error.errno in (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
-    advice = "free some space or choose another folder" if full else "choose another path"
-    return kind(f"{os.fspath(path)!r} cannot be written: {error.strerror or error}; {advice}; what stood there is kept")
+    reason = error.strerror or error
+    return kind(f"{os.fspath(path)!r} cannot be written: {reason}; {advice_for(error)}; what stood there is kept")
 
 
 def with_article(name: object) -> str:
-    """A noun with "a" or "an" before it."""
-    text = str(name)
+    """A noun with "a" or "an" before it; it may be a stranger's."""
+    text = printable(name)
     return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:
     """A number and its noun: "1 frame", "2 frames"; `plural` where that is not the noun with an s."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
+def readable_bytes(size: int) -> str:
+    """Return a size in words: "512 bytes", "1.5 MB", "1.53 GB"."""
+    for unit, scale in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
+        if size >= scale:
+            return f"{size / scale:.3g} {unit}"
+    return counted(size, "byte")

@@ -172,7 +172,7 @@ CHAINS = [
     Example(
         "chain-gaps",
         "chain",
-        {"grains": 6, "gap": [1e-5, 0.0, 2e-5, 1e-6, 0.0]},
+        {"grains": 6, "gap": [0.0, 1e-5, 0.0, 2e-5, 1e-6, 0.0, 0.0]},
         {"velocity": {0: 5.0}},
         {"right_force": -50.0},
         ticks=400,
@@ -212,7 +212,10 @@ CHAINS = [
     Example(
         "chain-viscous-column",
         "chain",
-        {"grains": 5, "right": "plane", "gravity": 9.81, "law": {"name": "viscous", "dissipation": [2.0, 0.0, 3.0, 1.0, 5.0]}},
+        {
+            "grains": 5, "right": "plane", "gravity": 9.81,
+            "law": {"name": "viscous", "dissipation": [0.0, 2.0, 0.0, 3.0, 1.0, 5.0]},
+        },
         {"velocity": {0: 0.5}},
         {"left_force": 20.0},
         _pulse("left_force", 50.0),

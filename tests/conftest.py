@@ -5,6 +5,8 @@ import os
 from hypothesis import HealthCheck, settings
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+# Tests look at stderr; what is compiled in them says nothing there.
+os.environ.setdefault("GRANULAR_ENV_QUIET", "1")
 
 # Tests hold no timings, so neither does hypothesis. "repeatable" draws the same examples in every run;
 # HYPOTHESIS_PROFILE=explore draws new ones.

@@ -22,7 +22,7 @@ class Bowl:
         pause: how long an evaluation takes [s].
     """
 
-    sharpness: Sequence[float] | None = None
+    stage: Mapping[str, object] | None = None
     steps, entries, observed, rate, gradient_runs = 20, 1, 3, None, 4.0
 
     def __init__(self, broken_at: int | None = None, pause: float = 0.0) -> None:

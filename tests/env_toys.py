@@ -8,7 +8,7 @@ import numpy as np
 
 from granular_env.components.contract import Component
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ComponentEnv, ForceEnv, PistonEnv, Task
+from granular_env.envs import ComponentEnv, PistonEnv, ProtectionEnv, Task
 
 SMALL = {"grains": 8, "deadline": 200}
 
@@ -37,7 +37,7 @@ class Swing(Task):
 
 MAKERS: dict[str, Callable[..., ComponentEnv]] = {
     "piston": lambda **options: PistonEnv(**{**SMALL, **options}),
-    "force": lambda **options: ForceEnv(**{**SMALL, "impulse": 0.02, **options}),
+    "force": lambda **options: ProtectionEnv(**{**SMALL, "impulse": 0.02, "clock": 0, **options}),
     "swing": lambda **options: ComponentEnv(
         Oscillator(step_size=0.01), Swing(), **{"internal_steps": 5, "deadline": 200, **options}
     ),

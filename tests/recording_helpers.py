@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from mcap.reader import make_reader
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.contract import Component
@@ -16,6 +17,8 @@ from granular_env.recording import record
 from granular_env.recording.caps import Caps
 from granular_env.recording.container import Container
 from granular_env.recording.format import CLOSED, EVENTS, HEADER, TOPICS, Record, decode, log_identity
+from granular_env.recording.log_file import create
+from granular_env.recording.preview import PreviewMessage, Topic
 from granular_env.recording.sink import Sink
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
@@ -43,30 +46,43 @@ def chain_log(path: Path, steps: int = 40, **options: object) -> Component:
     return component
 
 
-def records_of(path: Path) -> list[tuple[Record, int]]:
-    """Every record of a log and its time [ns]."""
-    container = Container(path, Caps(str(path)))
-    found, log = [], None
+def rewrite(
+    path: Path,
+    out: Path,
+    change: Callable[[Record], Record] = lambda record: record,
+    change_film: Callable[[bytes], bytes] = lambda data: data,
+    shift: int = 0,
+) -> None:
+    """The same log with every record put through `change`, every message of the film through `change_film`, and `shift` ns
+    added to each time; every checksum, number and index is made right again."""
+    sink, container = Sink(out, create(out, overwrite=True)), Container(path, Caps(str(path)))
+    log, film = None, []
     for chunk in range(container.chunk_count):
         for message in container.messages(chunk):
-            if message.topic in TOPICS:
-                log = log_identity(message.data) if TOPICS[message.topic] == HEADER else log
-                kind = TOPICS[message.topic]
-                found.append((decode(message.data, kind, None if kind == HEADER else log), message.nanoseconds))
+            kind, time = TOPICS.get(message.topic), message.nanoseconds + shift
+            if kind is None:
+                topic = Topic(message.topic, "any", "protobuf", b"")
+                film.append(PreviewMessage(topic, time, message.published, [change_film(bytes(message.data))]))
+                continue
+            log = log_identity(message.data) if kind == HEADER else log
+            new = change(decode(message.data, kind, None if kind == HEADER else log))
+            if new.kind == EVENTS and new.detail == CLOSED:
+                sink.add_preview(film)
+                new = dataclasses.replace(new, arrays={"index": sink.rows})
+            sink.add(new, time)
+            if new.kind == HEADER:
+                sink.flush()
     container.close()
-    return found
-
-
-def rewrite(path: Path, out: Path, change: Callable[[Record], Record]) -> None:
-    """The same log with every record put through `change`, and every checksum, number and index made right again."""
-    sink = Sink(out, out.open("wb"))
-    for old, nanoseconds in records_of(path):
-        new = change(old)
-        if new.kind == EVENTS and new.detail == CLOSED:
-            sink.flush()
-            new = dataclasses.replace(new, arrays={"index": sink.rows})
-        sink.add(new, nanoseconds)
     sink.finish()
+
+
+def film_topics(path: Path) -> dict[str, Topic]:
+    """The channels of a log that stock viewers draw, read by the stock reader."""
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    found = [(channel.topic, summary.schemas[channel.schema_id]) for channel in summary.channels.values()]
+    return {topic: Topic(topic, schema.name, schema.encoding, schema.data) for topic, schema in found}
 
 
 def changed(record: Record, **arrays: np.ndarray) -> Record:

@@ -169,7 +169,7 @@ def test_a_process_that_dies_is_told(tmp_path):
     ended = subprocess.run(
         [sys.executable, str(script)], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120
     )
-    assert "a process ended" in ended.stdout, ended.stderr
+    assert "entry 'dies': its process ended with status 3" in ended.stdout, ended.stderr
 
 
 # -- constants, data, page, logs ------------------------------------------------------------------------------------

@@ -240,7 +240,7 @@ def test_an_arrangement_goes_with_walls_and_drives():
     assert chain.geometry.sound_speed[1] == PRESETS["aluminium"].longitudinal_speed
     chain.reset(velocity={0: 0.1})
     chain.step(50 * chain.step_size, left_velocity=0.1)
-    assert chain.get("contact_force")[0] > 0.0
+    assert chain.get("contact_force")[1] > 0.0
 
 
 def test_tapers_have_the_same_bits_everywhere():

@@ -16,7 +16,7 @@ from granular_env.components.profiles import Profile
 def test_seldom_seen_contacts_are_warned_of_once() -> None:
     chain = unit_chain(5, step_size=0.3)
     chain.reset(velocity={0: 1.0})
-    with pytest.warns(ge.GranularWarning, match=r"force evaluations, about 60 are wanted.*step_size") as caught:
+    with pytest.warns(ge.GranularWarning, match=r"fewer than the 60 force evaluations that pefrl wants.*step_size") as caught:
         advance(chain, 12.0)
     assert len(caught) == 1
     assert any("force evaluations" in sentence for sentence in chain.cautions())
@@ -83,7 +83,7 @@ def test_too_fast() -> None:
 def test_a_start_too_deep_is_refused_at_once() -> None:
     chain = ge.make("chain", grains=3)
     before = chain.save().to_bytes()
-    with pytest.raises(ge.ParameterError, match=r"start: overlap\[0\]"):
+    with pytest.raises(ge.ParameterError, match=r"start: overlap\[1\]"):
         chain.reset(displacement={0: 1e-3})
     assert chain.save().to_bytes() == before
 
@@ -120,11 +120,13 @@ REFUSED = [
     (GOOD | {"mass": {4: 1.0}}, "mass: got index 4, expected 0 to 3"),
     (GOOD | {"mass": {0: -1.0}}, "mass"),
     (GOOD | {"contact_stiffness": -1.0}, "contact_stiffness"),
-    (GOOD | {"contact_stiffness": [1.0, 1.0, 1.0, 1.0]}, "contact_stiffness: got 4 values, expected one for all or 3"),
+    (GOOD | {"contact_stiffness": [1.0] * 3}, "contact_stiffness: got 3 values, expected one for all or 5, one for each place"),
+    (GOOD | {"contact_stiffness": [1.0] * 5}, "contact_stiffness[0]: got 1, expected 0: left is 'free'"),
     (
-        GOOD | {"left": "plane", "contact_stiffness": [1.0, 1.0, 1.0]},
-        "contact_stiffness: got 3 values, expected one for all or 4",
+        GOOD | {"left": "plane", "contact_stiffness": [0.0, 1.0, 1.0, 1.0, 0.0]},
+        "contact_stiffness[0]: got 0, expected more than 0: a contact is there",
     ),
+    (GOOD | {"right": "piston", "gap": [0.0, 0.0, 0.0, 0.0, 1e-6]}, "gap[4]: got 1e-06, expected 0: right is 'piston'"),
     (GOOD | {"gap": -1e-6}, "gap"),
     (GOOD | {"gap": [1e-6]}, "gap: got 1 values"),
     (GOOD | {"gap": 1e-6, "precompression": 1.0}, "gap: a precompressed chain has none"),
@@ -233,3 +235,102 @@ def test_dop853_stops_refining_at_the_rounding_of_the_overlaps(amplitude: float)
     # An overlap of 10 um is rounded to 1e-21 m; contacts turn that over 1e5 times a second.
     rounding = 1e-21 * 1e5 * 100
     assert reference.get("velocity") == pytest.approx(chain.get("velocity"), abs=1e-11 * amplitude + 10 * rounding, rel=0.0)
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"density": 7800.0, "young": 2e11, "poisson": 30.0}, "^Material: poisson: got 30.0, expected less than 0.5$"),
+        ({"poisson": 0.3}, "density: missing; it is mass density; young: missing"),
+        ({"E": 2e11, "nu": 0.3, "density": 7800.0}, "E: unknown; it is called 'young' here"),
+        ({"density": 7800.0, "young": 2e11, "poisson": 0.3, "yeild_strength": 1e9}, "did you mean 'yield_strength'"),
+    ],
+)
+def test_a_slip_in_a_material_is_one_sentence_of_the_family(fields: dict[str, float], said: str) -> None:
+    with pytest.raises(ge.ParameterError, match=said) as caught:
+        ge.Material(**fields)
+    assert "\n" not in str(caught.value) and "pydantic" not in str(caught.value)
+
+
+KK = {"name": "kuwabara_kono", "dissipation": 3e5}
+LINEAR = {"name": "power", "exponent": 1.0}
+PAPER_STIFFNESS = 5.6e12 * 8.8216e-4
+ORDINARY = {
+    "strikers": ({"grains": 30, "contact_stiffness": PAPER_STIFFNESS}, {0: 5.0, 1: 5.0}, 2e-4),
+    "many collisions": ({"grains": 12, "velocity_scale": 3.0}, {0: 3.0, 3: -2.0, 5: 1.0, 8: -3.0}, 2e-4),
+    "gaps": ({"grains": 20, "gap": 2.3e-6, "velocity_scale": 5.0}, {0: 5.0}, 1e-4),
+    "pressed": ({"grains": 30, "precompression": 100.0, "velocity_scale": 1.0}, {0: 0.5}, 1e-4),
+    "pressed, Kuwabara-Kono": (
+        {"grains": 10, "precompression": 1000.0, "velocity_scale": 0.01, "law": KK}, {0: 0.01}, 5e-5,
+    ),
+    "dashpots": (
+        {"grains": 12, "velocity_scale": 3.0, "law": {"name": "viscous", "dissipation": 5.0}}, {0: 3.0, 3: -2.0, 5: 1.0}, 2e-4,
+    ),
+    "linear": (
+        {"grains": 12, "contact_stiffness": 1e7, "velocity_scale": 5.0, "law": LINEAR}, {0: 5.0}, 2e-4,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("scheme", [name for name in INTEGRATORS if name != "dop853"])
+@pytest.mark.parametrize("case", ORDINARY)
+def test_no_integrator_doubts_the_step_that_it_suggests(scheme: str, case: str) -> None:
+    """It neither warns nor refuses, and velocities are right to 4e-4 of the largest (against a thirtieth of the step)."""
+    parameters, velocity, duration = ORDINARY[case]
+    speed = max(abs(value) for value in velocity.values())
+    found = []
+    for part in (1.0, 1.0 / 30.0):
+        usual = ge.make("chain", integrator=scheme, **parameters)
+        chain = usual if part == 1.0 else ge.make("chain", integrator=scheme, step_size=part * usual.step_size, **parameters)
+        chain.reset(velocity=velocity)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", ge.GranularWarning)
+            chain.step(round(duration / usual.step_size) * usual.step_size)
+        assert not any("force evaluations" in said or "dissipation" in said for said in chain.cautions())
+        found.append(chain.get("velocity"))
+    assert np.abs(found[0] - found[1]).max() <= 4e-4 * speed
+
+
+def test_leapfrog_speaks_up_where_its_error_is_of_percents() -> None:
+    """A second-order scheme wants twice as many force evaluations as one of fourth order."""
+    chain = ge.make("chain", grains=20, integrator="leapfrog", step_size=2e-7)
+    chain.reset(velocity={0: 3.0, 1: 3.0})
+    with pytest.warns(ge.GranularWarning, match="fewer than the 120 force evaluations that leapfrog wants"):
+        chain.step(1e-4)
+
+
+def test_a_start_whose_static_overlap_dissipates_too_much_is_refused_with_that_reason() -> None:
+    with pytest.raises(ge.ParameterError, match=r"start: .*dissipation would stop .* take a smaller step_size"):
+        ge.make("chain", grains=5, precompression=1000.0, law=KK, integrator="rk4", step_size=5e-7)
+
+
+def test_linear_springs_keep_their_energy_over_a_hundred_thousand_default_steps() -> None:
+    chain = ge.make(
+        "chain", grains=4, left="rigid_plane", right="rigid_plane", law=LINEAR, contact_stiffness=1e7, velocity_scale=2.0,
+    )  # fmt: skip
+    chain.reset(velocity=[1.0, -0.7, 0.4, 0.2])
+    start = chain.ledger().kinetic_energy
+    chain.step(100_000 * chain.step_size)
+    assert abs(chain.ledger().energy_residual) < 2e-4 * start
+
+
+def test_steep_laws_take_the_stiffness_that_they_need_and_messages_have_its_unit() -> None:
+    """10 N at 1 um is k = 1e61 N/m^10."""
+    chain = ge.make("chain", grains=2, law={"name": "power", "exponent": 10.0}, contact_stiffness=1e61, precompression=10.0)
+    assert chain.get("overlap")[1] == pytest.approx(1e-6, rel=1e-12)
+    with pytest.raises(ge.ParameterError, match=r"N/m\^3, expected"):
+        ge.make("chain", grains=2, law={"name": "power", "exponent": 3.0}, contact_stiffness=1e90)
+
+
+def test_the_end_of_a_scan_of_mass_ratios_is_a_dimer_too() -> None:
+    equal = ge.make("chain", grains=6, arrangement={"name": "dimer", "radius": [3e-3, 3e-3]})
+    assert np.array_equal(equal.geometry.mass, ge.make("chain", grains=6, radius=3e-3).geometry.mass)
+    with pytest.raises(ge.ParameterError, match="both kinds of grain are the same"):
+        ge.make("chain", grains=6, arrangement="dimer")
+
+
+def test_a_sampling_that_does_not_fit_is_told_a_step_that_does() -> None:
+    chain = ge.make("chain", grains=5, step_size=2e-7)
+    with pytest.raises(ge.ParameterError, match=r"use 4e-07 s or 6e-07 s, or give step_size = 1e-07 \(s\)"):
+        chain.ticks_in(5e-7, "every")
+    assert ge.make("chain", grains=5, step_size=1e-7).ticks_in(5e-7) == 5

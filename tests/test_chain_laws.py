@@ -49,7 +49,7 @@ def pressed(law: object, integrator: str, step_size: float, grains: int = 30, **
     )  # fmt: skip
     chain.reset(velocity=0.05 * np.exp(-(((np.arange(grains) - 10.0) / 3.0) ** 2)))
     chain.step(2e-5)
-    assert chain.get("contact_force").min() > 0.0
+    assert chain.get("contact_force")[1:].min() > 0.0
     return chain
 
 
@@ -119,9 +119,9 @@ def test_exponent_3_halves_is_hertz_and_1_is_a_spring() -> None:
     spring.reset(velocity={0: 1.0})
     half_period = math.pi * math.sqrt(0.5 * spring.geometry.mass[0] / 1e7)
     spring.step(math.floor(half_period / 1e-8) * 1e-8)
-    assert spring.get("contact_force")[0] > 0.0
+    assert spring.get("contact_force")[1] > 0.0
     spring.step(2e-8)
-    assert spring.get("contact_force")[0] == 0.0
+    assert spring.get("contact_force")[1] == 0.0
     assert spring.get("velocity") == pytest.approx([0.0, 1.0], abs=1e-4)
 
 
@@ -383,7 +383,7 @@ def test_a_law_keeps_its_name_where_defaults_are_left_out(law: dict) -> None:
         ({"law": {"name": "power", "exponent": 1.5}}, "contact_stiffness.*power"),
         ({"law": "power", "contact_stiffness": 1e9}, "exponent"),
         ({"law": {"name": "viscous", "dissipation": -1.0}}, "dissipation.*-1"),
-        ({"law": {"name": "kuwabara_kono", "dissipation": [1.0, 2.0]}}, "dissipation: got 2 values.*3"),
+        ({"law": {"name": "kuwabara_kono", "dissipation": [1.0, 2.0]}}, "dissipation: got 2 values.*5"),
         ({"law": {"name": "kuwabara_kono", "dissipation": math.nan}}, "dissipation"),
         ({"law": {"name": "kuwabara_kono", "disipation": 1.0}}, "dissipation"),
         ({"law": {"name": "elastic_plastic", "yield_pressure": 0.0}}, "yield_pressure"),

@@ -71,7 +71,6 @@ def signals(draw: st.DrawFn, size: float) -> Any:
 def cases(draw: st.DrawFn, schemes: tuple[str, ...] = SCHEMES) -> Case:
     grains = draw(st.integers(2, 8))
     left, right = draw(st.sampled_from(ENDS)), draw(st.sampled_from(ENDS))
-    contacts = grains - 1 + (left in WALLS) + (right in WALLS)
     material = st.sampled_from(["steel", "aluminium", "brass", "glass"])
     parameters: dict[str, Any] = {
         "grains": grains,
@@ -90,7 +89,8 @@ def cases(draw: st.DrawFn, schemes: tuple[str, ...] = SCHEMES) -> Case:
     if closed == "pressed":
         parameters["precompression"] = draw(numbers(0.1, 100.0))
     elif closed == "gaps":
-        parameters["gap"] = [draw(numbers(0.0, 2e-6)) for _ in range(contacts)]
+        touched = [left in WALLS, *[True] * (grains - 1), right in WALLS]
+        parameters["gap"] = [draw(numbers(0.0, 2e-6)) if touches else 0.0 for touches in touched]
     velocity = [draw(numbers(-3.0, 3.0)) for _ in range(grains)]
     inputs = {}
     for side, end in (("left", left), ("right", right)):

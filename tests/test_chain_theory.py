@@ -21,9 +21,10 @@ def hertz(young_1: float, poisson_1: float, radius_1: float, young_2: float, poi
 
 
 def stiffness_of(**parameters: object) -> np.ndarray:
-    """k of every contact, from the force at a known overlap."""
+    """k of every contact of two grains and their walls, from the force at a known overlap."""
     chain = ge.make("chain", grains=2, precompression=1.0, **parameters)
-    return chain.get("contact_force") / chain.get("overlap") ** 1.5
+    overlap = chain.get("overlap")
+    return (chain.get("contact_force")[overlap > 0.0]) / overlap[overlap > 0.0] ** 1.5
 
 
 def test_equal_spheres() -> None:
@@ -57,8 +58,8 @@ def test_walls_of_another_material() -> None:
 
 
 def test_given_stiffness_for_each_contact_and_given_masses() -> None:
-    chain = ge.make("chain", grains=3, left="plane", contact_stiffness=[1e9, 2e9, 3e9], mass={1: 0.5}, precompression=1.0)
-    assert chain.get("contact_force") / chain.get("overlap") ** 1.5 == pytest.approx([1e9, 2e9, 3e9], rel=1e-12)
+    chain = ge.make("chain", grains=3, left="plane", contact_stiffness=[1e9, 2e9, 3e9, 0.0], mass={1: 0.5}, precompression=1.0)
+    assert chain.get("contact_force")[:3] / chain.get("overlap")[:3] ** 1.5 == pytest.approx([1e9, 2e9, 3e9], rel=1e-12)
     chain.reset(velocity=1.0)
     assert chain.get("momentum") == pytest.approx(2.0 * MASS + 0.5, rel=1e-12)
 
@@ -72,7 +73,7 @@ def test_collision_of_two_spheres(masses: tuple[float, float]) -> None:
     overlap = []
     for _ in range(1000):
         chain.step()
-        overlap.append(chain.get("overlap")[0])
+        overlap.append(chain.get("overlap")[1])
     velocity = chain.get("velocity")
     assert velocity == pytest.approx([(masses[0] - masses[1]) / sum(masses), 2.0 * masses[0] / sum(masses)], abs=1e-9)
     # Once apart they part at the speed of their approach: back from the gap to the moment of separation.
@@ -171,7 +172,7 @@ def closed_run(scheme: str, step_size: float, case: str, tolerance: float = 1e-1
     for _ in range(8):
         chain.step(1.0, **inputs)
         inputs = {}
-        lowest = min(lowest, chain.get("overlap").min())
+        lowest = min(lowest, chain.get("overlap")[1:-1].min())
     assert lowest > 0.2
     return np.concatenate((chain.get("velocity"), chain.get("displacement"), [chain.get("input_work"), chain.get("impulse")]))
 
@@ -215,6 +216,6 @@ def test_a_gap_as_small_as_rounding_does_not_stop_the_reference() -> None:
     chain = paper_chain(3)
     step = np.spacing(1e-4)
     chain.reset(displacement=[1e-4, 1e-4 + step, 1e-4 + step], velocity={0: 1e-9})
-    assert chain.get("overlap")[0] < 0.0
+    assert chain.get("overlap")[1] < 0.0
     chain.step(1e-3)
     assert chain.get("momentum") == pytest.approx(MASS * 1e-9, rel=1e-12)

@@ -5,13 +5,20 @@ import os
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from terminal_tools import run_in_terminal, seen_lines
 
+from granular_env import terminal
 from granular_env.cli import main
+from granular_env.components import catalogue
+from granular_env.components.catalogue import make
 from granular_env.experiments import load_experiment, shipped_experiments
-from granular_env.recording import open_log, verify
+from granular_env.recording import open_log, record, verify
+from granular_env.shipped import first_sentence
+from granular_env.writing import with_article
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -65,6 +72,20 @@ def test_help_needs_none_of_the_heavy_packages():
         "study",
     ):
         assert re.search(rf"^ +{command} ", ended.stdout, re.MULTILINE)
+
+
+def test_list_imports_nothing_heavy():
+    code = (
+        "import sys\nfrom granular_env.cli import main\nmain(['list'])\n"
+        "print([name for name in ('numpy', 'numba', 'scipy', 'gymnasium', 'pydantic', 'rich', 'mcap') if name in sys.modules])"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert ended.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("name", catalogue.names())
+def test_a_component_is_listed_as_it_describes_itself(name):
+    assert catalogue.summary(name) == first_sentence(catalogue.component_class(name).__doc__)
 
 
 def test_list_names_everything(capsys):
@@ -126,8 +147,9 @@ def test_every_commented_default_of_a_template_is_toml(capsys):
     uncommented = "\n".join(
         line.removeprefix("# ") if re.match(r"# [a-z_]+ = |# \[", line) else line for line in text.splitlines()
     )
-    # "automatic" stands for a parameter that is better left out.
-    tomllib.loads(uncommented.replace("= automatic", '= "automatic"'))
+    tomllib.loads(uncommented)
+    # What is computed from the rest has no default that could stand there.
+    assert "# mass: automatic" in text and "write key = value to set it" in text
 
 
 def test_run_ends_by_telling_where_the_log_is(folder, capsys):
@@ -346,6 +368,10 @@ def test_view_saves_over_nothing_but_a_rerun_file(log, folder, capsys):
         (["run", "nesterenko-1983/3.4-pistn"], "did you mean 'nesterenko-1983/3.4-piston'?"),
         (["run", "oscillator/pushed", "--set", "component.mas=1"], "did you mean 'mass'?"),
         (["run", "oscillator/pushed", "--set", "component.mass=-1"], "mass: got -1"),
+        (["run", "oscillator/pushed", "--set", "mass=2"], "did you mean 'component.mass'?"),
+        (["run", "nesterenko-1983/3.4-piston", "--set", "component.left=free"], "left_velocity needs left = 'piston'"),
+        (["run", "oscillator/pushed", "--set", 'input.force={ profile = "sine" }'], 'profile = "table" with times and values'),
+        (["run", "oscillator/pushed", "--set", 'input.force={ profile = "half_sin" }'], "did you mean 'half_sine'?"),
         (["run", "oscillator/pushed", "--hash-every", "0"], "hash_every: got 0"),
         (
             ["run", "oscillator/pushed", "--set", "component.mass=-1"],
@@ -394,12 +420,179 @@ def test_a_wrong_branch_writes_nothing(arguments, said, log, folder, capsys):
     assert [path.name for path in folder.iterdir()] == [log]
 
 
-@pytest.mark.parametrize("arguments", [[], ["fly"], ["run"], ["branch", "x.mcap"], ["run", "x", "--log", "a", "--no-log"]])
+@pytest.mark.parametrize("arguments", [["fly"], ["run"], ["branch", "x.mcap"], ["run", "x", "--log", "a", "--no-log"]])
 def test_misuse_is_status_2(arguments, capsys):
     with pytest.raises(SystemExit) as caught:
         main(arguments)
     assert caught.value.code == 2
     assert "usage: granular-env" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["rnu"], "there is no command 'rnu'; did you mean 'run'?"),
+        (["run", "x", "--overwritte"], "usage: granular-env run "),
+        (["run", "x", "--overwritte"], "--overwritte; did you mean '--overwrite'?"),
+        (["branch", "x.mcap", "--at", "1", "--for", "3"], "usage: granular-env branch "),
+    ],
+)
+def test_what_is_mistyped_is_answered_by_its_command_and_the_nearest_name(arguments, said, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_without_a_command_there_is_help(capsys):
+    assert main([]) == 0
+    text = capsys.readouterr().out
+    assert "usage: granular-env" in text
+    for status in ("0 done", "1 a verification", "2 an error", "70 a fault", "130 ended by"):
+        assert status in text.replace("\n", " ")
+
+
+def test_the_version_is_told(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f"granular-env {version('granular-env')}\n"
+
+
+def test_a_fault_of_the_program_is_no_difference(monkeypatch, capsys):
+    from granular_env import commands
+
+    def broken(args):
+        raise AttributeError("no such thing")
+
+    monkeypatch.setitem(commands.COMMANDS, "replay", broken)
+    assert main(["replay", "a.mcap", "--verify"]) == 70
+    told = capsys.readouterr().err
+    assert "AttributeError: no such thing" in told and "please report it" in told
+
+
+def test_a_fault_of_the_system_is_one_sentence(monkeypatch, capsys):
+    from granular_env import commands
+
+    def refused(args):
+        raise OSError(24, "Too many open files", "a.mcap")
+
+    monkeypatch.setitem(commands.COMMANDS, "run", refused)
+    assert main(["run", "x"]) == 2
+    assert capsys.readouterr().err == "granular-env run: 'a.mcap': the system refused it: Too many open files\n"
+
+
+@pytest.mark.parametrize(
+    ("redirection", "status", "said"),
+    [(">&-", 0, ""), ("2>&-", 0, ""), (">/dev/full", 2, "No space left on device"), ("<&- >&- 2>&-", 0, "")],
+)
+def test_streams_that_are_closed_or_full_are_no_difference(redirection, status, said, log, folder):
+    command = f'exec "{sys.executable}" -m granular_env replay a.mcap --verify {redirection}'
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    ended = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True, timeout=100)
+    assert ended.returncode == status, ended.stderr
+    assert said in ended.stderr
+    assert "Traceback" not in ended.stderr and "Exception ignored" not in ended.stderr
+    assert verify("a.mcap").identical
+
+
+def test_a_current_folder_that_is_gone_is_told_in_a_sentence(tmp_path):
+    (tmp_path / "gone").mkdir()
+    command = f'cd gone && rmdir ../gone && exec "{sys.executable}" -m granular_env run oscillator/pushed --quiet'
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    ended = subprocess.run(["bash", "-c", command], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=100)
+    assert ended.returncode == 2, ended.stderr
+    assert ended.stderr.startswith("granular-env run: ") and "Traceback" not in ended.stderr
+
+
+# -- for programs and for terminals -----------------------------------------------------------------------------------
+
+
+def parsed(capsys, *arguments: str, status: int = 0):
+    assert main([*arguments, "--json"]) == status
+    return json.loads(capsys.readouterr().out)
+
+
+def test_results_for_programs(log, folder, capsys):
+    facts = parsed(capsys, "run", "oscillator/pushed", "--log", "b.mcap")
+    assert (facts["log"], facts["tick"], facts["time"], facts["interrupted"]) == ("b.mcap", 1000, 10.0, False)
+    assert abs(facts["ledger"]["energy_residual"]) < 1e-3
+    assert parsed(capsys, "check", "oscillator/pushed")["ticks"] == 1000
+    assert parsed(capsys, "check", "tapered-chains")["tasks"] == 15
+    assert parsed(capsys, "check", log)["complete"] is True
+    chain = parsed(capsys, "describe", "chain")
+    assert {"grains", "radius"} <= {one["name"] for one in chain["parameters"]}
+    assert {"name": "velocity", "unit": "m/s", "shape": [4]}.items() <= next(
+        one for one in chain["outputs"] if one["name"] == "velocity"
+    ).items()
+    assert parsed(capsys, "describe", "oscillator/pushed")["component"]["type"] == "oscillator"
+    Path("plan.toml").write_text(
+        'version = 1\nexperiment = "oscillator/pushed"\n[grid]\n"component.mass" = [1.0, -1.0]\n'
+        '[measure]\nend = "final position"\n'
+    )
+    swept = parsed(capsys, "sweep", "plan.toml", "--engine", "serial", status=1)
+    assert (swept["done"], swept["failed"], list(swept["errors"])) == (1, 1, ["1"])
+
+
+def test_a_logs_experiment_is_written_as_a_file(folder, capsys):
+    stop = 'stop=[{ variable = "position", above = 1e9 }]'
+    inputs = 'input.force={ profile = "sum", profiles = [{ profile = "constant", value = 2 }] }'
+    changed = ["--set", "component.mass=2", "--set", "start.position=0.5", "--set", stop, "--set", inputs]
+    assert main(["run", "oscillator/pushed", *changed, "--log", "a.mcap", "--quiet"]) == 0
+    assert main(["new", "a.mcap", "-o", "mine.toml"]) == 0
+    assert main(["run", "mine.toml", "--log", "b.mcap", "--quiet"]) == 0
+    with open_log("a.mcap") as first, open_log("b.mcap") as second:
+        assert second.metadata["experiment"] == {**first.metadata["experiment"], "name": "mine"}
+        assert first.series("position")[1].tobytes() == second.series("position")[1].tobytes()
+    with record(make("oscillator"), "script.mcap"):
+        pass
+    capsys.readouterr()
+    assert main(["new", "script.mcap"]) == 2
+    assert "holds no experiment" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_tables_wrap_at_words_at_the_width_of_the_terminal(width):
+    for arguments in (["list"], ["describe", "chain"]):
+        status, written = run_in_terminal(["-m", "granular_env", *arguments], width)
+        whole = called(*arguments).stdout
+        assert status == 0
+        assert max(map(len, seen_lines(written))) <= width
+        # The same words in the same order: none is cut, none is lost.
+        assert " ".join(" ".join(seen_lines(written)).split()) == " ".join(whole.split())
+    assert max(map(len, called("list").stdout.splitlines())) > 120  # where there is no terminal nothing wraps
+
+
+def test_a_table_that_is_too_wide_is_drawn_in_blocks(monkeypatch):
+    rows = [["method", "best return", "spread", "evaluations"], ["gradient", "-1.08e-10", "0.1", "20000"]]
+    whole = terminal.table(rows)
+    assert whole == "method    best return  spread  evaluations\ngradient  -1.08e-10    0.1     20000"
+    monkeypatch.setattr(terminal, "output_width", lambda: 32)
+    first, second = terminal.table(rows).split("\n\n")
+    assert first.splitlines()[0] == "method    best return  spread"
+    assert second.splitlines() == ["method    evaluations", "gradient  20000"]
+
+
+def test_names_out_of_files_are_not_obeyed_by_the_terminal(folder, capsys):
+    toml = Path("x.toml")
+    assert main(["new", "oscillator/pushed", "-o", str(toml)]) == 0
+    toml.write_text(re.sub(r'name = ".*"', r'name = "x\\u001b[2J"', toml.read_text(), count=1))
+    capsys.readouterr()
+    assert main(["check", "x.toml"]) == 0
+    text = capsys.readouterr().out
+    assert r"valid: x\x1b[2J, an oscillator" in text and "\x1b" not in text
+    assert with_article("\x1b[31mred") == r"a \x1b[31mred"
+    assert main(["run", "no\x1b[2Jthing"]) == 2
+    assert "\x1b" not in capsys.readouterr().err
+
+
+def test_a_run_that_would_take_long_is_told_of_by_check(capsys):
+    assert main(["check", "oscillator/pushed"]) == 0
+    assert "note:" not in capsys.readouterr().out
+    assert main(["check", "nesterenko-1983/3.4-piston", "--set", "duration=100"]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"^note: this takes about \S+ (s|min|h|days) on this machine, and records up to \d+ GB", text)
+    assert "in 200000000 ticks of 5e-07 s" in text
 
 
 def test_ctrl_c_outside_of_a_run_is_status_130(monkeypatch, capsys):

@@ -219,7 +219,7 @@ def test_save_and_restore_at_every_step(example: Example, mode: str) -> None:
         original_step(1.0 * hopping.step_size)  # something to be forgotten
         hopping.restore(other.save())
 
-    hopping.step = step_in_the_other  # type: ignore[method-assign]
+    vars(hopping)["step"] = step_in_the_other
     drive(hopping, example, example.ticks, mode)
     assert bits(hopping) == bits(straight)
     assert readings(hopping) == readings(straight)
@@ -289,7 +289,7 @@ def test_the_ledger_closes(example: Example, mode: str) -> None:
         worst_energy = max(worst_energy, abs(ledger.energy_residual))
         worst_momentum = max(worst_momentum, abs(ledger.momentum_residual))
 
-    component.step = watched_step  # type: ignore[method-assign]
+    vars(component)["step"] = watched_step
     drive(component, example, example.ticks, mode)
     assert energy > 0.0
     assert worst_energy <= example.energy_tolerance * energy

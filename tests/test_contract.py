@@ -121,3 +121,52 @@ def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: A
     foreign(theirs=value)
     with pytest.raises(ParameterError, match=f"'theirs'.*{value}"):
         catalogue.make("theirs")
+
+
+# -- attributes ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("stiffness", "parameters of a oscillator are fixed once it is made; make a new one"),
+        ("stifness", "did you mean 'stiffness'"),
+        ("force", r"an input is given to a step: step\(duration, force=...\)"),
+        ("velocity", r"a start value is given to reset: reset\(velocity=...\)"),
+        ("kinetic_energy", "an output can only be read"),
+        ("parameters", "are fixed"),
+        ("tick", "cannot be set"),
+        ("step_size", "are fixed"),
+    ],
+)
+def test_an_attribute_that_would_do_nothing_cannot_be_set(name: str, said: str) -> None:
+    oscillator = Oscillator()
+    before = oscillator.save().to_bytes()
+    with pytest.raises(ParameterError, match=f"^{name}: .*{said}"):
+        setattr(oscillator, name, 50.0)
+    assert not hasattr(oscillator, "stifness") and oscillator.save().to_bytes() == before
+
+
+def test_parameters_cannot_be_set_either() -> None:
+    with pytest.raises(ParameterError, match="^mass: got 1.0, but OscillatorParameters is fixed; make a new one"):
+        Oscillator().parameters.mass = 1.0  # type: ignore[attr-defined]
+
+
+def test_a_subclass_may_have_attributes_of_its_own() -> None:
+    """Public ones in its `__init__`, private ones whenever it likes."""
+
+    class Counting(Oscillator):
+        def __init__(self, **parameters: float) -> None:
+            super().__init__(**parameters)
+            self.label = "mine"
+            self._advances = 0
+
+        def _advance(self, ticks: int) -> int:
+            self._advances += 1
+            return super()._advance(ticks)
+
+    counting = Counting()
+    counting.step(3 * counting.step_size)
+    assert counting.label == "mine" and counting._advances == 1
+    with pytest.raises(ParameterError, match="label: a oscillator's attributes cannot be set"):
+        counting.label = "yours"

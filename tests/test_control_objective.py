@@ -117,7 +117,8 @@ def test_a_task_may_bring_its_objective() -> None:
     [
         (lambda chain: total(chain), "terms: got none"),
         (lambda chain: total(chain, velocity(7).at_end()), r"velocity\[7\]: got 7, expected -7 to 6"),
-        (lambda chain: total(chain, contact_force(7).at_end()), r"contact_force\[7\]: got 7, expected -7 to 6"),
+        (lambda chain: total(chain, contact_force(8).at_end()), r"contact_force\[8\]: got 8, expected -8 to 7"),
+        (lambda chain: total(chain, contact_force(0).at_end()), r"contact_force\[0\]: left is 'free', so there is no contact"),
         (lambda chain: velocity(1).peak(scale=0.0), "scale: got 0.0"),
         (lambda chain: velocity(1).peak(scale=1.0, power=3), "power: got 3, expected an even number"),
         (lambda chain: velocity(1).mean(begin=8, end=5), "begin, end: got 8 and 5"),
@@ -312,3 +313,19 @@ def test_plain_functions_are_compiled() -> None:
     assert found[0] > 0.0
     with pytest.raises(ParameterError, match=r"objective.note: it does not compile"):
         value_and_grad(Objective(no_code, _value, pull), chain, DRIVE, ticks=2)
+
+
+def test_factors_of_a_term_are_merged_in_its_description() -> None:
+    term = 1e-3 * applied("left").mean(target=0.0) / 10.0
+    assert term.description == "0.0001 ((left input - 0)^2 on average)"
+    assert (-term * -1e4).description == "(left input - 0)^2 on average"
+    assert (2.0 * term + velocity(-1).at_end()).description == f"0.0002 ({term.body}) + velocity[-1] at the end"
+
+
+def test_differences_that_leave_what_a_chain_may_be_say_so() -> None:
+    chain = Chain(grains=3, gap=0.0, step_size=1e-7)
+    chain.reset(velocity={0: 1.0})
+    drive = np.zeros((4, 2))
+    with pytest.raises(ParameterError, match="leaves what a chain may be: .*gap: got -.*smaller step") as caught:
+        central_differences(total(chain, velocity(-1).at_end()), chain, drive, {"gap": 1e-9}, ticks=2)
+    assert "shape" not in str(caught.value)

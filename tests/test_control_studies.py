@@ -18,9 +18,10 @@ from control_toys import Bowl, bowl_study
 from granular_env.cli import main
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
 from granular_env.control.drive import Drive, DriveShape
-from granular_env.control.study import load_study, shipped_studies
+from granular_env.control.study import drawing, load_study, running, shipped_studies
 from granular_env.control.study.load import as_toml
 from granular_env.control.study.methods import METHODS
+from granular_env.control.study.results import heads, verdicts
 from granular_env.control.study.running import run_study
 from granular_env.control.study.track import PLAYED, RETURN, Track
 from granular_env.recording import verify
@@ -28,7 +29,8 @@ from granular_env.recording import verify
 ROOT = Path(__file__).resolve().parents[1]
 SEARCHES = ("gradient", "cma", "random")
 SMALL = {
-    "version": 1, "name": "small", "budget": 3000, "task": {"name": "force", "grains": 6, "deadline": 60, "impulse": 0.005},
+    "version": 1, "name": "small", "budget": 3000,
+    "task": {"name": "protection", "grains": 6, "deadline": 60, "impulse": 0.005},
     "drive": {"knots": 4, "lowest": 0.0}, "method": [{"type": "random", "batch": 8}, {"type": "cma", "population": 8}],
 }  # fmt: skip
 
@@ -125,7 +127,7 @@ def test_the_identity_knows_what_changes_a_result():
         (bowl_study(budget=0), "study: budget: got 0"),
         (bowl_study(bugdet=1), "study: bugdet: unknown; did you mean 'budget'?"),
         (bowl_study(task={}), "study: task.name: missing"),
-        (bowl_study(task={"name": "force", "impulse": float("inf")}), "study: task: not usable"),
+        (bowl_study(task={"name": "protection", "impulse": float("inf")}), "study: task: not usable"),
         ({key: value for key, value in bowl_study().items() if key != "task"}, "study: task: missing; give a table [task]"),
         ({key: value for key, value in bowl_study().items() if key != "method"}, "study: method: missing; give tables"),
     ],
@@ -362,6 +364,58 @@ def test_records_that_are_damaged_or_of_another_path_are_named(tmp_path):
         run_study(bowl_study(), tmp_path, problem=Bowl())
 
 
+def test_a_best_point_of_another_length_is_named(tmp_path):
+    run_study(bowl_study(), tmp_path, problem=Bowl())
+    path, owner = tmp_path / "checkpoints" / "random-1.trial", _owner([{"type": "random"}], "random")
+    track = Track.load(path, owner)
+    track.best = {"point": np.zeros(7)}
+    track.save(path, owner)
+    with pytest.raises(ExperimentError, match=r"random-1.trial: the best that it holds does not fit.*pass overwrite=True"):
+        run_study(bowl_study(), tmp_path, problem=Bowl())
+
+
+def test_a_folder_that_cannot_be_filled_is_not_left_behind(tmp_path, monkeypatch):
+    def full(*_):
+        raise ExperimentError("no space left on device")
+
+    monkeypatch.setattr(running, "write_files", full)
+    with pytest.raises(ExperimentError, match="no space left"):
+        run_study(bowl_study(), tmp_path / "results", problem=Bowl())
+    assert not (tmp_path / "results").exists()
+
+
+def test_several_seeds_are_told_by_their_lower_median_and_their_spread(tmp_path):
+    result = run_study(bowl_study(seeds=[1, 2, 3, 4]), tmp_path, problem=Bowl())
+    values = sorted(trial.score.value for trial in result.trials)
+    row = dict(zip(heads(result), verdicts(result)[0], strict=True))
+    assert row["return (lower median)"] == values[1]
+    assert (row["worst seed"], row["best seed"]) == (values[0], values[3])
+    assert row["beats theory"] == ("yes" if values[1] > result.baselines["theory"].value else "no")
+
+
+def test_chosen_methods_are_run_alone_and_the_others_later(tmp_path):
+    study = bowl_study({"type": "random"}, {"type": "cma", "population": 8})
+    alone = run_study(study, tmp_path, problem=Bowl(), only=["cma"])
+    assert alone.labels() == ["cma"]
+    both = run_study(study, tmp_path, problem=Bowl())
+    assert both.labels() == ["random", "cma"]
+    assert both.of("cma")[0].score.value == alone.of("cma")[0].score.value
+    with pytest.raises(ExperimentError, match="only: got 'cmaa', which is no method of it; did you mean 'cma'?"):
+        run_study(study, tmp_path, problem=Bowl(), only=["cmaa"])
+
+
+def test_an_end_grain_that_flew_off_does_not_flatten_the_picture():
+    from matplotlib.figure import Figure
+
+    wave = np.linspace(0.0, 1e-5, 20)
+    for end, expected in ((-1e-3, 1.2e-5), (-1e-6, 1.2e-5)):
+        axes = Figure().subplots()
+        axes.plot([end, *wave])
+        drawing._let_end_grains_leave(axes, [np.array([end, *wave])])
+        low, high = axes.get_ylim()
+        assert high - low < 1.1 * expected and high >= 1e-5
+
+
 def test_a_record_is_the_same_after_saving_and_loading(tmp_path):
     track = Track()
     track.add(0, np.array([0.1, 0.2]), 1.5, 20)
@@ -463,6 +517,16 @@ def test_the_command_checks_lists_and_copies_studies(folder, capsys):
         assert load_study(f"{name}.toml").to_dict() == load_study(name).to_dict()
     assert main(["study"]) == 2
     assert main(["study", "no-such-study"]) == 2
+
+
+def test_check_says_which_methods_are_not_here_and_others_run_without_them(folder, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cma", None)
+    assert main(["check", "small.toml"]) == 0
+    told = capsys.readouterr().out
+    assert "not here: method 'cma' needs the package cma" in told and "--only METHOD" in told
+    assert main(["study", "small.toml", "--quiet"]) == 2
+    assert main(["study", "small.toml", "--quiet", "--only", "random"]) == 0
+    assert results_of(Path("studies/small"))["trials"][0]["method"] == "random"
 
 
 def test_every_method_is_named_by_its_type():

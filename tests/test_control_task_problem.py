@@ -55,7 +55,11 @@ def test_slopes_by_the_point_are_those_of_central_differences(changes):
 
 
 @pytest.mark.parametrize(
-    ("name", "arguments"), [("pulse-forming", {**SMALL, "control_delay": 2}), ("soliton-train", {"deadline": 120})]
+    ("name", "arguments"),
+    [
+        ("pulse-forming", {**SMALL, "control_delay": 2}),
+        ("soliton-train", {"deadline": 120, "waves": 2, "front": [16, 20], "spacing": [6, 8]}),
+    ],
 )
 def test_the_objective_of_an_episode_at_rest_is_minus_its_return(name, arguments):
     problem = TaskProblem(name, arguments)
@@ -68,11 +72,11 @@ def test_the_objective_of_an_episode_at_rest_is_minus_its_return(name, arguments
 
 
 def test_every_environment_has_a_short_name():
-    assert task_names()["pulse-forming"] == "granular_env/PulseForming-v0"
+    assert task_names()["pulse-forming"] == "granular_env/PulseForming-v1"
     for short, registered in task_names().items():
         assert TaskProblem(short, {"grains": 48}).name == registered == TaskProblem(registered, {"grains": 48}).name
 
 
 def test_a_task_without_a_deadline_is_refused():
     with pytest.raises(ParameterError, match="deadline: got none, expected a number of control steps"):
-        TaskProblem("force", {"deadline": None})
+        TaskProblem("protection", {"deadline": None})

@@ -22,7 +22,6 @@ from granular_env.envs import ChainEnv, register_all
 from granular_env.envs.policies import Constant, OpenLoop
 from granular_env.envs.tasks.absorption import AbsorptionEnv
 from granular_env.envs.tasks.energy_delivery import EnergyDeliveryEnv
-from granular_env.envs.tasks.force import ForceEnv
 from granular_env.envs.tasks.protection import ProtectionEnv
 from granular_env.envs.tasks.pulse_forming import PulseFormingEnv
 from granular_env.envs.tasks.shipped import best_return
@@ -90,17 +89,17 @@ def test_pulse_forming_rewards_nearness_to_waves_on_their_way(action: str) -> No
     _, info = env.reset(seed=1)
     before, chosen = wanted_distance(env, info, rows, 110 * env.duration), np.random.default_rng(2).uniform(-0.3, 0.6, 110)
     for step in range(110):
-        _, reward, _, truncated, info = env.step([chosen[step]])
+        _, reward, terminated, truncated, info = env.step([chosen[step]])
         now = wanted_distance(env, info, rows, (109 - step) * env.duration)
         # Cubics through sixteen points a grain on one side, a spline on the other: 1e-5 of the crest.
         assert reward == pytest.approx(before - now, abs=3e-5)
         assert info["distance"] == pytest.approx(now, abs=3e-5)
         before = now
-    assert truncated
+    assert terminated and not truncated, "the deadline is the goal's, and the clock has told it"
 
 
 def test_soliton_trains_are_rewarded_alike_and_told() -> None:
-    env = SolitonTrainEnv(action="force")
+    env = SolitonTrainEnv(action="force", clock=0)
     seen: set[int] = set()
     for seed in range(12):
         observation, info = env.reset(seed=seed)
@@ -157,12 +156,6 @@ def test_energy_delivery_pays_for_nearness_and_charges_work(action: str) -> None
         assert info["closeness"] == pytest.approx(now, rel=1e-9, abs=1e-12)
         assert reward == pytest.approx(now - closeness - 0.3 * (done - work) / 0.015, abs=1e-9)
         closeness, work = now, done
-
-
-def test_protection_is_force_under_its_newer_name() -> None:
-    one, other = ProtectionEnv(16), ForceEnv(16)
-    for seed in range(3):
-        assert episode(one, noise(seed))[0] == episode(other, noise(seed))[0]
 
 
 def test_protection_counts_impulse_and_peak() -> None:
@@ -283,7 +276,7 @@ def test_nothing_is_less_than_theory_is_less_than_best(name: str, action: str) -
     assert returned["theory"] == pytest.approx(theory, rel=1e-3)
     assert returned["best"] == pytest.approx(best, abs=1e-4 if name == "Protection" else 1e-6)
     assert returned["nothing"] < returned["theory"] < returned["best"]
-    assert returned["best"] == pytest.approx(best_return(f"granular_env/{name}-v0", env.task.arguments), abs=1e-9)
+    assert returned["best"] == pytest.approx(best_return(f"granular_env/{name}-v1", env.task.arguments), abs=1e-9)
     other = TASKS[name](20, action=action, **{"PulseForming": {"place": 10}}.get(name, {}))
     assert "best" not in other.task.baselines()
 
@@ -296,7 +289,7 @@ def test_a_matched_end_swallows_all_but_the_rebound(action: str) -> None:
         nothing, theory = (episode(env, policies[kind], seed)[0] for kind in ("nothing", "theory"))
         # The integrator's own error of energy.
         assert nothing == pytest.approx(0.0, abs=1e-4)
-        assert theory > 0.98
+        assert 0.9914 < theory < 0.9937
     # One striker's solitary wave has 1.06932 m (.681632 v0)^2 of its m v0^2 / 2; two strikers rebound with that of the
     # paper's section 3.1, v/v0 = -.1126, -.0480, ..., of their m v0^2.
     one = 1.0 - 2.0 * 1.0693229458 * 0.681632**2
@@ -334,7 +327,7 @@ def test_a_precompressed_chain_has_waves_of_its_own() -> None:
 def test_gymnasium_has_nothing_to_say(name: str, action: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        env = gymnasium.make(f"granular_env/{name}-v0", action=action, render_mode="rgb_array")
+        env = gymnasium.make(f"granular_env/{name}-v1", action=action, render_mode="rgb_array")
         check_env(env.unwrapped)
         env.close()
 
@@ -351,9 +344,9 @@ def test_the_same_seed_gives_the_same_episode(name: str, action: str) -> None:
 
 @pytest.mark.parametrize("name", list(TASKS))
 def test_the_native_batch_gives_what_single_environments_give(name: str) -> None:
-    made = {"deadline": 60} if name != "SolitonTrain" else {}
+    made = {"PulseForming": {"place": 6, "deadline": 60}, "SolitonTrain": {}}.get(name, {"deadline": 60})
     native, single = (
-        gymnasium.make_vec(f"granular_env/{name}-v0", num_envs=3, vectorization_mode=mode, **made)
+        gymnasium.make_vec(f"granular_env/{name}-v1", num_envs=3, vectorization_mode=mode, **made)
         for mode in ("vector_entry_point", "sync")
     )
     np.testing.assert_array_equal(native.reset(seed=3)[0], single.reset(seed=3)[0])

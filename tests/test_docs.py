@@ -73,6 +73,18 @@ def test_the_snippets_of_a_page_run_and_print_what_it_says(page, tmp_path):
     assert result.returncode == 0, result.stderr
 
 
+@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "docs" / "getting-started.md"], ids=name_of)
+def test_the_logs_of_the_first_pages_can_be_written_again(page):
+    """Whoever tries a page's lines runs them more than once."""
+    text = page.read_text()
+    kept = [line for line in text.splitlines() if re.search(r"ge\.record\(|granular-env run .*--log ", line)]
+    assert kept and all("overwrite" in line for line in kept)
+    made = [line for line in text.splitlines() if re.match(r"granular-env new .* -o ", line)]
+    assert all("--force" in line for line in made)
+    # GNU's and BSD's sed differ.
+    assert "sed -i" not in text
+
+
 def test_the_readme_opens_with_a_picture_and_the_two_commands():
     text = (ROOT / "README.md").read_text()
     assert text.index("docs/images/piston.png") < text.index("make demo") < text.index("make test") < text.index("```python")

@@ -16,11 +16,11 @@ from gymnasium.utils.env_checker import check_env
 
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ComponentEnv, ForceEnv, PistonEnv, register_all
+from granular_env.envs import ComponentEnv, PistonEnv, ProtectionEnv, register_all
 from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
-NAMES = ["granular_env/Piston-v0", "granular_env/Force-v0"]
+NAMES = ["granular_env/Piston-v1", "granular_env/Protection-v1"]
 
 
 @pytest.fixture(params=sorted(MAKERS))
@@ -47,7 +47,7 @@ def test_the_registered_environments_pass_too(name: str) -> None:
         env.reset(seed=1)
         for _ in range(20):
             env.step(env.action_space.sample())
-        assert env.unwrapped.observation_space.shape == (128,)
+        assert env.unwrapped.observation_space.shape == (128 + env.unwrapped.clock,)
         assert env.unwrapped.duration == 3 * env.unwrapped.component.step_size
         env.close()
         env.close()
@@ -89,7 +89,7 @@ def test_the_spaces_follow_the_declarations() -> None:
 
 
 def test_docstrings_tell_what_gymnasium_users_look_for() -> None:
-    for env in (PistonEnv, ForceEnv):
+    for env in (PistonEnv, ProtectionEnv):
         for title in (
             "Action space",
             "Observation space",
@@ -302,7 +302,7 @@ def test_a_saved_state_is_not_changed_by_what_follows(make: Callable[..., Compon
 
 
 def test_foreign_states_are_refused() -> None:
-    env, force, longer = PistonEnv(**SMALL), ForceEnv(**SMALL), PistonEnv(grains=9)
+    env, force, longer = PistonEnv(**SMALL), ProtectionEnv(**SMALL), PistonEnv(grains=9)
     for one in (env, force, longer):
         one.reset(seed=1)
     before = pickle.dumps(env.save())

@@ -11,14 +11,13 @@ from env_toys import SMALL, actions, transcript
 
 from granular_env.components.counter_random import normal, stream_key
 from granular_env.components.errors import ParameterError
-from granular_env.envs import ForceEnv, PistonEnv
-from granular_env.envs.randomising import make_chain
+from granular_env.envs import PistonEnv, ProtectionEnv
 
 PRESSED = {"grains": 6, "deadline": 50, "chain": {"precompression": 20.0}}
 
 
-def shaken(**options: Any) -> ForceEnv:
-    env = ForceEnv(**{**PRESSED, **options})
+def shaken(**options: Any) -> ProtectionEnv:
+    env = ProtectionEnv(clock=0, **{**PRESSED, **options})
     env.reset(seed=3)
     transcript(env, actions(20, seed=2))
     return env
@@ -28,14 +27,14 @@ def shaken(**options: Any) -> ForceEnv:
 
 
 def test_sensors_read_what_the_component_says() -> None:
-    places = {"velocity": [0, -1, 2], "displacement": 4, "force": [1, 2], "contact_force": [-1, 0, 1], "wall_force": "right"}
+    places = {"velocity": [0, -1, 2], "displacement": 4, "force": [1, 2], "contact_force": [-1, 1, 2], "wall_force": "right"}
     env = shaken(observe=places)
     observation, _ = env.observe()
     chain = env.component
     velocity, force = chain.get("velocity") / 10.0, chain.get("contact_force") / 500.0
     expected = [
-        *velocity[[0, 5, 2]], chain.get("displacement")[4] / 1e-3, 0.5 * (force[0] + force[1]), 0.5 * (force[1] + force[2]),
-        *force[[5, 0, 1]], -chain.get("right_wall_force") / 500.0,
+        *velocity[[0, 5, 2]], chain.get("displacement")[4] / 1e-3, 0.5 * (force[1] + force[2]), 0.5 * (force[2] + force[3]),
+        *force[[6, 1, 2]], -chain.get("right_wall_force") / 500.0,
     ]  # fmt: skip
     # A factor 1 / scale and a rounding to float32.
     np.testing.assert_allclose(observation, expected, rtol=2e-7)
@@ -44,11 +43,13 @@ def test_sensors_read_what_the_component_says() -> None:
 
 @pytest.mark.parametrize("law", [{"name": "viscous", "dissipation": 1.0}, {"name": "elastic_plastic", "yield_pressure": 1e9}])
 def test_forces_include_dissipation_and_history(law: dict[str, Any]) -> None:
-    env = ForceEnv(grains=5, chain={"law": law}, observe={"contact_force": range(5), "wall_force": ["right"]}, deadline=None)
+    env = ProtectionEnv(
+        clock=0, grains=5, chain={"law": law}, observe={"contact_force": range(1, 6), "wall_force": ["right"]}, deadline=None
+    )
     env.reset(seed=1)
     transcript(env, np.full((60, 1), 0.5, np.float32))
     observation, _ = env.observe()
-    np.testing.assert_allclose(observation[:5], env.component.get("contact_force") / 500.0, rtol=2e-7)
+    np.testing.assert_allclose(observation[:5], env.component.get("contact_force")[1:] / 500.0, rtol=2e-7)
     assert observation[5] == observation[4] > 0.0
 
 
@@ -67,7 +68,8 @@ def test_the_full_state_is_every_grains_displacement_and_velocity() -> None:
         ({"velocity": [True]}, "whole numbers"),
         ({"velocity": [0, -8]}, "once"),
         ({"velocity": None}, "list of places"),
-        ({"contact_force": [8]}, "-8 to 7"),
+        ({"contact_force": [9]}, "-9 to 8"),
+        ({"contact_force": [0]}, "left is .*so there is no contact left of grain 0"),
         ({"wall_force": ["left"]}, "has no wall"),
         ({"wall_force": ["top"]}, '"left" or "right"'),
         ({"velocity": []}, "at least one"),
@@ -78,7 +80,7 @@ def test_the_full_state_is_every_grains_displacement_and_velocity() -> None:
 )
 def test_sensors_that_are_not_there_are_refused(choice: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        ForceEnv(**SMALL, observe=choice)
+        ProtectionEnv(clock=0, **SMALL, observe=choice)
 
 
 # -- noise --------------------------------------------------------------------------------------------------------------
@@ -97,7 +99,7 @@ def test_noise_is_a_function_of_seed_step_and_reading() -> None:
 
 
 def test_noise_has_the_moments_of_a_normal_distribution() -> None:
-    env = ForceEnv(grains=64, noise=0.5, deadline=None)
+    env = ProtectionEnv(clock=0, grains=64, noise=0.5, deadline=None)
     seen = [env.reset(seed=seed)[0] for seed in range(200)]
     drawn = np.concatenate(seen).astype(float) / 0.5
     count = len(drawn)
@@ -131,39 +133,39 @@ def test_the_noise_is_what_whole_numbers_say() -> None:
 
 
 def test_noise_is_clipped_with_the_observation() -> None:
-    env = ForceEnv(**SMALL, noise=100.0)
+    env = ProtectionEnv(clock=0, **SMALL, noise=100.0)
     assert np.abs(env.reset(seed=1)[0]).max() == env.task.observation_limit
 
 
 @pytest.mark.parametrize("noise", [-1.0, math.nan, "much"])
 def test_noise_that_is_none_is_refused(noise: Any) -> None:
     with pytest.raises(ParameterError, match="noise"):
-        ForceEnv(**SMALL, noise=noise)
+        ProtectionEnv(clock=0, **SMALL, noise=noise)
 
 
 # -- the actuator -------------------------------------------------------------------------------------------------------
 
 
-def applied(env: ForceEnv | PistonEnv, commands: list[float]) -> list[float]:
+def applied(env: ProtectionEnv | PistonEnv, commands: list[float]) -> list[float]:
     (name,) = env.task.actions
     return [env.step([command])[4][name] / env.task.actions[name] for command in commands]
 
 
 def test_info_tells_what_was_applied() -> None:
-    env = ForceEnv(**SMALL)
+    env = ProtectionEnv(clock=0, **SMALL)
     assert env.reset(seed=1)[1]["left_force"] == 0.0
     assert applied(env, [0.5, 7.0, -7.0]) == [0.5, 1.0, -1.0]
     assert env.component.get("left_force") == -500.0
 
 
 def test_a_rate_limits_each_change() -> None:
-    env = ForceEnv(**SMALL, action_rate=0.25)
+    env = ProtectionEnv(clock=0, **SMALL, action_rate=0.25)
     env.reset(seed=1)
     assert applied(env, [1.0, 1.0, 0.4, -1.0, 9.0]) == [0.25, 0.5, 0.4, 0.15000000000000002, 0.4]
 
 
 def test_a_delay_holds_back_each_action() -> None:
-    env = ForceEnv(**SMALL, control_delay=2)
+    env = ProtectionEnv(clock=0, **SMALL, control_delay=2)
     env.reset(seed=1)
     assert applied(env, [0.1, 0.2, 0.3, 0.4]) == [0.0, 0.0, 0.1, 0.2]
     env.reset(seed=1)
@@ -191,18 +193,18 @@ def test_rate_and_delay_begin_where_the_piston_is() -> None:
 )
 def test_actuators_that_are_none_are_refused(options: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        ForceEnv(**SMALL, **options)
+        ProtectionEnv(clock=0, **SMALL, **options)
 
 
 def test_a_wrong_shape_is_told_with_both_shapes() -> None:
-    env = ForceEnv(**SMALL)
+    env = ProtectionEnv(clock=0, **SMALL)
     env.reset(seed=1)
     with pytest.raises(ParameterError, match=r"got shape \(2,\), expected shape \(1,\)"):
         env.step([0.0, 0.0])
 
 
 def test_a_refused_step_leaves_the_actuator_as_it_was() -> None:
-    env = ForceEnv(grains=3, force_scale=1e6, control_delay=1)
+    env = ProtectionEnv(clock=0, grains=3, action_scale=1e6, control_delay=1)
     env.reset(seed=1)
     terminated, before = False, env.save()
     while not terminated:
@@ -226,30 +228,37 @@ def test_brief_infos_leave_out_the_grains() -> None:
 # -- randomisation --------------------------------------------------------------------------------------------------------
 
 
-def test_parameters_are_a_function_of_seed_and_index() -> None:
-    wanted = {"radius": (2e-3, 3e-3), "contact_stiffness": (1e9, 2e9)}
-    made = [ForceEnv(grains=4, randomise={**wanted, "seed": seed}, index=index) for seed in (0, 1) for index in (0, 1, 0)]
-    drawn = [(env.component.get("radius"), env.component.get("contact_stiffness")) for env in made]
-    assert drawn[0] == drawn[2] and drawn[3] == drawn[5] and len(set(drawn)) == 4
+def test_the_seed_of_the_reset_decides_the_chain_and_each_episode_has_its_own() -> None:
+    env = ProtectionEnv(clock=0, grains=4, randomise={"contact_stiffness": (1e9, 2e9), "radius": (2e-3, 3e-3)})
+    drawn = []
+    for seed in (0, 1, None, 0, None):
+        info = env.reset(seed=seed)[1]
+        drawn.append((info["drawn_radius"], info["drawn_contact_stiffness"]))
+        assert drawn[-1] == (env.component.get("radius"), env.component.get("contact_stiffness"))
+        assert env.step([0.5])[4]["drawn_radius"] == drawn[-1][0]
+    assert drawn[0] == drawn[3] and len(set(drawn[:3])) == 3 and drawn[4] not in drawn[:4]
     assert all(2e-3 <= radius <= 3e-3 and 1e9 <= stiffness <= 2e9 for radius, stiffness in drawn)
 
 
 def test_draws_fill_their_range_evenly() -> None:
-    drawn = [
-        make_chain({"grains": 2}, None, {"precompression": (10.0, 20.0)}, index).get("precompression") for index in range(300)
-    ]
+    env = ProtectionEnv(clock=0, grains=2, randomise={"precompression": (10.0, 20.0)})
+    drawn = [env.reset(seed=seed)[1]["drawn_precompression"] for seed in range(300)]
     # The mean of 300 even draws has a standard error of 10 / sqrt(12 * 300) = .17.
     assert abs(np.mean(drawn) - 15.0) < 0.7 and min(drawn) < 10.5 and max(drawn) > 19.5
 
 
 def test_each_grain_may_have_its_own_radius() -> None:
-    made = [ForceEnv(grains=5, randomise={"radius": {"low": 2e-3, "high": 3e-3}}, index=index) for index in (0, 1)]
-    radii = np.concatenate([env.component.geometry.radius for env in made])
-    assert len(set(radii.tolist())) == 10 and radii.min() >= 2e-3 and radii.max() <= 3e-3
+    env = ProtectionEnv(clock=0, grains=5, randomise={"radius": {"low": 2e-3, "high": 3e-3}})
+    radii = []
+    for seed in (0, 1):
+        told = env.reset(seed=seed)[1]["drawn_radius"]
+        assert told.tolist() == env.component.geometry.radius.tolist()
+        radii += told.tolist()
+    assert len(set(radii)) == 10 and min(radii) >= 2e-3 and max(radii) <= 3e-3
 
 
 def test_impacts_are_drawn_for_each_episode() -> None:
-    env = ForceEnv(**SMALL, randomise={"velocity": {0: (1.0, 2.0), -1: (-3.0, -2.0)}})
+    env = ProtectionEnv(clock=0, **SMALL, randomise={"velocity": {0: (1.0, 2.0), -1: (-3.0, -2.0)}})
     starts = [env.reset(seed=1)[1]["velocity"], env.reset()[1]["velocity"], env.reset(seed=1)[1]["velocity"]]
     for start in starts:
         assert 1.0 <= start[0] <= 2.0 and -3.0 <= start[-1] <= -2.0 and not start[1:-1].any()
@@ -269,10 +278,11 @@ def test_impacts_are_drawn_for_each_episode() -> None:
         ({"radius": (math.nan, 1.0)}, "radius"),
         ({"velocity": {9: (0.0, 1.0)}}, "-8 to 7"),
         ({"velocity": {0: (0.0, 1.0), -8: (0.0, 1.0)}}, "once"),
-        ({"seed": -1}, "seed"),
+        ({"seed": 3}, "nothing that can be drawn"),
+        ({"radius": {"low": 1e-3}}, "keys low, high"),
         (3, "randomise"),
     ],
 )
 def test_draws_that_are_none_are_refused(randomise: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        ForceEnv(**SMALL, randomise=randomise)
+        ProtectionEnv(clock=0, **SMALL, randomise=randomise)

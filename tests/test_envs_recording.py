@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from granular_env.components.contract import GranularError, ParameterError
-from granular_env.envs import ForceEnv, PistonEnv, RecordEnv, register_all
+from granular_env.envs import PistonEnv, ProtectionEnv, RecordEnv, register_all
 from granular_env.recording import open_log, verify
 
 register_all()
@@ -29,7 +29,7 @@ def play(env: gymnasium.Env, episodes: int, seed: int = 0) -> list[float]:
     return rewards
 
 
-@pytest.mark.parametrize("maker", [PistonEnv, ForceEnv])
+@pytest.mark.parametrize("maker", [PistonEnv, ProtectionEnv])
 def test_a_recorded_environment_verifies(maker: type, tmp_path: Path) -> None:
     path = tmp_path / "episodes.mcap"
     env = RecordEnv(maker(grains=6, deadline=25), path, every=1.5e-6)
@@ -39,7 +39,7 @@ def test_a_recorded_environment_verifies(maker: type, tmp_path: Path) -> None:
     env.close()
     assert recorded == play(maker(grains=6, deadline=25), episodes=3)
     found = verify(path)
-    assert found.identical and found.steps == 75, found.message
+    assert found.identical and found.calls == 75, found.message
     with closing(open_log(path)) as log:
         assert log.complete
         # 25 control steps of 3 internal steps each.
@@ -63,7 +63,7 @@ def test_every_action_is_in_the_log(tmp_path: Path) -> None:
 
 
 def test_wrappers_may_lie_between(tmp_path: Path) -> None:
-    env = RecordEnv(gymnasium.make("granular_env/Piston-v0", grains=6, deadline=12), tmp_path / "made.mcap")
+    env = RecordEnv(gymnasium.make("granular_env/Piston-v1", grains=6, deadline=12), tmp_path / "made.mcap")
     play(env, episodes=1)
     env.close()
     assert verify(tmp_path / "made.mcap").identical

@@ -20,7 +20,7 @@ def run(script: str) -> str:
     return done.stdout.strip()
 
 
-MAKE = "env = gymnasium.make('granular_env/Force-v0', grains=4); print(env.spec.id, type(env.unwrapped).__name__)"
+MAKE = "env = gymnasium.make('granular_env/Protection-v1', grains=4); print(env.spec.id, type(env.unwrapped).__name__)"
 IMPORTS = {
     "ours first": "import granular_env, gymnasium",
     "gymnasium first": "import gymnasium, granular_env",
@@ -32,11 +32,11 @@ IMPORTS = {
 
 @pytest.mark.parametrize("imports", IMPORTS.values(), ids=IMPORTS)
 def test_any_order_of_imports_will_do(imports: str) -> None:
-    assert run(f"{imports}; {MAKE}") == "granular_env/Force-v0 ForceEnv"
+    assert run(f"{imports}; {MAKE}") == "granular_env/Protection-v1 ProtectionEnv"
 
 
 def test_gymnasium_imports_us_by_name() -> None:
-    script = "import gymnasium; print(gymnasium.make('granular_env:granular_env/Piston-v0', grains=4).unwrapped.task.name)"
+    script = "import gymnasium; print(gymnasium.make('granular_env:granular_env/Piston-v1', grains=4).unwrapped.task.name)"
     assert run(script) == "piston"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,8 @@ from env_toys import MAKERS, SMALL, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.envs import ChainVectorEnv, ComponentEnv, EnvState, ForceEnv, PistonEnv, RecordEnv
+from granular_env.components.packing import pack, unpack
+from granular_env.envs import ChainVectorEnv, ComponentEnv, EnvState, PistonEnv, ProtectionEnv, RecordEnv
 from granular_env.recording import record
 
 HARD: dict[str, Any] = {
@@ -75,6 +77,73 @@ def test_bytes_that_are_no_state_are_refused() -> None:
             EnvState.from_bytes(wrong)
 
 
+@pytest.mark.parametrize("name", ["test", "seed", "random", "exponential", "Generator", "RandomState", "", None, 3, ["PCG64"]])
+def test_bytes_choose_nothing_that_is_called(name: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    called: list[str] = []
+    for one in ("test", "seed", "random", "exponential"):
+        monkeypatch.setattr(np.random, one, lambda *arguments, one=one: called.append(one))
+    env = PistonEnv(**SMALL)
+    env.reset(seed=1)
+    header, arrays = unpack(env.save().to_bytes())
+    header["random"] = {"bit_generator": name}
+    with pytest.raises(LogError):
+        EnvState.from_bytes(pack(header, arrays))
+    assert called == []
+
+
+@pytest.mark.parametrize("kind", [np.random.MT19937, np.random.PCG64DXSM, np.random.Philox, np.random.SFC64])
+def test_random_numbers_of_any_kind_go_along(kind: Any) -> None:
+    env, other = MAKERS["swing"](), MAKERS["swing"]()
+    other.reset(seed=1)
+    env.np_random = np.random.Generator(kind(5))
+    env.reset()
+    other.restore(EnvState.from_bytes(env.save().to_bytes()))
+    np.testing.assert_array_equal(other.reset()[0], env.reset()[0])
+
+
+@pytest.mark.parametrize("place", [0, 2, 3, 4, 5])
+@pytest.mark.parametrize("number", [math.nan, math.inf, -1.5, 1e300])
+def test_memories_that_no_environment_has_are_refused_and_nothing_moves(place: int, number: float) -> None:
+    if place in (4, 5) and math.isfinite(number):
+        pytest.skip("an input may be any finite number")
+    env = PistonEnv(**SMALL)
+    batch = ChainVectorEnv(PistonEnv, 3, **SMALL)
+    env.reset(seed=1)
+    batch.reset(seed=2)
+    batch.step(np.ones((3, 1)))
+    state, good = env.save(), batch.save()
+    memory = np.frombuffer(state.episode).copy()
+    memory[place] = number
+    bad = EnvState(state.snapshot, state.task, memory.tobytes(), state.random)
+    for restore in (lambda: env.restore(bad), lambda: batch.restore([state, bad], [0, 1])):
+        with pytest.raises(ParameterError, match="counts and commands"):
+            restore()
+    assert batch.save() == good, "a batch takes all of them or none"
+    batch.restore(good)
+    batch.step(np.ones((3, 1)))
+
+
+def test_random_numbers_that_are_none_are_refused_and_nothing_moves() -> None:
+    env, other = PistonEnv(**SMALL), PistonEnv(**SMALL)
+    env.reset(seed=1)
+    other.reset(seed=1)
+    transcript(other, actions(4))
+    state, before = other.save(), env.save()
+    for random in ({"bit_generator": "seed"}, {}, {**state.random, "state": {"state": -1, "inc": 3}}):
+        with pytest.raises(ParameterError, match="random numbers"):
+            env.restore(EnvState(state.snapshot, state.task, state.episode, random))
+        assert env.save() == before
+
+
+def test_states_are_told_apart_and_shown() -> None:
+    env = PistonEnv(**SMALL)
+    env.reset(seed=1)
+    first, again = env.save(), env.save()
+    env.step([0.1])
+    assert first == again and hash(first) == hash(again) and first != env.save() and first != 3
+    assert repr(first).startswith("EnvState('piston', tick=0")
+
+
 def test_a_state_with_another_memory_is_refused() -> None:
     env, other = PistonEnv(**SMALL), PistonEnv(**SMALL, control_delay=2)
     env.reset(seed=1)
@@ -109,7 +178,7 @@ def test_states_move_between_batches_and_single_environments() -> None:
 
 
 def test_restored_lanes_know_whether_they_are_over() -> None:
-    batch = ChainVectorEnv(ForceEnv, 2, grains=4, deadline=3)
+    batch = ChainVectorEnv(ProtectionEnv, 2, grains=4, deadline=3, clock=0)
     batch.reset(seed=1)
     begun = batch.save()
     for _ in range(3):
@@ -145,7 +214,7 @@ def test_states_that_do_not_fit_a_batch_are_refused() -> None:
 
 
 @pytest.mark.parametrize("instant", [0, 7, 23, 39])
-@pytest.mark.parametrize("maker", [PistonEnv, ForceEnv])
+@pytest.mark.parametrize("maker", [PistonEnv, ProtectionEnv])
 def test_a_log_goes_on_as_an_environment(maker: type[ComponentEnv], instant: int, tmp_path: Path) -> None:
     """The same inputs give the bits of the log's own continuation."""
     chosen, path = actions(40), tmp_path / "episode.mcap"
@@ -186,11 +255,11 @@ def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
 
 def test_a_lane_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
     path = tmp_path / "pushed.mcap"
-    recorded = ForceEnv(**SMALL)
+    recorded = ProtectionEnv(**SMALL)
     with record(recorded.component, path):
         recorded.reset(seed=1)
         transcript(recorded, actions(20))
-    batch, single = ChainVectorEnv(ForceEnv, 2, **SMALL), ForceEnv(**SMALL)
+    batch, single = ChainVectorEnv(ProtectionEnv, 2, **SMALL), ProtectionEnv(**SMALL)
     batch.reset(seed=1)
     batch.lane(1).branch(path, at=1.5e-5, seed=8)
     single.branch(path, at=1.5e-5, seed=8)

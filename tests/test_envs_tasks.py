@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import gymnasium
 import numpy as np
 import pytest
 from env_toys import MAKERS, Swing
 
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ComponentEnv, ForceEnv, PistonEnv
+from granular_env.envs import ChainEnv, ComponentEnv, PistonEnv, ProtectionEnv
 from granular_env.envs.font import text_mask
 
 
@@ -46,7 +47,7 @@ def test_piston_returns_what_its_page_says() -> None:
 
 
 def test_force_returns_what_its_page_says() -> None:
-    env = ForceEnv()
+    env = ProtectionEnv(clock=0)
     total, _, terminated, info = episode(env, lambda count: 0.1)
     delivered = min(info["delivered_impulse"] / 0.05, 1.0)
     assert total == pytest.approx(delivered - info["peak_wall_force"] / 1000.0, abs=1e-13)
@@ -60,7 +61,7 @@ def test_force_returns_what_its_page_says() -> None:
 
 def test_the_walls_impulse_is_the_momentum_that_is_missing() -> None:
     """Applied impulse less the chain's momentum is what the wall took; the trapezoid sum is near it."""
-    env = ForceEnv(grains=16, impulse=10.0, deadline=600)
+    env = ProtectionEnv(grains=16, impulse=10.0, deadline=600)
     _, count, _, info = episode(env, lambda count: 0.2)
     taken = 100.0 * count * env.duration - env.component.get("momentum")
     # The wall's force turns over within some 30 control steps: the trapezoid rule is good to a fraction of (1/30)^2.
@@ -68,7 +69,9 @@ def test_the_walls_impulse_is_the_momentum_that_is_missing() -> None:
 
 
 def test_arguments_reach_the_chain() -> None:
-    env = ForceEnv(grains=5, radius=1e-3, chain={"right": "plane", "integrator": "leapfrog"}, step_size=2e-8, internal_steps=10)
+    env = ProtectionEnv(
+        grains=5, radius=1e-3, chain={"right": "plane", "integrator": "leapfrog"}, step_size=2e-8, internal_steps=10
+    )
     assert env.component.get("right") == "plane" and env.component.get("integrator") == "leapfrog"
     assert env.duration == pytest.approx(2e-7)
 
@@ -86,7 +89,7 @@ def test_arguments_reach_the_chain() -> None:
         ({"velocity_scale": math.nan}, "velocity_scale"),
     ],
 )
-@pytest.mark.parametrize("env", [PistonEnv, ForceEnv])
+@pytest.mark.parametrize("env", [PistonEnv, ProtectionEnv])
 def test_wrong_arguments_are_refused(env: type[ComponentEnv], arguments: dict, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         env(**arguments)
@@ -142,4 +145,66 @@ def test_letters_are_told_apart() -> None:
     letters = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ.-+=/:_(),%"
     shapes = {text_mask(letter, 1).tobytes() for letter in letters}
     assert len(shapes) == len(letters)
-    assert text_mask("ab", 3).shape == (15, 24)
+    assert text_mask("ab", 3).shape == (21, 36)
+
+
+# -- authors' slips -----------------------------------------------------------------------------------------------------
+
+
+class Nameless(Swing):
+    name = property()  # type: ignore[assignment]
+
+
+def test_what_an_author_forgets_is_named() -> None:
+    def swing(**changes: object) -> Swing:
+        task = Swing()
+        for name, value in changes.items():
+            if value is None:
+                delattr(task, name)
+            else:
+                setattr(task, name, value)
+        return task
+
+    component = Oscillator(step_size=0.01)
+    for task, words in (
+        (swing(actions=None), "it has no actions"),
+        (swing(observations=None), "it has no observations"),
+        (Nameless(), "it has no name"),
+        (3, "expected a Task"),
+    ):
+        with pytest.raises(ParameterError, match=words):
+            ComponentEnv(component, task)  # type: ignore[arg-type]
+    env = ComponentEnv(component, swing(judge=lambda *_: 0.5))
+    env.reset(seed=1)
+    with pytest.raises(ParameterError, match="judge gave 0.5, expected a pair"):
+        env.step([0.1])
+    with pytest.raises(ParameterError, match="expected a Chain"):
+        ChainEnv(component, PistonEnv(grains=4).task)  # type: ignore[arg-type]
+
+
+def test_an_argument_that_is_not_there_gets_the_nearest_name() -> None:
+    with pytest.raises(ParameterError, match="'grain': unknown argument of PistonEnv; did you mean 'grains'"):
+        gymnasium.make("granular_env/Piston-v1", grain=16)
+    with pytest.raises(ParameterError, match="did you mean 'randomise'"):
+        gymnasium.make_vec("granular_env/Piston-v1", 2, randomize={})
+    with pytest.raises(ParameterError, match=r"^action: got 'hammer'; (?!.*force.*force)"):
+        gymnasium.make("granular_env/Protection-v1", action="hammer")
+
+
+def test_pictures_show_walls_and_what_is_wanted() -> None:
+    from granular_env.envs import PulseFormingEnv
+
+    dark = lambda image, rows, columns: (image[rows, columns].max(axis=2) < 60).sum()  # noqa: E731
+    pictures = {}
+    for side in ("plane", "free"):
+        env = PistonEnv(grains=10, chain={"right": side}, render_mode="rgb_array")
+        env.reset(seed=1)
+        pictures[side] = dark(env.render(), slice(60, 150), slice(920, 935))
+    assert pictures["plane"] > 400 and pictures["free"] < 20
+    env = PulseFormingEnv(render_mode="rgb_array")
+    env.reset(seed=1)
+    at_rest = dark(env.render(), slice(150, 250), slice(40, 920))
+    for _ in range(100):
+        env.step([0.0])
+    # The wave that should be on its way now covers a few grains: bars of 13 pixels, three high.
+    assert at_rest == 0 and dark(env.render(), slice(150, 250), slice(40, 920)) > 60

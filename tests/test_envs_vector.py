@@ -11,7 +11,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from granular_env.components.contract import GranularWarning, ParameterError
-from granular_env.envs import ChainEnv, ChainVectorEnv, ForceEnv, PistonEnv, PulseFormingEnv, register_all
+from granular_env.envs import ChainEnv, ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, register_all
 from granular_env.recording import record, verify
 
 register_all()
@@ -20,11 +20,18 @@ MODES = list(AutoresetMode)
 
 # What is tried: the environment, and arguments that differ from lane to lane or not.
 CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
-    "force": (ForceEnv, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3}),
+    "force": (ProtectionEnv, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 0}),
+    "clock": (ProtectionEnv, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 3}),
+    "held": (PistonEnv, {"grains": 5, "deadline": 20, "internal_steps": 13, "hold": 3, "control_delay": 2, "noise": 0.1}),
+    "held with a clock": (
+        PulseFormingEnv,
+        {"grains": 9, "amplitude": 3.0, "place": 3, "deadline": 40, "hold": 7, "randomise": {"radius": (2.9e-3, 3e-3)}},
+    ),
     "piston": (PistonEnv, {"grains": 5, "deadline": 8, "internal_steps": 30}),
     "sensors": (
-        ForceEnv,
+        ProtectionEnv,
         {
+            "clock": 0,
             "grains": 5,
             "deadline": 8,
             "internal_steps": 40,
@@ -38,13 +45,14 @@ CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
         {"grains": 4, "deadline": 14, "internal_steps": 20, "action_rate": 0.3, "control_delay": 3, "noise": 0.1},
     ),
     "drawn": (
-        ForceEnv,
+        ProtectionEnv,
         {
+            "clock": 0,
             "grains": 6,
             "deadline": 7,
             "internal_steps": 30,
             "chain": {"law": {"name": "viscous", "dissipation": 0.5}},
-            "randomise": {"radius": (2e-3, 3e-3), "contact_stiffness": (1e9, 2e9), "velocity": (0.0, 3.0), "seed": 3},
+            "randomise": {"radius": (2e-3, 3e-3), "contact_stiffness": (1e9, 2e9), "velocity": (0.0, 3.0)},
             "impulse": 1e-3,
         },
     ),
@@ -58,8 +66,9 @@ CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
         },
     ),
     "plastic": (
-        ForceEnv,
+        ProtectionEnv,
         {
+            "clock": 0,
             "grains": 5,
             "deadline": 8,
             "internal_steps": 40,
@@ -68,8 +77,16 @@ CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
         },
     ),
     "refused": (
-        ForceEnv,
-        {"grains": 3, "deadline": 5, "impulse": 10.0, "force_scale": 2e5, "chain": {"overlap_limit": 0.005}},
+        ProtectionEnv,
+        {
+            "grains": 3,
+            "deadline": 5,
+            "impulse": 10.0,
+            "clock": 0,
+            "hold": 2,
+            "action_scale": 2e5,
+            "chain": {"overlap_limit": 0.005},
+        },
     ),
 }
 EPISODES = -(-1000 // (len(CASES) * len(MODES)))
@@ -79,7 +96,7 @@ def pair(case: str, mode: AutoresetMode, info: str) -> tuple[ChainVectorEnv, Syn
     maker, arguments = CASES[case]
     arguments = {**arguments, "info": info}
     native = ChainVectorEnv(maker, COUNT, autoreset_mode=mode, **arguments)
-    makers = [lambda index=index: maker(**arguments, index=index) for index in range(COUNT)]
+    makers = [lambda: maker(**arguments) for _ in range(COUNT)]
     return native, SyncVectorEnv(makers, autoreset_mode=mode)
 
 
@@ -149,12 +166,13 @@ def test_the_cases_reach_every_end() -> None:
                     found[2] + infos.get("_step_error", bias * 0).sum(),
                 ]
         ends[case] = found
-    assert all(terminated > 0 and truncated > 0 for terminated, truncated, _ in ends.values()), ends
+    timed = {"clock", "held with a clock"}
+    assert all(terminated > 0 and (truncated > 0) != (case in timed) for case, (terminated, truncated, _) in ends.items()), ends
     assert [case for case, found in ends.items() if found[2] > 0] == ["refused"]
 
 
 def test_make_vec_picks_the_batch() -> None:
-    for name, environment in (("granular_env/Force-v0", ForceEnv), ("granular_env/Piston-v0", PistonEnv)):
+    for name, environment in (("granular_env/Protection-v1", ProtectionEnv), ("granular_env/Piston-v1", PistonEnv)):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             env = gymnasium.make_vec(name, num_envs=3, grains=5)
@@ -162,7 +180,7 @@ def test_make_vec_picks_the_batch() -> None:
         assert isinstance(env.unwrapped.lane(0), environment)
         assert env.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
         observations, _ = env.reset(seed=1)
-        assert env.observation_space.contains(observations) and observations.shape == (3, 10)
+        assert env.observation_space.contains(observations) and observations.shape[1] in (10, 18)
         assert env.observation_space.contains(env.step(env.action_space.sample())[0])
         assert env.single_observation_space == env.unwrapped.lane(0).observation_space
         env.close()
@@ -171,10 +189,10 @@ def test_make_vec_picks_the_batch() -> None:
 def test_parameters_may_differ_from_lane_to_lane() -> None:
     own = [{"radius": 2e-3}, {"impulse": 1e-3, "chain": {"precompression": 3.0}}, {"deadline": 3, "noise": 0.1}]
     common: dict[str, Any] = {"grains": 5, "chain": {"contact_stiffness": 1e9}}
-    batch = ChainVectorEnv(ForceEnv, 3, parameters=own, **common)
+    batch = ChainVectorEnv(ProtectionEnv, 3, parameters=own, **common)
     chains = [{**common["chain"], **each.get("chain", {})} for each in own]
     singles = [
-        lambda each=each, chain=chain: ForceEnv(**{**common, **each, "chain": chain, "info": "brief"})
+        lambda each=each, chain=chain: ProtectionEnv(**{**common, **each, "chain": chain, "info": "brief"})
         for each, chain in zip(own, chains, strict=True)
     ]
     play(batch, SyncVectorEnv(singles), 12, seed=3)
@@ -198,17 +216,17 @@ def test_goals_of_other_sizes_may_differ_from_lane_to_lane() -> None:
         {"amplitude": [3.0, 2.0], "place": [9, 3]},
         {"chain": {"precompression": 9.0}, "randomise": {"radius": (2e-3, 3e-3)}},
     ]
-    common: dict[str, Any] = {"grains": 12, "amplitude": 3.0, "place": 9, "deadline": 20, "info": "brief"}
+    common: dict[str, Any] = {"grains": 12, "amplitude": 3.0, "place": 9, "deadline": 60, "info": "brief"}
     batch = ChainVectorEnv(PulseFormingEnv, 3, parameters=own, **common)
     assert len({len(batch.lane(k).constants) for k in range(3)}) == 3
     fresh = ChainVectorEnv(PulseFormingEnv, 3, parameters=own, **common)
-    singles = [lambda k=k, each=each: PulseFormingEnv(**{**common, **each}, index=k) for k, each in enumerate(own)]
+    singles = [lambda k=k, each=each: PulseFormingEnv(**{**common, **each}) for k, each in enumerate(own)]
     play(fresh, SyncVectorEnv(singles), 30, seed=2)
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_what_lanes_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) -> None:
-    env = ChainVectorEnv(ForceEnv, 2, grains=4, deadline=3, autoreset_mode=mode)
+    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, deadline=3, autoreset_mode=mode)
     env.reset(seed=1)
     for _ in range(3):
         env.lane(1).step([1.0])
@@ -227,7 +245,7 @@ def test_what_lanes_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) ->
 
 
 def test_observations_and_infos_are_fresh() -> None:
-    env = ChainVectorEnv(ForceEnv, 2, grains=4, info="full")
+    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, info="full")
     observations, infos = env.reset(seed=1)
     kept = observations.copy(), {name: value.copy() for name, value in infos.items()}
     for _ in range(5):
@@ -237,7 +255,7 @@ def test_observations_and_infos_are_fresh() -> None:
 
 
 def test_a_mask_resets_some() -> None:
-    env = ChainVectorEnv(ForceEnv, 3, grains=4, autoreset_mode="Disabled")
+    env = ChainVectorEnv(ProtectionEnv, 3, grains=4, clock=0, autoreset_mode="Disabled")
     env.reset(seed=1)
     before, *_ = env.step(np.ones((3, 1)))
     mask = np.array([False, True, False])
@@ -250,7 +268,7 @@ def test_a_mask_resets_some() -> None:
 
 
 def test_with_autoreset_disabled_what_is_over_stays_over() -> None:
-    env = ChainVectorEnv(ForceEnv, 2, grains=4, deadline=2, autoreset_mode=AutoresetMode.DISABLED)
+    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, deadline=2, autoreset_mode=AutoresetMode.DISABLED)
     env.reset(seed=1)
     for _ in range(2):
         env.step(np.zeros((2, 1)))
@@ -259,7 +277,7 @@ def test_with_autoreset_disabled_what_is_over_stays_over() -> None:
 
 
 def test_a_recorded_lane_is_recorded_whole(tmp_path: Any) -> None:
-    env, path = ChainVectorEnv(ForceEnv, 3, grains=5), tmp_path / "lane.mcap"
+    env, path = ChainVectorEnv(ProtectionEnv, 3, grains=5), tmp_path / "lane.mcap"
     env.reset(seed=1)
     for _ in range(4):
         env.step(np.full((3, 1), 0.3))
@@ -268,7 +286,7 @@ def test_a_recorded_lane_is_recorded_whole(tmp_path: Any) -> None:
             env.step(np.full((3, 1), 0.5))
     env.step(np.full((3, 1), 0.5))
     found = verify(path)
-    assert found.identical and found.steps == 6
+    assert found.identical and found.calls == 6
     assert env.save([1])[0].snapshot.data == env.save([0])[0].snapshot.data
 
 
@@ -285,7 +303,7 @@ def test_a_recorded_lane_is_recorded_whole(tmp_path: Any) -> None:
     ],
 )
 def test_what_are_no_actions_is_refused_and_nothing_moves(actions: Any, words: str) -> None:
-    env = ChainVectorEnv(ForceEnv, 3, grains=4)
+    env = ChainVectorEnv(ProtectionEnv, 3, grains=4)
     with pytest.raises(ParameterError):
         env.step(np.zeros((3, 1)))  # before the first reset
     env.reset(seed=1)
@@ -315,11 +333,11 @@ def test_what_are_no_actions_is_refused_and_nothing_moves(actions: Any, words: s
 )
 def test_batches_that_cannot_be_are_refused(arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        ChainVectorEnv(ForceEnv, **{"num_envs": 3, "grains": 4, **arguments})
+        ChainVectorEnv(ProtectionEnv, **{"num_envs": 3, "grains": 4, **arguments})
 
 
 def test_seeds_are_given_to_each() -> None:
-    env = ChainVectorEnv(ForceEnv, 2, grains=4, randomise={"velocity": (0.0, 1.0)}, info="full")
+    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, randomise={"velocity": (0.0, 1.0)}, info="full")
     first = env.reset(seed=5)[1]["velocity"][:, 0].tolist()
     assert env.reset(seed=[6, 5])[1]["velocity"][:, 0].tolist()[::-1] == [first[0], first[1]]
     assert env.np_random_seed == (6, 5) and len(env.np_random) == 2
@@ -334,7 +352,7 @@ def test_seeds_are_given_to_each() -> None:
 
 
 def test_pictures_of_all() -> None:
-    env = ChainVectorEnv(ForceEnv, 2, grains=4, render_mode="rgb_array")
+    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, render_mode="rgb_array")
     env.reset(seed=1)
     env.step(np.array([[1.0], [0.0]]))
     first, second = env.render()

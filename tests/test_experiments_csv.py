@@ -1,20 +1,26 @@
 """Measured histories in CSV files: units are declared, and every fault is named by its line."""
 
+import warnings
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from granular_env.components.errors import ExperimentError
+from granular_env.components.csv_history import read_history
+from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError
+from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment
-from granular_env.experiments.csv_input import read_history
+from granular_env.experiments.inputs import CsvTable
 from granular_env.experiments.prepare import prepare
 
 GOOD = "# a drop hammer\ntime [us],temperature [K],force [kN]\n0,300,0.0\n10,301,1.5\n\n"
 
 
-def read(tmp_path, text, time_unit=None, value_unit=None, columns=("time", "force"), unit="N", delimiter=","):
+def read(tmp_path, text, time_unit=None, value_unit=None, columns=("time", "force"), unit="N", **options):
     path = tmp_path / "hammer.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_history(path, *columns, time_unit, value_unit, unit, delimiter)
+    columns = dict(zip(("time_column", "value_column"), columns, strict=True))
+    return read_history(path, **columns, time_unit=time_unit, value_unit=value_unit, unit=unit, **options)
 
 
 def test_units_come_from_the_header(tmp_path):
@@ -40,6 +46,26 @@ def test_units_may_be_declared_twice_where_they_agree(tmp_path):
     ],
 )
 def test_dialects(tmp_path, text, arguments):
+    times, values = read(tmp_path, text, **arguments)
+    assert times.tolist() == [0.0, 3e-6]
+    assert values.tolist() == [0.0, 1500.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments"),
+    [
+        ("time (s),force (kN)\n0,0\n3e-6,1.5\n", {}),
+        ("time (us),force (left) [kN]\n0,0\n3,1.5\n", {"columns": ("time (us)", "force (left)")}),
+        ("time [\u00b5s],force [kN]\n# Pr\u00fcfstand 3\n0,0\n3,1.5\n".encode("latin-1"), {}),
+        ("LECROYWS424,12345,Waveform\nSegments,1,\n\ntime [us],force [kN]\n0,0\n3,1.5\n", {"skip": 3}),
+        ("time [us];force [kN]\n0;0\n3;1,5\n", {"delimiter": ";", "decimal": ","}),
+        ('time [us],force [kN]\n"0","0"\n"3,0","1,5"\n', {"decimal": ","}),
+        ("time [us],force [V]\n0,0\n3,3\n", {"scale": 500.0}),
+        ("time [us],force\n0,0\n3,3000\n", {"scale": 500.0, "value_unit": "mV"}),
+        ("time [us],force [kN]\n0,0\n3,1.5\n", {"columns": (0, 1), "unit": None}),
+    ],
+)
+def test_what_oscilloscopes_and_spreadsheets_write(tmp_path, text, arguments):
     times, values = read(tmp_path, text, **arguments)
     assert times.tolist() == [0.0, 3e-6]
     assert values.tolist() == [0.0, 1500.0]
@@ -93,15 +119,28 @@ FAULTS = [
     (GOOD.replace("1.5", "9" * 200_000), {}, ["line 4", "a cell is too long"]),
     (GOOD.replace("1.5", "high").replace("\n", "\r"), {}, ["line 4", "'high'"]),
     (b"time [us],force [kN]\r0,0\r\xff,1\r", {}, ["line 3", "not UTF-8"]),
+    ("time [us],force [kN]\n0,0\n".encode("utf-16"), {}, ["line 1", "not UTF-8"]),
+    (GOOD.replace("[kN]", "[V]"), {}, ["line 2", "'V' is a sensor's signal; set scale, in N for each volt"]),
+    (GOOD.replace("[us]", "[V]"), {"scale": 2.0}, ["line 2", "time_unit: 'V' measures something else", "s, ms, us, ns"]),
+    (GOOD.replace("[kN]", "(lbf)"), {"columns": (0, 2)}, ["line 2", "no unit; set value_unit"]),
+    (GOOD.replace("1.5", "1.5 "), {"decimal": ","}, ["line 3", "'0.0'", "such as 1,5e-3", 'set decimal = "."']),
+    (GOOD, {"skip": 7}, ["no rows"]),
+    ("LECROYWS424,12345\nSegments,1\n" + GOOD, {}, ["line 1", "numbers begin in line 5", "set skip = 3"]),
 ]
 
 
 @pytest.mark.parametrize(("text", "arguments", "said"), FAULTS, ids=[str(number) for number in range(len(FAULTS))])
 def test_faults_name_file_and_line(tmp_path, text, arguments, said):
-    with pytest.raises(ExperimentError) as caught:
+    with pytest.raises(ParameterError) as caught:
         read(tmp_path, text, **arguments)
     for words in [str(tmp_path / "hammer.csv"), *said]:
         assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("skip", [-1, True, 1.5, "2"])
+def test_lines_to_skip_are_a_whole_number(tmp_path, skip):
+    with pytest.raises(ParameterError, match="skip: got"):
+        read(tmp_path, GOOD, skip=skip)
 
 
 def sampled_at(*times) -> str:
@@ -109,11 +148,11 @@ def sampled_at(*times) -> str:
 
 
 def test_a_hole_in_the_sampling_is_refused_with_its_times_and_what_to_do(tmp_path):
-    with pytest.raises(ExperimentError) as caught:
+    with pytest.raises(ParameterError) as caught:
         read(tmp_path, sampled_at(0, 1, 2, 3, 900, 901))
     for words in ("line 7", "from 3e-06 s (line 6) to 0.0009 s", "median step is 1e-06 s", 'set gaps = "bridge"'):
         assert words in str(caught.value)
-    with pytest.raises(ExperimentError, match="line 6: .*the first of 2 holes"):
+    with pytest.raises(ParameterError, match="line 6: .*the first of 2 holes"):
         read(tmp_path, sampled_at(0, 1, 2, 30, 31, 60, 61, 62))
 
 
@@ -123,15 +162,15 @@ def test_a_hole_begins_above_ten_median_steps(tmp_path, last, fits):
     if fits:
         assert len(read(tmp_path, text)[0]) == 5
     else:
-        with pytest.raises(ExperimentError, match="line 7: a hole"):
+        with pytest.raises(ParameterError, match="line 7: a hole"):
             read(tmp_path, text)
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(ExperimentError, match="cannot be read"):
-        read_history(tmp_path / "none.csv", "time", "force", None, None, "N")
-    with pytest.raises(ExperimentError, match="it is a folder"):
-        read_history(tmp_path, "time", "force", None, None, "N")
+    with pytest.raises(ParameterError, match="cannot be read"):
+        read_history(tmp_path / "none.csv")
+    with pytest.raises(ParameterError, match="it is a folder"):
+        read_history(tmp_path)
 
 
 # -- in an experiment -----------------------------------------------------------------------------------------------
@@ -174,6 +213,46 @@ def test_other_words_for_path_are_answered_with_path(tmp_path, word):
     with pytest.raises(ExperimentError) as caught:
         load_experiment(path)
     assert str(caught.value) == f"{path}: input.force.{word}: unknown; did you mean 'path'?"
+
+
+def test_samples_before_time_0_are_told_of_with_what_to_do(tmp_path):
+    path = experiment_with(tmp_path)
+    (tmp_path / "hammer.csv").write_text(sampled_at(-3, -2, -1, 0, 1))
+    said = "3 of 5 breakpoints or samples lie before time 0 .*-3e-06 s.*add 3e-06 s to its times .offset_time"
+    with pytest.warns(GranularWarning, match=said):
+        prepare(load_experiment(path))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        prepare(load_experiment(path, ["input.force.offset_time=3e-6"]))
+
+
+def test_a_run_that_ends_long_before_its_signal_is_told_of(tmp_path):
+    path = experiment_with(tmp_path)
+    (tmp_path / "hammer.csv").write_text(GOOD.replace("[us]", "[s]"))
+    with pytest.warns(GranularWarning, match=r"input\.force: the run ends at 0.0001 s, after 0.001 % of the signal.* to 10 s"):
+        prepare(load_experiment(path))
+
+
+def test_python_reads_the_same_files(tmp_path):
+    path = experiment_with(tmp_path, 'scale = -2.0\noffset_time = 1e-5\nafter = "hold"\n')
+    by_file = prepare(load_experiment(path)).inputs["force"]
+    options = {"time_column": "time", "value_column": "force", "scale": -2.0, "offset_time": 1e-5, "after": "hold"}
+    by_hand = Profile.from_csv(tmp_path / "hammer.csv", **options)
+    assert by_hand.starts.tobytes() == by_file.starts.tobytes()
+    assert by_hand.coefficients.tobytes() == by_file.coefficients.tobytes()
+    with pytest.raises(ParameterError, match="'kN' measures something else, expected m/s"):
+        Profile.from_csv(tmp_path / "hammer.csv", value_column=2, unit="m/s")
+    for wrong in ({"delimiter": "x"}, {"decimal": ";"}, {"gaps": "fill"}, {"scale": "big"}, {"offset_time": None}):
+        with pytest.raises(ParameterError, match=f"{next(iter(wrong))}: got"):
+            Profile.from_csv(tmp_path / "hammer.csv", **wrong)
+    with pytest.raises(ParameterError, match="path: got 3"):
+        Profile.from_csv(3)
+
+
+def test_every_key_of_the_csv_table_is_in_the_docs():
+    page = (Path(__file__).parents[1] / "docs" / "experiments.md").read_text()
+    missing = [key for key in CsvTable.model_fields if f"`{key}" not in page]
+    assert missing == []
 
 
 def test_a_history_that_ends_before_the_run_begins_is_refused(tmp_path):

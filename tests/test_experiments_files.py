@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from granular_env.components.errors import ExperimentError
+from granular_env.components.errors import ExperimentError, ParameterError
+from granular_env.components.files import read_bounded
 from granular_env.experiments import load_experiment
-from granular_env.experiments.files import read_bounded
 from granular_env.experiments.prepare import prepare
 
 PUSHED = """name = "pushed"
@@ -37,14 +37,14 @@ def test_an_endless_device_is_no_csv_file(tmp_path: Path) -> None:
 def test_a_pipe_and_a_folder_are_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for name, what in (("pipe", "a pipe"), (".", "a folder")):
-        with pytest.raises(ExperimentError, match=what):
+        with pytest.raises(ParameterError, match=what):
             read_bounded(tmp_path / name, 10, "")
 
 
 def test_no_more_than_the_cap_is_read(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"x" * 11)
     assert read_bounded(tmp_path / "a", 11, "") == b"x" * 11
-    with pytest.raises(ExperimentError, match="more than 10 bytes; thin it out"):
+    with pytest.raises(ParameterError, match="more than 10 bytes; thin it out"):
         read_bounded(tmp_path / "a", 10, "thin it out")
 
 

@@ -129,7 +129,8 @@ def test_a_piston_input_without_a_piston_is_refused():
         "component": {"type": "chain", "grains": 3},
         "input": {"left_velocity": 1.0},
     }
-    with pytest.raises(ExperimentError, match=r"input\.left_velocity.*left_force"):
+    advice = "left is 'free', and left_velocity needs left = 'piston'"
+    with pytest.raises(ExperimentError, match=rf"input\.left_velocity: .*{advice}"):
         prepare(load_experiment(experiment))
 
 

@@ -268,14 +268,14 @@ def test_a_log_and_a_running_chain_give_the_same(tmp_path: Path, names: list[str
     strike(chain)
     live = watch.history
     for name in ("time", "velocity", "overlap", "contact_force", "mass", "stiffness", "position"):
-        assert np.array_equal(getattr(logged, name), getattr(live, name), equal_nan=True), name
+        assert np.array_equal(getattr(logged, name), getattr(live, name)), name
     assert measurement.waves_at(logged, 20, 0.1) == measurement.waves_at(live, 20, 0.1) != []
     assert measurement.energy_ratio(logged, 2e-5) == measurement.energy_ratio(live, 2e-5)
     # The ledger of the chain says the same of its energies.
     assert measurement.kinetic_energy(logged) == pytest.approx(kinetic, rel=1e-13)
     assert measurement.potential_energy(logged) == pytest.approx(potential, rel=1e-12, abs=1e-20)
     forces = chain.get("contact_force")
-    assert live.contact_force[-1, 1:-1] == pytest.approx(forces, rel=1e-12)
+    assert live.contact_force[-1] == pytest.approx(forces, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -289,7 +289,7 @@ def test_walls_pistons_and_precompression_are_those_of_the_chain(ends: dict[str,
     assert measurement.kinetic_energy(history)[-1] == pytest.approx(ledger.kinetic_energy, rel=1e-12)
     assert measurement.potential_energy(history)[-1] == pytest.approx(ledger.potential_energy, rel=1e-12)
     assert measurement.momentum(history)[-1] == pytest.approx(ledger.momentum, rel=1e-12)
-    assert history.overlap[-1, chain.geometry.real] == pytest.approx(chain.get("overlap"), abs=1e-18)  # type: ignore[attr-defined]
+    assert history.overlap[-1] == pytest.approx(chain.get("overlap"), abs=1e-18)
     assert history.piston is not None and history.piston[0] == (ends["left"] == "piston")
 
 

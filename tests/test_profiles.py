@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import time
 import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from granular_env.components.errors import GranularWarning, ParameterError
@@ -101,10 +102,68 @@ shapes = st.one_of(
 
 @given(st.lists(shapes, min_size=1, max_size=4), st.floats(0.0, 20.0))
 def test_a_sum_is_the_sum(profiles: list[Profile], time: float) -> None:
+    starts = np.concatenate([profile.starts for profile in profiles])
+    # Breakpoints that rounding alone tells apart are one.
+    assume(not ((starts != time) & (np.abs(starts - time) <= 1e-13 * np.abs(starts).max())).any())
     expected = sum(profile(time) for profile in profiles)
     # Re-centring a half-sine's 24 coefficients inside its span costs rounding of at most their largest term,
     # pi^3 / 3! = 5.2 of the peak, 24 times 1.1e-16 each, on each side: 3e-14 of the sum of peaks (1e3 each).
     assert Profile.total(profiles)(time) == pytest.approx(expected, abs=1e-10)
+
+
+def recentred(profile: Profile, time: float) -> list[float]:
+    """Coefficients about a time, by synthetic division of floats."""
+    piece = int(np.searchsorted(profile.starts, time, side="right")) - 1
+    if piece < 0:
+        return [0.0]
+    numbers, offset = profile.coefficients[piece].tolist(), time - float(profile.starts[piece])
+    for first in range(len(numbers) - 1):
+        for index in range(len(numbers) - 2, first - 1, -1):
+            numbers[index] += offset * numbers[index + 1]
+    return numbers
+
+
+def test_a_sum_adds_recentred_polynomials_bit_for_bit() -> None:
+    parts = [
+        Profile.half_sine(3.0, 7e-5, 1.3e-5),
+        Profile.table([0.0, 1e-5, 3.3e-5], [0.0, 2.0, 5.0], after="hold"),
+        Profile.triangle(5.0, 4e-5, 1e-5, 2e-5),
+    ]
+    total = Profile.total(parts)
+    assert total.starts.tolist() == sorted({time for part in parts for time in part.starts.tolist()})
+    for start, row in zip(total.starts.tolist(), total.coefficients, strict=True):
+        expected = np.zeros(len(row))
+        for part in parts:
+            numbers = recentred(part, start)
+            expected[: len(numbers)] += numbers
+        assert row.tobytes() == expected.tobytes()
+    assert (parts[0] + parts[1]).coefficients.tobytes() == Profile.total(parts[:2]).coefficients.tobytes()
+
+
+def test_a_sum_of_many_takes_time_in_proportion_and_has_no_slivers() -> None:
+    # k * 1e-5 + 1e-5 and (k + 1) * 1e-5 are the same instant, and differ in the last bit for some k.
+    parts = [Profile.half_sine(1.0, 1e-5, k * 1e-5) for k in range(3000)]
+    begin = time.perf_counter()
+    total = Profile.total(parts)
+    assert time.perf_counter() - begin < 5.0  # adding them one by one takes minutes
+    assert len(total.starts) == 3001
+    assert np.diff(total.starts).min() > 0.999e-5
+    assert [total(t) for t in (0.5e-5, 0.01234567)] == pytest.approx([1.0, math.sin(0.567 * math.pi)], abs=1e-9)
+    assert len(repr(total)) < 200 and total.description == "sum of 3000 profiles"
+    twice = total + total
+    assert twice.starts.tobytes() == total.starts.tobytes()
+    assert twice.coefficients.tobytes() == (2.0 * total).coefficients.tobytes()
+
+
+@pytest.mark.parametrize(("start", "told"), [(0.0, False), (-1e-9, False), (-0.02, True)])
+def test_a_signal_that_begins_before_time_0_is_told_of(start: float, told: bool) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GranularWarning)
+        Profile.table(np.arange(5) * H + start, [1.0, 2.0, 3.0, 2.0, 1.0]).compile(H, "left_force")
+        Profile.constant(3.0, start=-1.0).compile(H)  # loses nothing
+        (0.0 * Profile.triangle(1.0, 0.5, start=-0.2)).compile(H)
+    assert [str(one.message).partition(":")[0] for one in caught] == (["left_force"] if told else [])
+    assert not told or "2 of 5 breakpoints or samples lie before time 0" in str(caught[0].message)
 
 
 @given(shapes, st.floats(-100.0, 100.0), st.floats(0.0, 20.0))
@@ -299,6 +358,7 @@ def test_wrong_numbers_name_their_argument(bad: object) -> None:
         (lambda: Profile(np.zeros(1), np.zeros((1, 1, 1))), r"coefficients: got .*shape \(1, 1, 1\).*in 2 dimension"),
         (lambda: Profile(np.zeros(1), np.full((1, 2), NAN)), "coefficients: got NaN"),
         (lambda: Profile.total([]), "profiles: got none"),
+        (lambda: Profile.total([Profile.constant(1.0), 3.0]), r"profiles\[1\]: got 3.0"),
         (lambda: CompiledProfile(H, [0], [[1.0]]), "two arrays"),
         (lambda: CompiledProfile(H, np.array([0, 0]), np.zeros((2, 1))), "increasing ticks"),
     ],

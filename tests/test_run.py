@@ -47,7 +47,7 @@ def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
     assert every is not None
     duration = round(max(experiment.duration / 20, 2 * every) / every) * every
     result = run(name, overrides=[f"duration={duration:.9g}"], log=tmp_path / "log.mcap")
-    assert result.steps == ready.component.ticks_in(duration)
+    assert result.ticks == ready.component.ticks_in(duration)
     assert np.isfinite(result.component.get("kinetic_energy"))
     with open_log(tmp_path / "log.mcap") as log:
         assert log.complete
@@ -63,7 +63,7 @@ def test_a_run_has_the_bits_of_a_script(tmp_path):
     plain = run(OSCILLATOR)
     watched = run(OSCILLATOR, log=tmp_path / "a.mcap", progress=True, overrides=["record.hash_every=1", "record.every=0.01"])
     ruled = run(OSCILLATOR, overrides=['stop=[{variable="position", above=1e9, every=0.07}]'])
-    assert plain.steps == 1000
+    assert plain.ticks == 1000
     assert state(script) == state(plain.component) == state(watched.component) == state(ruled.component)
 
 
@@ -131,7 +131,7 @@ def test_the_log_holds_the_experiment_and_can_be_run_from_it(tmp_path):
 def test_replay_comes_to_the_same_bits(tmp_path):
     first = run(OSCILLATOR, log=tmp_path / "x.mcap")
     second = replay(tmp_path / "x.mcap")
-    assert second.steps == first.steps
+    assert second.ticks == first.ticks
     assert state(second.component) == state(first.component)
 
 
@@ -227,7 +227,7 @@ def test_an_interrupt_inside_the_loop_gives_a_result(tmp_path):
     result = run(OSCILLATOR, log=tmp_path / "x.mcap", observers=[Interrupter()])
     assert signal.getsignal(signal.SIGINT) is handler
     assert result.interrupted
-    assert 400 <= result.steps < 1000
+    assert 400 <= result.ticks < 1000
     with open_log(tmp_path / "x.mcap") as log:
         assert log.complete
         assert log.duration == pytest.approx(result.component.time, rel=1e-12)

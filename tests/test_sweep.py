@@ -1,9 +1,11 @@
 """Sweeps: plans, their faults, the table, what is kept of it when tasks, processes or the whole program end."""
 
+import itertools
 import json
 import math
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -21,6 +23,7 @@ from granular_env.sweep.computing import Order
 from granular_env.sweep.engines import processes
 from granular_env.sweep.store import Store
 from granular_env.sweep.tasks import make_tasks
+from granular_env.sweep.telling import closing
 
 ROOT = Path(__file__).resolve().parents[1]
 TOO_FAST = 30000.0  # m/s, above the sound speed of steel
@@ -191,6 +194,7 @@ def test_the_table_holds_what_runs_come_to(tmp_path):
         "least": "min |velocity|",
         "mean": "mean kinetic_energy",
         "when": "time of max velocity[2]",
+        "greatest": "max velocity[2]",
         "pressure": "report peak contact pressure",
         "amplitude": {"measurement": "waves_at", "take": "amplitude", "grain": 2, "above": 0.1},
         "waves": {"measurement": "waves_at", "take": "count", "grain": 2, "above": 0.1},
@@ -211,13 +215,77 @@ def test_the_table_holds_what_runs_come_to(tmp_path):
         assert row.peak == history.contact_force.max()
         assert row.least == abs(history.velocity).min()
         assert row.mean == pytest.approx(measurement.kinetic_energy(history).mean(), rel=1e-12)
-        assert row.when == history.time[history.velocity[:, 2].argmax()]
+        crest = max(measurement.crests(history.time, history.velocity[:, 2], 0.1), key=lambda one: one.height)
+        assert (row.when, row.greatest) == pytest.approx((crest.time, crest.height), rel=1e-12)
         assert row.pressure == done.report["peak contact pressure [Pa]"]
         waves = measurement.waves_at(history, 2, 0.1)
         assert (row.amplitude, row.waves) == (waves[0].amplitude, len(waves))
         assert row.front == measurement.front_speed(history, 0.05, 1, 4)
         assert math.isnan(row.tenth) and "too far: " in row.notes
     assert np.isnan(table["too far"]).all() and (table["outcome"] == "done").all()
+
+
+@pytest.mark.parametrize("kind", ["max", "min"])
+def test_the_time_of_a_crest_of_a_force_is_known_between_the_looks(tmp_path, kind):
+    # The force that rises above the static one and, as "min", the wall's, which is negative in compression.
+    name = "contact_force[9]" if kind == "max" else "right_wall_force"
+    chain = {"component.grains": 14, "component.right": "plane", "component.step_size": 2e-8}
+    experiment = {"duration": 2e-4, "start.velocity.0": 1.0, **chain}
+    content = {
+        "version": 1,
+        "experiment": "nesterenko-1983/3.1-one-grain",
+        "set": experiment,
+        "grid": {"component.radius": [2.4e-3, 3e-3, 3.6e-3]},
+        "measure": {"when": f"time of {kind} {name}", "height": f"{kind} {name}"},
+    }
+    coarse = run_sweep({**content, "name": "coarse", "every": 1e-6}, tmp_path / "coarse", engine="serial").columns()
+    fine = run_sweep({**content, "name": "fine", "every": 2e-8}, tmp_path / "fine", engine="serial").columns()
+    # A sample each microsecond alone would be wrong by up to 5e-7 s.
+    assert coarse["when"] == pytest.approx(fine["when"], abs=1e-8)
+    assert coarse["height"] == pytest.approx(fine["height"], rel=1e-4)
+    assert not any("crest" in (note or "") for note in coarse["notes"])
+
+
+def test_a_crest_that_the_looks_do_not_resolve_is_told_of(tmp_path):
+    measures = {"when": "time of max velocity[2]", "pushed": "max left_force", "late": "time of max velocity[7]"}
+    force = 'input.left_force={ profile = "constant", value = 5.0, start = 1e-5 }'
+    content = plan(measure=measures, every=1e-5, grid={"component.grains": [8]})
+    sweep = run_sweep(content, tmp_path / "out", engine="serial", overrides=[force])
+    columns = sweep.columns()
+    assert columns["pushed"] == [5.0]  # no curve overshoots the jump
+    assert "when: the crest is not resolved, its time is that of a look" in columns["notes"][0]
+    assert "late: its time is that of the last look" in columns["notes"][0]
+
+
+def test_columns_have_units(tmp_path):
+    measures = {
+        "peak": "max velocity[2]",
+        "when": "time of max velocity[2]",
+        "pressure": "report peak contact pressure",
+        "part": "report contact radius",
+        "wave": {"measurement": "waves_at", "take": "width", "grain": 2, "above": 0.1},
+        "ratio": {"measurement": "pressure_ratio", "take": "ratio", "grain": 3},
+    }
+    content = plan(measure=measures, grid={"component.radius": [3e-3], "start.velocity.0": [1.0], "duration": [4e-5]})
+    sweep = run_sweep(content, tmp_path / "out", engine="serial")
+    expected = {"component.radius": "m", "start.velocity.0": "m/s", "duration": "s", "peak": "m/s", "when": "s"}
+    expected |= {"pressure": "Pa", "part": "1", "wave": "m", "ratio": "1"}
+    assert open_sweep(tmp_path / "out").units == expected
+    dataset = sweep.dataset
+    assert {name: dataset[name].attrs["units"] for name in expected} == expected
+    heading, row = (tmp_path / "out" / "table.csv").read_text().splitlines()
+    assert heading.startswith(
+        "task,component.radius [m],start.velocity.0 [m/s],duration [s],peak [m/s],when [s],pressure [Pa],part,"
+    )
+    assert float(row.split(",")[4]) == sweep.columns()["peak"][0]
+
+
+def test_every_number_that_can_be_taken_has_a_unit():
+    from granular_env.sweep.measures import _MEASUREMENTS, Measurement
+
+    for name, takes in _MEASUREMENTS.items():
+        for take in takes:
+            assert Measurement(name, take, 0, ()).unit(None)
 
 
 def test_extremes_are_looked_for_at_each_step_where_nothing_else_is_said(tmp_path):
@@ -233,7 +301,10 @@ def test_extremes_are_looked_for_at_each_step_where_nothing_else_is_said(tmp_pat
     for _ in range(round(2.0 / component.step_size)):
         component.step()
         seen.append(component.get("position"))
-    assert sweep.table["peak"][1] == max(seen)
+    times = component.step_size * np.arange(len(seen))
+    highest = max(measurement.crests(times, seen, 1.0), key=lambda one: one.height)
+    assert sweep.table["peak"][1] == pytest.approx(highest.height, rel=1e-12)
+    assert highest.height >= max(seen)
 
 
 def test_the_dataset_has_a_dimension_for_each_key(tmp_path):
@@ -424,6 +495,18 @@ def test_an_engine_that_there_is_not(tmp_path):
             run_sweep(plan(), tmp_path / "out", **options)
 
 
+def test_without_pandas_the_lines_that_open_a_sweep_say_so(tmp_path, monkeypatch):
+    sweep = run_sweep(plan(), tmp_path / "out", engine="serial")
+    assert ".table for pandas, .dataset for xarray, .columns() for lists" in closing(sweep)
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    assert ".table" not in closing(sweep).replace("table.", "")
+    assert "pip install 'granular-env[sweep]' adds pandas" in closing(sweep)
+    with pytest.raises(ge.MissingExtraError, match=r"needs the package pandas.*pip install 'granular-env\[sweep\]'") as caught:
+        sweep.table  # noqa: B018
+    assert caught.value.__suppress_context__ and caught.value.__cause__ is None
+    assert sweep.columns()["peak"]
+
+
 def test_without_pyarrow_the_message_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(ge.MissingExtraError, match=r"pip install 'granular-env\[sweep\]'"):
@@ -489,6 +572,86 @@ def test_folders_that_are_not_this_sweeps(tmp_path):
             open_sweep(nothing)
 
 
+def everything_of(folder):
+    sweep = open_sweep(folder)
+    return sweep.outcomes, sweep.errors, sweep.columns(), sweep.arrow, sweep.table, sweep.dataset, sweep.log(0)
+
+
+def test_a_description_that_was_edited_is_read_or_refused(tmp_path):
+    run_sweep(plan(logs={"keep": "all"}), tmp_path, engine="serial")
+    path = tmp_path / "sweep.json"
+    whole = json.loads(path.read_text())
+    everything_of(tmp_path)
+    values = (
+        None,
+        True,
+        -1,
+        0,
+        3,
+        2**70,
+        0.5,
+        float("nan"),
+        "x",
+        "\ud800",
+        [],
+        {},
+        [1],
+        ["peak"],
+        {"x": 1},
+        {"task": "x"},
+        [[1]],
+    )
+    refused = 0
+    for key in whole:
+        for value in (*values, KeyError):
+            edited = {name: one for name, one in whole.items() if name != key} | ({} if value is KeyError else {key: value})
+            path.write_text(json.dumps(edited))
+            refused += _refused(tmp_path)
+    for place, value in itertools.product(range(5), values):
+        edited = json.loads(json.dumps(whole))
+        edited["tasks"][0][place] = value
+        path.write_text(json.dumps(edited))
+        refused += _refused(tmp_path)
+    for value in values:
+        edited = json.loads(json.dumps(whole))
+        edited["grid"]["component.grains"] = [value, 8]
+        path.write_text(json.dumps(edited))
+        refused += _refused(tmp_path)
+    assert refused > 200
+    path.write_text("[" * 100_000)
+    assert _refused(tmp_path)
+    path.write_text(json.dumps({**whole, "samples": ["x"], "sample_count": 10**15}))
+    assert _refused(tmp_path)
+
+
+def _refused(folder) -> bool:
+    """Whether a sweep is refused by an error of the family; any other error passes through."""
+    try:
+        everything_of(folder)
+    except ge.SweepError:
+        return True
+    return False
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"folder": 3}, "folder: got 3"),
+        ({"overrides": None}, "overrides: got None"),
+        ({"overrides": "duration=1"}, "overrides: got 'duration=1'"),
+        ({"overrides": [3]}, r"overrides\[0\]: got 3"),
+        ({"engine": 3}, "engine: got 3"),
+        ({"plan": None}, "plan None"),
+        ({"plan": plan(measure={"outcome": "max velocity[2]"})}, "measure.outcome: the table has a column of this name"),
+        ({"plan": plan(measure={"x": {"measurement": "waves_at", "take": ["speed"]}})}, r"measure.x.take: got \['speed'\]"),
+    ],
+)
+def test_wrong_arguments_are_named(arguments, said, tmp_path):
+    with pytest.raises(ge.GranularError, match=said):
+        run_sweep(**{"plan": plan(), "folder": tmp_path / "out", "engine": "serial"} | arguments)
+    assert not (tmp_path / "out").exists()
+
+
 # -- the command ----------------------------------------------------------------------------------------------------
 
 LONG = """
@@ -539,7 +702,9 @@ def test_the_command_ends_by_telling_where_the_table_is(tmp_path, monkeypatch, c
     assert main(["sweep", "plan.toml", "--engine", "serial", "--set", "duration=1e-4"]) == 0
     told = capsys.readouterr().out
     assert (
-        told.startswith("2 tasks: 2 done, 0 failed\ntable: sweeps/tiny/table.parquet\n")
+        told.startswith("2 tasks: 2 done, 0 failed\n")
+        and re.search(r"^task +start.velocity.0 \[m/s\] +peak \[m/s\]\n0 +0.5 +\S+\n1 +1 +\S+$", told, re.MULTILINE)
+        and "\ntable: sweeps/tiny/table.parquet (and table.csv)\n" in told
         and "ge.open_sweep('sweeps/tiny')" in told
     )
     assert main(["sweep", "plan.toml", "--engine", "serial", "--set", "duration=1e-4", "--quiet"]) == 0

@@ -14,7 +14,7 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import ParameterError
 from granular_env.experiments.load import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record
-from granular_env.toml_text import toml_text
+from granular_env.toml_text import toml_document
 from granular_env.viewing import figures, plot, report
 from granular_env.viewing.drawing import page_svg
 from granular_env.viewing.fields import load_field
@@ -139,7 +139,7 @@ def test_every_shipped_experiment_is_printed_as_a_file_that_gives_it_again(name)
     from granular_env.experiments.load import experiment_path
 
     loaded = load_experiment(name)
-    again = load_experiment(tomllib.loads(toml_text(loaded.to_dict())), folder=experiment_path(name).parent)
+    again = load_experiment(tomllib.loads(toml_document(loaded.to_dict())), folder=experiment_path(name).parent)
     assert again.to_dict() == loaded.to_dict()
 
 

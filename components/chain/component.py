@@ -12,20 +12,23 @@ from ..errors import ParameterError, caution
 from ..jit import entry_point
 from ..profiles import CompiledProfile
 from . import kernels, table
-from .geometry import Geometry, geometry, suggested_step_size
-from .integrators import SCHEMES, SIGNATURE
+from .geometry import Geometry, geometry, smoothness, suggested_step_size
+from .integrators import SCHEMES, SIGNATURE, dop853
 from .laws import Dissipative, Law, elastic_plastic
 from .parameters import WALLS, ChainParameters
 from .theory.collisions import duration_times_frequency
 from .validity import Validity
 
-# A contact should see so many force evaluations; below the smaller number a step is refused.
-_WANTED_FORCES, _LEAST_FORCES = 60.0, 16.0
+# Where a contact sees fewer force evaluations a step is refused.
+_LEAST_FORCES = 16.0
 # So much of its approach may a contact lose to dissipation in one step, or the second order says little.
 _STOPPED_IN_A_STEP = 0.3
 
 _KINDS = {"free": table.FREE, "piston": table.PISTON} | dict.fromkeys(WALLS, table.WALL)
 _NO_PIECES = np.zeros((0, 2))
+# A status: a tick takes more work than is allowed.
+_EXHAUSTED = 2
+_NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
 _GEOMETRY_ROWS = 17
 
@@ -55,8 +58,10 @@ class Chain(Component):
     def _build(self) -> None:
         p = self.parameters
         self.geometry: Geometry = geometry(p)
-        self.step_size = p.step_size if p.step_size is not None else suggested_step_size(p, self.geometry)
         self._scheme = SCHEMES[p.integrator]
+        suggested = suggested_step_size(p, self.geometry, self._scheme.step_factor) if p.step_size is None else p.step_size
+        self.step_size = suggested
+        self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.growth)
         damped = isinstance(p.law, Dissipative)
         self.scheme_kernel = self._scheme.advance_damped if damped else self._scheme.advance
         self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
@@ -132,7 +137,7 @@ class Chain(Component):
         deep = self.parameters.overlap_limit * chain.smaller_radius[chain.real]
         # An adaptive scheme resolves its contacts by itself.
         adaptive = self._scheme.adaptive
-        wanted[chain.real] = np.inf if adaptive else seen(_WANTED_FORCES)
+        wanted[chain.real] = np.inf if adaptive else seen(self._wanted_forces)
         refused[chain.real] = deep if adaptive else np.minimum(deep, seen(_LEAST_FORCES))
         law = self.parameters.law
         if isinstance(law, Dissipative) and not adaptive:
@@ -146,7 +151,7 @@ class Chain(Component):
 
     def _declare(self) -> Iterable[Variable]:
         p = self.parameters
-        n, contacts = (p.grains,), (p.contacts,)
+        n, places = (p.grains,), (p.contact_places,)
         for side, end in (("left", p.left), ("right", p.right)):
             if end == "piston":
                 yield Variable(
@@ -156,14 +161,28 @@ class Chain(Component):
                 yield Variable(
                     f"{side}_force", "input", "N", (), f"force on the {side} end grain, positive to the right", start=0.0
                 )
-        yield Variable("position", "output", "m", n, "position of the grains' centres, the first one's start is 0")
-        yield Variable("displacement", "output", "m", n, "displacement from the start, positive to the right", state=True)
-        yield Variable("velocity", "output", "m/s", n, "velocity, positive to the right", state=True)
         yield Variable(
-            "overlap", "output", "m", contacts, "approach of the surfaces in each contact, left to right; negative: a gap"
+            "position", "output", "m", n, "position of the grains' centres, the first one's start is 0", axes=("grain",)
         )
         yield Variable(
-            "contact_force", "output", "N", contacts, "compressive force in each contact, left to right, never negative"
+            "displacement", "output", "m", n, "displacement from the start, positive to the right", state=True, axes=("grain",)
+        )
+        yield Variable("velocity", "output", "m/s", n, "velocity, positive to the right", state=True, axes=("grain",))
+        yield Variable(
+            "overlap",
+            "output",
+            "m",
+            places,
+            f"approach of the surfaces in each contact, negative: a gap; {_NUMBERING}",
+            axes=("contact",),
+        )
+        yield Variable(
+            "contact_force",
+            "output",
+            "N",
+            places,
+            f"compressive force in each contact, never negative; {_NUMBERING}",
+            axes=("contact",),
         )
         yield Variable(
             "left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall"
@@ -181,8 +200,8 @@ class Chain(Component):
             "position": lambda: self.geometry.position + self._table[table.U, self._grains],
             "displacement": lambda: self._table[table.U, self._grains],
             "velocity": lambda: self._table[table.V, self._grains],
-            "overlap": lambda: self._overlap()[self.geometry.real],
-            "contact_force": lambda: self._contact_force()[self.geometry.real],
+            "overlap": self._overlap,
+            "contact_force": self._contact_force,
             "left_wall_force": lambda: self._force_in(0),
             "right_wall_force": lambda: 0.0 - self._force_in(self.parameters.grains),
             "input_work": self._input_work,
@@ -235,7 +254,24 @@ class Chain(Component):
         else:
             left, right = self._held.get(self.left_input, 0.0), self._held.get(self.right_input, 0.0)
             done = self._kernel(self._table, _NO_PIECES, 0, left, right, self._tick, ticks)
-        return 0 if done == ticks else self._limit_passed(-done, ticks)
+        if done == ticks:
+            return 0
+        return self._limit_passed(-done, ticks) if done < 0 else self._continue(done, ticks)
+
+    def _continue(self, done: int, ticks: int) -> int:
+        """Go on after the kernel came back early, with much work done: so that Ctrl-C is heard in between."""
+        begin = self._tick
+        if self._profiled:
+            inputs = self._drive, self._left_pieces, self._left, self._right
+        else:
+            inputs = _NO_PIECES, 0, self._held.get(self.left_input, 0.0), self._held.get(self.right_input, 0.0)
+        try:
+            while 0 < done < ticks:
+                self._tick, ticks = self._tick + done, ticks - done
+                done = self._kernel(self._table, *inputs, self._tick, ticks)
+            return 0 if done == ticks else self._limit_passed(-done, ticks)
+        finally:
+            self._tick = begin
 
     def _input_advice(self, name: str) -> str:
         side, _, quantity = name.partition("_")
@@ -246,6 +282,9 @@ class Chain(Component):
 
     def _limit_passed(self, done: int, ticks: int) -> int:
         """A limit was passed in the last of `done` ticks: an error, or a warning (once) and on with the rest."""
+        if done >= kernels.EXHAUSTED:
+            self._failed_tick = self._tick + done - kernels.EXHAUSTED
+            return _EXHAUSTED
         unsound = done >= kernels.UNSOUND
         done -= kernels.UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
@@ -266,13 +305,8 @@ class Chain(Component):
         worst = ("velocity", 0, 0.0)
         fastest = self._table[table.SCALARS, table.SPEED_LIMIT]
         with np.errstate(all="ignore"):
-            places = self.geometry.real
             for name, ratio in (
-                (
-                    "overlap",
-                    np.maximum(self._overlap()[places], self._table[table.PEAK][: self.parameters.grains + 1][places])
-                    / self._refused_overlap[places],
-                ),
+                ("overlap", self._largest_overlap() / self._refused_overlap),
                 ("velocity", np.abs(self._table[table.V, self._grains]) / fastest),
                 ("displacement", np.where(np.isfinite(self._table[table.U, self._grains]), 0.0, np.inf)),
             ):
@@ -283,14 +317,12 @@ class Chain(Component):
 
     def _explain(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
+        if status == _EXHAUSTED:
+            return self._exhausted(time)
         name, index, _ = self._worst()
         if name == "overlap":
-            value, limit = (
-                float(self._overlap()[self.geometry.real][index]),
-                float(self._refused_overlap[self.geometry.real][index]),
-            )
-            value = max(value, float(self._table[table.PEAK][: self.parameters.grains + 1][self.geometry.real][index]))
-            radius = float(self.geometry.smaller_radius[self.geometry.real][index])
+            value, limit = float(self._largest_overlap()[index]), float(self._refused_overlap[index])
+            radius = float(self.geometry.smaller_radius[index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
                 self._dissipation_sentence()
@@ -310,6 +342,14 @@ class Chain(Component):
         return StepError(
             f"{name}[{index}] reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
             time=time, variable=name, index=index, value=value, limit=limit,
+        )  # fmt: skip
+
+    def _exhausted(self, time: float) -> StepError:
+        most = dop853.most_trials(self.parameters.grains)
+        return StepError(
+            f"the tick that ends at {time:.9g} s needs more than {most} trial steps of {self.parameters.integrator!r}; take a "
+            f"smaller step_size (now {self.step_size:g} s) or a larger tolerance",
+            time=time, variable="step_size", index=None, value=self.step_size, limit=self.step_size,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -358,9 +398,16 @@ class Chain(Component):
         return kinetic, elastic, momentum
 
     def _overlap(self) -> FloatArray:
+        """Shape (n + 1,); 0 where there is no contact."""
         u = self._table[table.U]
         last = self.parameters.grains + 1
-        return u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
+        overlap = u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
+        overlap[: self.geometry.real.start] = overlap[self.geometry.real.stop :] = 0.0
+        return overlap
+
+    def _largest_overlap(self) -> FloatArray:
+        """Since the reset, shape (n + 1,)."""
+        return np.maximum(self._overlap(), self._table[table.PEAK][: self.parameters.grains + 1])
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
@@ -382,7 +429,7 @@ class Chain(Component):
         return Validity.of(
             self.geometry, self.parameters.law, self._table[table.PEAK][: self.parameters.grains + 1][places],
             self._scheme.forces / self.step_size,
-            wanted_forces=_WANTED_FORCES, adaptive=self._scheme.adaptive,
+            wanted_forces=self._wanted_forces, adaptive=self._scheme.adaptive,
         )  # fmt: skip
 
     def report(self) -> dict[str, float]:
@@ -410,17 +457,18 @@ class Chain(Component):
         law, places = self.parameters.law, self.geometry.real
         if not isinstance(law, Dissipative):
             return 0.0
-        peak = self._table[table.PEAK][: self.parameters.grains + 1][places]
+        peak = self._largest_overlap()[places]
         coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.contact[places], peak), 0.0)
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
     def _resolution_sentence(self) -> str:
         if self._stopped_in_a_step() > _STOPPED_IN_A_STEP:
             return self._dissipation_sentence()
-        validity = self.validity()
+        # Said where it first happens: how few they come to be is known in the end.
         return (
-            f"contacts get {validity.forces_per_contact:.0f} force evaluations, about {_WANTED_FORCES:.0f} are wanted: "
-            f"take a smaller step_size (now {self.step_size:g} s) or give the velocity_scale of the run"
+            f"contacts get fewer than the {self._wanted_forces:.0f} force evaluations that {self.parameters.integrator} wants "
+            f"(how few, report() tells at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
+            "velocity_scale of the run"
         )
 
 

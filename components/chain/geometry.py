@@ -19,15 +19,18 @@ from .parameters import WALLS, ChainParameters, UniformRadii
 
 FloatArray = npt.NDArray[np.float64]
 
-# Suggested step in units of (m / k)^(2/5) v^(-1/5): keeps 3e-4 in ordinary runs; a chain with gaps needs the smaller one.
+# Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): keeps 3e-4 in ordinary runs; gaps need the smaller one.
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
 # Largest step x angular frequency under precompression.
 _STEP_TIMES_FREQUENCY = 0.5
 # Largest step x (dissipation / mass): a part of what the chain warns of.
 _STEP_TIMES_DISSIPATION = 0.2
+# The same where the force jumps at first touch, which costs explicit schemes about so much of a velocity; never less than a
+# fifth of the step, for dashpots so strong that grains hardly bounce.
+_STEP_TIMES_JUMP, _SHORTEST_FOR_JUMP = 2e-3, 0.2
 _STEP_WITHOUT_CONTACTS = 1e-6
 # Masses and stiffnesses outside of this range are slips of units, and their powers would leave the range of a float.
-_SMALLEST, _LARGEST = 1e-60, 1e60
+_SMALLEST, _LARGEST, _MICROMETRES = 1e-60, 1e60, 1e6
 
 
 @dataclass(frozen=True)
@@ -83,26 +86,31 @@ def geometry(parameters: ChainParameters) -> Geometry:
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
     contact, rest_overlap = np.zeros(count + 1), np.zeros(count + 1)
     law = parameters.law
-    contact[real] = law.contact_constants(stiffness[real], reduced_radius[real], yield_strength[real])
-    rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], contact[real]) - np.asarray(parameters.gap)
+    contact[real] = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
+    gap = np.broadcast_to(np.asarray(parameters.gap), count + 1)[real]
+    rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], contact[real]) - gap
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
-    _refuse_absurd(mass, stiffness[real], position)
+    _refuse_absurd(mass, stiffness[real], position, law.growth)
     return Geometry(
         radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
         _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, contact, real,
     )  # fmt: skip
 
 
-def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray) -> None:
+def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray, growth: float) -> None:
     """Sizes whose masses or stiffnesses leave the range of a float would make every figure after them meaningless."""
-    for name, values, unit in (("mass", mass, "kg"), ("contact_stiffness", stiffness, "N/m^1.5")):
-        wrong = ~((values > _SMALLEST) & (values < _LARGEST))
+    # Overlaps of micrometres and less make the stiffness of a high exponent large.
+    stiffest = _LARGEST * _MICROMETRES ** max(0.0, growth - 1.5)
+    for name, values, unit, largest in (
+        ("mass", mass, "kg", _LARGEST), ("contact_stiffness", stiffness, f"N/m^{growth:g}", stiffest),
+    ):  # fmt: skip
+        wrong = ~((values > _SMALLEST) & (values < largest))
         if wrong.any():
             where = int(np.argmax(wrong))
             raise ParameterError(
                 f"{name}[{where}]: radius, material and overrides give {values[where]:g} {unit}, "
-                f"expected {_SMALLEST:g} to {_LARGEST:g}; check their units, which are SI"
+                f"expected {_SMALLEST:g} to {largest:g}; check their units, which are SI"
             )
     if not abs(position[-1]) < _LARGEST:
         raise ParameterError(
@@ -110,32 +118,47 @@ def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray
         )
 
 
-def suggested_step_size(parameters: ChainParameters, chain: Geometry) -> float:
-    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), .5 / omega under a static load; 1, 2 or 5 x 10^k [s]."""
+def smoothness(growth: float) -> float:
+    """Part of the step that a law F = k d^p needs: below p = 1.5 contacts close with a jolt, and need shorter ones."""
+    return min(1.0, 0.25 + 1.5 * (growth - 1.0))
+
+
+def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme_factor: float) -> float:
+    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), .5 / omega under a static load; 1, 2 or 5 x 10^k [s].
+
+    Args:
+        parameters: of the chain.
+        chain: its arrays.
+        scheme_factor: what the integrator needs, in units of PEFRL's step.
+    """
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
     ratio = float(np.min(lighter[chain.real] / chain.stiffness[chain.real], initial=np.inf))
     if not math.isfinite(ratio):  # nothing that a contact could accelerate
         return _STEP_WITHOUT_CONTACTS
     gapped = bool(np.any(chain.rest_overlap < 0.0))
     scale = _collision_time(ratio, parameters.velocity_scale, parameters.law.growth)
-    step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * scale
+    factor = scheme_factor * smoothness(parameters.law.growth)
+    step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * factor * scale
     if np.any(chain.rest_overlap > 0.0):
         tangent = _tangent(chain, parameters.law.growth)
         frequency = math.sqrt(float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass)))
         # Too faint a force to be felt gives no frequency, and no limit.
-        step = min(step, _STEP_TIMES_FREQUENCY / frequency) if frequency > 0.0 else step
+        step = min(step, factor * _STEP_TIMES_FREQUENCY / frequency) if frequency > 0.0 else step
     if isinstance(parameters.law, Dissipative):
         rate = _dissipation_rate(parameters.law, chain, parameters.velocity_scale)
         step = min(step, _STEP_TIMES_DISSIPATION / rate) if rate > 0.0 else step
+        if parameters.law.jumps and rate > 0.0:
+            step = min(step, max(_STEP_TIMES_JUMP / rate, _SHORTEST_FOR_JUMP * step))
     return round_down_to_125(step)
 
 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
-    """C / m* of the contact that dissipates fastest, at the overlap of a collision at that speed [1/s]."""
+    """C / m* of the contact that dissipates fastest, at its overlap at rest and that of a collision at that speed [1/s]."""
     real = chain.real
     moved = np.isfinite(chain.reduced_mass[real])
     mass, stiffness = chain.reduced_mass[real][moved], chain.stiffness[real][moved]
     overlap = np.array([power(ratio, 0.4) for ratio in (1.25 * speed * speed) * mass / stiffness])
+    overlap += np.maximum(chain.rest_overlap[real][moved], 0.0)
     return float(np.max(law.coefficients(chain.contact[real][moved], overlap) / mass, initial=0.0))
 
 
@@ -239,12 +262,9 @@ def _stiffness(
     given = parameters.contact_stiffness
     if given is None:
         return hertz
-    stiffness = np.full(len(hertz), np.nan)
     if isinstance(given, list):
-        first = 0 if parameters.left in WALLS else 1
-        stiffness[first : first + len(given)] = given
-        return stiffness
-    stiffness[:] = given
+        return np.array(given)
+    stiffness = np.full(len(hertz), given)
     # A wall against the end grain, relative to two such grains against each other.
     for place, end in ((0, 0), (-1, -1)):
         stiffness[place] = given * (hertz[place] / (4.0 / 3.0 / (2.0 * compliance[end]) * math.sqrt(0.5 * radius[end])))

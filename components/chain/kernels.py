@@ -56,6 +56,8 @@ from .table import (
 
 # What `advance` subtracts from its result where a velocity passed its limit, or is not a number.
 UNSOUND = 1 << 60
+# What an adaptive integrator adds where a tick takes more work than is allowed.
+EXHAUSTED = 1 << 61
 
 _ONE = np.uint64(1)
 # Sums run in so many lanes: many, where that lets them run as vectors; few, where joining the lanes would cost more.

@@ -36,14 +36,14 @@ class ChainParameters(Parameters):
     arrangement: ChosenArrangement = _field(
         "uniform", "grains by name: uniform, dimer, tapered, decorated, random, impurity; a table {name = ..., ...}", "1"
     )
-    contact_stiffness: Positive | list[Positive] | None = _field(
+    contact_stiffness: Positive | list[NotNegative] | None = _field(
         None,
-        "k of F = k overlap^1.5 instead of the materials' (law power: of k overlap^p): one for all, or one for each contact",
+        "k of F = k overlap^1.5 instead of the materials' (law power: of k overlap^p): one for all, or one for each place",
         "N/m^1.5",
     )
     law: ChosenLaw = _field(Hertz(), "contact law: its name, or a table of its name and parameters", "1")
     gravity: float = _field(0.0, "acceleration of all grains, positive to the right", "m/s^2", ge=-1e6, le=1e6)
-    gap: NotNegative | list[NotNegative] = _field(0.0, "gap at the start: one for all contacts, or one each", "m")
+    gap: NotNegative | list[NotNegative] = _field(0.0, "gap at the start: one for all contacts, or one for each place", "m")
     precompression: float = _field(0.0, "static force that presses the chain together at the start", "N", ge=0.0, le=1e60)
     left: Boundary = _field("free", "left end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
     right: Boundary = _field("free", "right end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
@@ -63,8 +63,6 @@ class ChainParameters(Parameters):
             ("radius", self.grains, "grain"),
             ("material", self.grains, "grain"),
             ("mass", self.grains, "grain"),
-            ("contact_stiffness", self.contacts, "contact"),
-            ("gap", self.contacts, "contact"),
         ):
             value = getattr(self, name)
             if isinstance(value, list) and len(value) != count:
@@ -84,18 +82,34 @@ class ChainParameters(Parameters):
                 f"contact_stiffness: law {self.law.name!r} needs it, in N/m^exponent; "
                 "radii and materials tell it for spheres only"
             )
-        for name in ("dissipation", "yield_pressure"):
-            value = getattr(self.law, name, None)
-            if isinstance(value, list) and len(value) != self.contacts:
-                raise ValueError(
-                    f"law.{name}: got {len(value)} values, expected one for all or {self.contacts}, one for each contact"
-                )
+        self._check_places()
         if "piston" in (self.left, self.right) and self.grains == 1:
             raise ValueError("grains: got 1, expected at least 2 where an end is a piston: it needs a grain to push")
         gaps = self.gap if isinstance(self.gap, list) else [self.gap]
         if self.precompression > 0.0 and any(gap > 0.0 for gap in gaps):
             raise ValueError("gap: a precompressed chain has none; give gap = 0 or precompression = 0")
         return self
+
+    def _check_places(self) -> None:
+        """Lists of what belongs to contacts have a value for each place, 0 where there is no contact."""
+        for holder, name, needed in (
+            (self, "contact_stiffness", True), (self, "gap", False),
+            (self.law, "dissipation", False), (self.law, "yield_pressure", True),
+        ):  # fmt: skip
+            values = getattr(holder, name, None)
+            if not isinstance(values, list):
+                continue
+            name = name if holder is self else f"law.{name}"
+            if len(values) != self.contact_places:
+                raise ValueError(
+                    f"{name}: got {len(values)} values, expected one for all or {self.contact_places}, one for each place: "
+                    "the first is left of the first grain, the last right of the last one, 0 where there is no contact"
+                )
+            for place, value in enumerate(values):
+                if not self.has_contact(place) and value != 0.0:
+                    raise ValueError(f"{name}[{place}]: got {value:g}, expected 0: {self.absent_contact(place)}")
+                if self.has_contact(place) and needed and value == 0.0:
+                    raise ValueError(f"{name}[{place}]: got 0, expected more than 0: a contact is there")
 
     @model_validator(mode="after")
     def _arranged(self) -> ChainParameters:
@@ -110,6 +124,20 @@ class ChainParameters(Parameters):
         return {name: value for name, value in fields.items() if name not in spared}
 
     @property
-    def contacts(self) -> int:
-        """Number of contacts: between neighbours, and one with each wall."""
-        return self.grains - 1 + (self.left in WALLS) + (self.right in WALLS)
+    def contact_places(self) -> int:
+        """Number of places for contacts, n + 1: place i is left of grain i, place n right of the last grain.
+
+        Ends without a wall have a place too, so that an end's kind does not shift the numbers of the others.
+        """
+        return self.grains + 1
+
+    def has_contact(self, place: int) -> bool:
+        """Whether there is a contact in a place, from 0 to n: between neighbours always, at an end only with a wall."""
+        return 0 < place < self.grains or (self.left if place == 0 else self.right) in WALLS
+
+    def absent_contact(self, place: int) -> str:
+        """Why there is no contact in an end's place, for messages."""
+        side = "left" if place == 0 else "right"
+        return (
+            f"{side} is {getattr(self, side)!r}, so there is no contact {side} of grain {0 if place == 0 else self.grains - 1}"
+        )

@@ -104,7 +104,7 @@ class Validity:
             )
         if self.forces_per_contact < self.wanted_forces and not self.adaptive:
             said.append(
-                f"contacts got {self.forces_per_contact:.0f} force evaluations (about {self.wanted_forces:.0f} are wanted): "
+                f"a contact got {self.forces_per_contact:.0f} force evaluations ({self.wanted_forces:.0f} are wanted): "
                 "take a smaller step_size"
             )
         return said

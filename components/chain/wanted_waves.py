@@ -16,6 +16,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from ..elementary import exponential, logarithm, root
 from ..errors import ParameterError
 from ..jit import inlined, jit
 from .energy_roots import energy_root, pull_energy_root
@@ -176,12 +177,12 @@ def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: 
     constant = stiffness / mass
     if rest_overlap <= 0.0:
         wave = lattice_wave(0.0)
-        speeds = np.array([wave.speed_coefficient * (constant * constant * float(one)) ** 0.2 for one in amplitudes])
+        speeds = wave.speed_coefficient * root(constant * constant * np.asarray(amplitudes, dtype=np.float64), 5)
         waves = [wave]
     else:
         waves = [_pressed_wave(constant, rest_overlap, float(one)) for one in amplitudes]
         # Lengths are in overlaps at rest, times in A^-.5 d0^-.25.
-        speeds = np.array([wave.speed * constant**0.5 * rest_overlap**0.25 for wave in waves])
+        speeds = np.array([wave.speed * math.sqrt(constant) * math.sqrt(math.sqrt(rest_overlap)) for wave in waves])
     return _layout(mass, waves), speeds
 
 
@@ -189,18 +190,18 @@ def _pressed_wave(constant: float, rest_overlap: float, amplitude: float) -> Lat
     """The wave of an amplitude on a precompressed chain, in units of the overlap at rest and A."""
     from scipy.optimize import brentq
 
-    wanted = amplitude / (constant**0.5 * rest_overlap**1.25)
+    unit = math.sqrt(constant) * rest_overlap * math.sqrt(math.sqrt(rest_overlap))
+    wanted = amplitude / unit
 
-    def too_high(logarithm: float) -> float:
-        return float(np.log(lattice_wave(1.0, float(np.exp(logarithm))).velocity.max() / wanted))
+    def too_high(height: float) -> float:
+        return float(logarithm(lattice_wave(1.0, float(exponential(height))).velocity.max() / wanted))
 
-    low, high = float(np.log(0.01)), float(np.log(1e6))
+    low, high = float(logarithm(0.01)), float(logarithm(1e6))
     if too_high(low) > 0.0 or too_high(high) < 0.0:
         raise ParameterError(
-            f"amplitude: got {amplitude:g} m/s, expected 1e-2 to 1e7 times {constant**0.5 * rest_overlap**1.25:.3g} m/s in a "
-            "chain of this precompression"
+            f"amplitude: got {amplitude:g} m/s, expected 1e-2 to 1e7 times {unit:.3g} m/s in a chain of this precompression"
         )
-    height = float(np.exp(brentq(too_high, low, high, xtol=1e-13)))  # type: ignore[arg-type]
+    height = float(exponential(brentq(too_high, low, high, xtol=1e-13)))  # type: ignore[arg-type]
     return lattice_wave(1.0, height)
 
 
@@ -235,7 +236,7 @@ def _padded(values: FloatArray, piece: slice, count: int) -> FloatArray:
 def _energy_roots(wave: LatticeWave) -> FloatArray:
     """Q of a contact, m = A = 1."""
     s, s0 = np.sqrt(wave.rest_overlap + wave.overlap), np.sqrt(wave.rest_overlap)
-    return (s - s0) * np.sqrt(0.4 * s**3 + 0.8 * s**2 * s0 + 1.2 * s * s0**2 + 0.6 * s0**3)
+    return (s - s0) * np.sqrt(0.4 * s * s * s + 0.8 * s * s * s0 + 1.2 * s * s0 * s0 + 0.6 * s0 * s0 * s0)
 
 
 def shape_energies(shapes: FloatArray, amplitudes: FloatArray) -> FloatArray:

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field, ValidationError
 
 from ..errors import ParameterError, nearest
+from ..validation import Fixed, explained
+
+_SYMBOLS = {"E": "young", "nu": "poisson", "rho": "density"}
 
 
-class Material(BaseModel):
-    """A linear elastic, isotropic material."""
+class Material(Fixed):
+    """A linear elastic, isotropic material.
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    Attributes:
+        density: mass density [kg/m^3].
+        young: Young's modulus [Pa].
+        poisson: Poisson's ratio, more than -1 and less than 0.5.
+        yield_strength: in compression, or None where it is not known [Pa].
+    """
 
     density: float = Field(gt=0.0, description="mass density", json_schema_extra={"unit": "kg/m^3"})
     young: float = Field(gt=0.0, description="Young's modulus", json_schema_extra={"unit": "Pa"})
@@ -23,6 +32,20 @@ class Material(BaseModel):
         description="yield strength in compression, for validity figures and the contact law elastic_plastic",
         json_schema_extra={"unit": "Pa"},
     )
+
+    def __init__(self, **fields: Any) -> None:
+        """Check what is given.
+
+        Raises:
+            ParameterError: a constant is missing, unknown or out of range.
+        """
+        for symbol, name in _SYMBOLS.items():
+            if symbol in fields:
+                raise ParameterError(f"Material: {symbol}: unknown; it is called {name!r} here")
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            raise ParameterError("Material: " + "; ".join(explained(error, type(self)))) from None
 
     @property
     def plane_compliance(self) -> float:

@@ -2,7 +2,7 @@
 
 A paper is a folder of entries (`nesterenko_1983`), one section or figure a file; `papers.py` names the papers. `model.py`
 says what an entry is, `verdicts.py` how numbers are compared, `context.py` what an entry computes with, `building.py`
-computes the entries, `writing.py` and `page.py` write what they found.
+computes the entries, `folder.py` keeps their folder, `writing.py` and `page.py` write what they found.
 
     from granular_env import atlas
 
@@ -10,8 +10,8 @@ computes the entries, `writing.py` and `page.py` write what they found.
     atlas.write(done, "out")
 """
 
-from .building import Atlas, Done, compute
+from .building import Atlas, Done, chosen, compute
 from .papers import names, paper
 from .writing import write
 
-__all__ = ["Atlas", "Done", "compute", "names", "paper", "write"]
+__all__ = ["Atlas", "Done", "chosen", "compute", "names", "paper", "write"]

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import signal
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import closing
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
+from granular_env.workers import Worker, stop_all
 
 from .constants import resolved
-from .context import Context, remove_parts
+from .context import Context
+from .folder import open_folder
 from .model import Entry, Findings, Paper
 
-# Called when an entry is done: the entry, and its share of the whole.
+# Called with an entry, and how much of it is done, when it begins (0), after each of its runs, and at its end (1).
 Told = Callable[[Entry, float], None]
 
 
@@ -66,41 +69,44 @@ def compute(
     *,
     only: Iterable[str] = (),
     processes: int = 1,
+    refinement: int = 1,
     told: Told = lambda entry, share: None,
 ) -> Atlas:
     """Compute the entries of a paper; their logs go into ``folder/logs``.
 
     Args:
         paper: which one.
-        folder: made if it is not there.
+        folder: made if it is not there; one process computes there at a time.
         constants: those that are to differ from the paper's.
         only: names of the entries to compute; default: all.
         processes: how many entries are computed at a time. More than one starts Python anew, so a script then needs
             ``if __name__ == "__main__":`` around what it does.
-        told: told of each entry that is done.
+        refinement: by how much steps and sampling intervals are divided; digits that hold at 2 have converged.
+        told: called with an entry, and how much of it is done, from 0 to 1.
 
     Raises:
         ParameterError: no such constant or entry, or a value out of its range.
-        GranularError: the folder cannot be written.
+        GranularError: the folder cannot be written, another process computes there, or its `atlas.json` is not an atlas's.
     """
-    values, entries = resolved(paper, constants or {}), _chosen(paper, only)
-    if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
-        raise ParameterError(f"processes: got {shortened(processes)}, expected a whole number of at least 1")
-    logs = Path(folder) / "logs"
-    try:
-        logs.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise GranularError(f"cannot write the atlas into {str(folder)!r}: {error}") from error
+    values, entries = resolved(paper, constants or {}), chosen(paper, only)
+    for name, number in (("processes", processes), ("refinement", refinement)):
+        if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+            raise ParameterError(f"{name}: got {shortened(number)}, expected a whole number of at least 1")
     # The long ones first: the last process to end then ends sooner.
-    order = sorted(entries, key=lambda entry: -entry.weight)
-    total, found = sum(entry.weight for entry in entries), {}
-    for one in _computed(order, logs, values, min(processes, len(entries))):
-        found[one.entry.name] = one
-        told(one.entry, one.entry.weight / total)
+    order, found = sorted(entries, key=lambda entry: -entry.weight), {}
+    with open_folder(folder) as logs:
+        stream = _serial(order, logs, values, refinement, told)
+        if min(processes, len(entries)) > 1:
+            stream = _parallel(order, (logs, values, refinement), min(processes, len(entries)), told)
+        with closing(stream):
+            for one in stream:
+                found[one.entry.name] = one
+                told(one.entry, 1.0)
     return Atlas(paper, values, [found[entry.name] for entry in entries])
 
 
-def _chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
+def chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
+    """Return the entries of these names, in the page's order; all where none is named; `ParameterError` for others."""
     known, wanted = {entry.name: entry for entry in paper.entries}, list(only)
     for name in wanted:
         if wanted.count(name) > 1:
@@ -110,45 +116,62 @@ def _chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
     return [entry for entry in paper.entries if not wanted or entry.name in wanted]
 
 
-def _computed(entries: Sequence[Entry], logs: Path, values: Mapping[str, float], processes: int) -> Iterator[Done]:
-    if processes <= 1:
-        context = Context(logs, values)
-        yield from (_attempt(entry, context) for entry in entries)
-        return
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import get_context
-
-    # A fresh interpreter each: a fork of one that has run kernels may hang.
-    with ProcessPoolExecutor(
-        processes, mp_context=get_context("spawn"), initializer=_begin, initargs=(logs, dict(values))
-    ) as pool:
-        futures = [pool.submit(_work, entry) for entry in entries]
-        try:
-            yield from (future.result() for future in as_completed(futures))
-        except BrokenProcessPool as error:
-            raise GranularError("a process ended within an entry, perhaps for lack of memory; try processes = 1") from error
-        finally:
-            pool.shutdown(cancel_futures=True)
-            remove_parts(logs)
+def _serial(
+    entries: Sequence[Entry], logs: Path, values: Mapping[str, float], refinement: int, told: Told
+) -> Generator[Done, None, None]:
+    context = Context(logs, values, refinement)
+    for entry in entries:
+        yield _attempt(entry, context, told)
 
 
-_CONTEXT: list[Context] = []
+def _parallel(entries: Sequence[Entry], arguments: tuple[Any, ...], processes: int, told: Told) -> Generator[Done, None, None]:
+    """Give each process an entry at a time; what it sends is a share of that entry, or the entry done."""
+    waiting, running = list(entries), {}
+    crew = [Worker(_serve, *arguments) for _ in range(processes)]
+    try:
+        for worker in crew:
+            running[worker.connection] = worker, _give(worker, waiting)
+        while running:
+            for ready in wait(list(running)):
+                worker, entry = running[ready]
+                try:
+                    message = worker.connection.recv()
+                except (EOFError, OSError):
+                    raise GranularError(
+                        f"entry {entry.name!r}: {worker.exit_reason()}; try one process at a time (processes = 1)"
+                    ) from None
+                if isinstance(message, Done):
+                    yield message
+                    del running[ready]
+                    if waiting:
+                        running[ready] = worker, _give(worker, waiting)
+                else:
+                    told(entry, message)
+    finally:
+        stop_all(crew)
 
 
-def _begin(logs: Path, values: Mapping[str, float]) -> None:
-    """What a process of the pool keeps between its entries. Ctrl-C reaches it too, and ends it at once."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    _CONTEXT[:] = [Context(logs, values)]
+def _give(worker: Worker, waiting: list[Entry]) -> Entry:
+    entry = waiting.pop(0)
+    try:
+        worker.connection.send(entry)
+    except OSError:
+        pass  # It has ended, which is found out when it is listened to.
+    return entry
 
 
-def _work(entry: Entry) -> Done:
-    return _attempt(entry, _CONTEXT[0])
+def _serve(connection: Connection, logs: Path, values: Mapping[str, float], refinement: int) -> None:
+    """Compute the entries that come, one after the other; what a process keeps between them is its context."""
+    context = Context(logs, values, refinement)
+    while True:
+        connection.send(_attempt(connection.recv(), context, lambda entry, share: connection.send(share)))
 
 
-def _attempt(entry: Entry, context: Context) -> Done:
-    """The entry's findings, or what went wrong: whatever it is, the other entries go on."""
-    context.used()
+def _attempt(entry: Entry, context: Context, told: Told) -> Done:
+    """Return the entry's findings, or what went wrong: whatever it is, the other entries go on."""
+    told(entry, 0.0)
+    expected = entry.expected_runs(context.constants)
+    context.begin(lambda runs: told(entry, min(runs / (expected + 1), 0.99)))
     try:
         findings = entry.compute(context)
     except GranularError as error:

@@ -20,13 +20,7 @@ from granular_env.recording import open_log
 from granular_env.recording.reader import Log
 from granular_env.running import run
 
-_PART = ".part"
-
-
-def remove_parts(logs: Path) -> None:
-    """Remove what a process that was ended had begun to write."""
-    for part in logs.glob(f".*{_PART}"):
-        part.unlink(missing_ok=True)
+from .folder import PART
 
 
 class Context:
@@ -35,14 +29,19 @@ class Context:
     Args:
         logs: the folder that the logs are written into.
         constants: the paper's constants, with the changes that were asked for.
-        told: called with the name of each run that begins.
+        refinement: by how much entries divide their steps and sampling intervals.
     """
 
-    def __init__(self, logs: Path, constants: Mapping[str, float], told: Callable[[str], None] = lambda name: None) -> None:
-        self.constants = dict(constants)
-        self._logs, self._told = logs, told
+    def __init__(self, logs: Path, constants: Mapping[str, float], refinement: int = 1) -> None:
+        self.constants, self.refinement = dict(constants), refinement
+        self._logs = logs
         self._paths: dict[str, Path] = {}
+        self.begin(lambda runs: None)
+
+    def begin(self, on_run: Callable[[int], None]) -> None:
+        """Begin an entry: `on_run` is called with the number of its runs so far, after each of them."""
         self._used: list[str] = []
+        self._runs, self._on_run = 0, on_run
 
     def run(self, experiment: Source, **overrides: Any) -> Log:
         """The log of an experiment, opened.
@@ -59,39 +58,54 @@ class Context:
         loaded = load_experiment(experiment, [f"{key}={json.dumps(value)}" for key, value in overrides.items()])
         content = json.dumps(loaded.to_dict(), sort_keys=True)
         if content not in self._paths:
-            self._told(loaded.name)
             self._paths[content] = self._recorded(loaded, content)
         path = self._paths[content]
         if path.name not in self._used:
             self._used.append(path.name)
+        self._count()
         return open_log(path)
 
-    def watch(self, experiment: Source, every: float) -> History:
+    def watch(self, experiment: Source, every: float, *, recorded: bool = True) -> History:
         """The motion in an experiment, kept at even intervals [s] while it runs; its log may be much thinner.
 
         For ensembles: what is measured is never written, and the logs still replay. It is run anew at each call.
+
+        Args:
+            experiment: a shipped experiment's name, or the content of one.
+            every: a whole number of the experiment's steps [s].
+            recorded: False for no log at all, in ensembles so large that nobody would look at them.
         """
         loaded, watch = load_experiment(experiment), Watch(every)
-        path = self._recorded(loaded, json.dumps(loaded.to_dict(), sort_keys=True), [watch])
-        self._used.append(path.name)
+        if recorded:
+            path = self._recorded(loaded, json.dumps(loaded.to_dict(), sort_keys=True), [watch])
+            self._used.append(path.name)
+        else:
+            self._run(loaded, None, [watch])
+        self._count()
         return watch.history
 
     def used(self) -> list[str]:
-        """File names of the logs that were asked for since the last call."""
-        used, self._used = self._used, []
-        return used
+        """Return the file names of the logs that the entry asked for."""
+        return self._used
+
+    def _count(self) -> None:
+        self._runs += 1
+        self._on_run(self._runs)
 
     def _recorded(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:
         """Run it. Another process may be at the same: each writes its own file, and the last one, which is equal, stays."""
         short = re.sub(r"[^A-Za-z0-9._-]+", "-", experiment.name.rpartition("/")[2]).strip("-.") or "run"
         path = self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"
-        own = path.with_name(f".{path.name}.{os.getpid()}{_PART}")
+        own = path.with_name(f".{path.name}.{os.getpid()}{PART}")
         try:
-            with warnings.catch_warnings(action="ignore", category=GranularWarning):
-                result = run(experiment, log=own, overwrite=True, observers=observers)
-            if result.interrupted:
-                raise KeyboardInterrupt
+            self._run(experiment, own, observers)
             own.replace(path)
         finally:
             own.unlink(missing_ok=True)
         return path
+
+    def _run(self, experiment: Experiment, log: Path | None, observers: Sequence[Observer]) -> None:
+        with warnings.catch_warnings(action="ignore", category=GranularWarning):
+            result = run(experiment, log=log, overwrite=True, observers=observers)
+        if result.interrupted:
+            raise KeyboardInterrupt

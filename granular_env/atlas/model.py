@@ -137,7 +137,8 @@ class Entry:
         title: one line.
         text: what the paper does there, in a few sentences for a reader who does not have it.
         compute: from a context to the findings; it is a function of a module, so that another process finds it.
-        weight: how long it takes, relative to others, for the progress bar and so that long ones begin first.
+        weight: how long it takes, in seconds of one core, for the progress bar and so that long ones begin first.
+        runs: how many runs it asks for, for the progress bar; or a function of the constants that says so.
     """
 
     name: str
@@ -146,6 +147,11 @@ class Entry:
     text: str
     compute: Callable[[Context], Findings]
     weight: float = 1.0
+    runs: int | Callable[[Mapping[str, float]], int] = 1
+
+    def expected_runs(self, constants: Mapping[str, float]) -> int:
+        """Return how many runs it asks for with these constants."""
+        return self.runs if isinstance(self.runs, int) else self.runs(constants)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from granular_env.progress import progress_bar
+
 from .building import Atlas
-from .model import Entry, Paper
+from .model import Entry
 
 
 @contextmanager
-def telling(paper: Paper, quiet: bool) -> Iterator[Callable[[Entry, float], None]]:
-    """A bar on standard error that goes on with each entry that is done."""
-    if quiet:
-        yield lambda entry, share: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+def telling(entries: Sequence[Entry], title: str, quiet: bool) -> Iterator[Callable[[Entry, float], None]]:
+    """Show a progress bar by the work that is done, and which entries are being computed, each with its own share."""
+    shares = {entry.name: 0.0 for entry in entries}
+    weights = {entry.name: entry.weight for entry in entries}
+    running: dict[str, None] = {}
+    with progress_bar(title, sum(weights.values()), show=not quiet) as bar:
 
-    console = Console(stderr=True)
-    if not console.is_interactive:  # where no bar can be drawn, an empty line would be all that is left of it
-        yield lambda entry, share: None
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn())
-    with Progress(*columns, TextColumn("{task.fields[last]}"), console=console, transient=True) as bar:
-        task = bar.add_task(paper.name, total=1.0, last="")
-        yield lambda entry, share: bar.update(task, advance=share, last=f"{entry.section} {entry.title}")
+        def told(entry: Entry, share: float) -> None:
+            running[entry.name], shares[entry.name] = None, share
+            if share >= 1.0:
+                running.pop(entry.name, None)
+            done = sum(weights[name] * shares[name] for name in weights)
+            bar.update(done, *(f"{name} {100.0 * shares[name]:.0f} %" for name in running))
+
+        yield told
 
 
 def closing(atlas: Atlas, page: Path) -> str:

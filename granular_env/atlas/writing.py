@@ -12,6 +12,7 @@ from typing import Any
 from granular_env.writing import write_files
 
 from .building import Atlas, Done
+from .folder import DATA, PAGE, logs_of_data, remove_logs
 from .model import Curve, Figure, Item
 from .page import html
 from .verdicts import Value
@@ -24,16 +25,16 @@ def write(atlas: Atlas, folder: str | os.PathLike[str]) -> Path:
         The page's path.
 
     Raises:
-        GranularError: the files cannot be written; what stood there is kept.
+        GranularError: the files cannot be written, or an `atlas.json` stands there that is not an atlas's; what stood there
+            is kept.
     """
     target = Path(folder)
     data = document(atlas)
     numbers = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    old = _logs_of(target / "atlas.json")
-    write_files({target / "atlas.json": numbers.encode(), target / "index.html": html(atlas, command(atlas)).encode()})
-    for name in old - set(data["logs"]):
-        (target / "logs" / name).unlink(missing_ok=True)
-    return target / "index.html"
+    old = logs_of_data(target / DATA)
+    write_files({target / DATA: numbers.encode(), target / PAGE: html(atlas, command(atlas)).encode()})
+    remove_logs(target, old - set(data["logs"]))
+    return target / PAGE
 
 
 def command(atlas: Atlas) -> str:
@@ -128,13 +129,3 @@ def _curve(curve: Curve) -> dict[str, Any]:
 def _number(value: float) -> float | None:
     """JSON has no NaN; nine digits are more than a drawing or a comparison needs."""
     return float(f"{value:.9g}") if math.isfinite(value) else None
-
-
-def _logs_of(document: Path) -> set[str]:
-    """The logs that an earlier atlas names; only what an atlas may have written: logs by their bare names."""
-    try:
-        named = json.loads(document.read_text("utf-8"))["logs"]
-    except (OSError, ValueError, LookupError, TypeError):
-        return set()
-    names = [name for name in named if isinstance(name, str)] if isinstance(named, list) else []
-    return {name for name in names if name.endswith(".mcap") and Path(name).name == name}

@@ -114,6 +114,11 @@ def _moved(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLik
     changes = {name: h * _way(name, way) for name, way in direction.items()}
     try:
         return _shifted(chain, drive, changes)
+    except ParameterError as error:
+        raise ParameterError(
+            f"direction: {h:g} times {', '.join(direction)} leaves what a chain may be: {error}; take a smaller step, or "
+            "move the chain away from the limit"
+        ) from None
     except ValueError as error:  # numpy's word for shapes that do not go together
         shapes = ", ".join(f"{name} of shape {np.shape(way)}" for name, way in direction.items())
         raise ParameterError(f"direction: got {shapes}, expected the shapes of their gradients: {error}") from None
@@ -147,7 +152,7 @@ def _changed(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
         given["radius"] = list(chain.geometry.radius + changes.get("radius", 0.0))
         by_hand = np.flatnonzero(~natural_mass(chain) | ("mass" in changes))
         given["mass"] = {int(i): float(masses[i]) for i in by_hand} or None
-    settled = given if p.contact_stiffness is not None else {"contact_stiffness": chain.geometry.stiffness[chain.geometry.real]}
+    settled = given if p.contact_stiffness is not None else {"contact_stiffness": chain.geometry.stiffness}
     for name in changes.keys() - {"radius", "mass"}:
         holder = given["law"] if name == "dissipation" else given
         before = settled[name] if name == "contact_stiffness" else holder[name]

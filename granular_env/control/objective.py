@@ -33,7 +33,7 @@ derivatives go through displacements, velocities, inputs and the table's constan
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -114,17 +114,19 @@ class Term:
     """A part of an objective; terms can be added and subtracted, multiplied and divided by numbers."""
 
     parts: tuple[tuple[Quantity, int, float, int, int, int, float], ...]
-    description: str
+    body: str
+    factor: float = 1.0
+
+    @property
+    def description(self) -> str:
+        """One line for people."""
+        return self.body if self.factor == 1.0 else f"{self.factor:g} ({self.body})"
 
     def __add__(self, other: Term) -> Term:
         return Term(self.parts + other.parts, f"{self.description} + {other.description}")
 
     def __mul__(self, factor: float) -> Term:
-        return replace(
-            self,
-            parts=tuple((*part[:-1], factor * part[-1]) for part in self.parts),
-            description=f"{factor:g} ({self.description})",
-        )
+        return Term(tuple((*part[:-1], factor * part[-1]) for part in self.parts), self.body, factor * self.factor)
 
     __rmul__ = __mul__
 
@@ -157,7 +159,7 @@ def displacement(grain: int) -> Quantity:
 
 
 def contact_force(contact: int) -> Quantity:
-    """In a contact, dissipation included [N]; counted as in the output `contact_force`, -1 is the last one."""
+    """In a contact, dissipation included [N]; numbered as in the output `contact_force`: contact i is left of grain i."""
     return Quantity(_CONTACT_FORCE, contact, contact, f"contact_force[{contact}]")
 
 
@@ -211,10 +213,12 @@ def _fewest_steps(begin: int, end: int) -> int:
 
 def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) -> list[float]:
     quantity, kind, target, power, begin, end, weight = part
-    grains, real = chain.parameters.grains, chain.geometry.real
+    parameters, grains = chain.parameters, chain.parameters.grains
     first, last = quantity.first, quantity.last
     if quantity.code == _CONTACT_FORCE:
-        first = last = real.start + _place(quantity, first, real.stop - real.start)
+        first = last = _place(quantity, first, parameters.contact_places)
+        if not parameters.has_contact(first):
+            raise ParameterError(f"{quantity.name}: {parameters.absent_contact(first)}; name a contact of the chain")
     elif quantity.code != _APPLIED:
         first, last = _place(quantity, first, grains), _place(quantity, last, grains)
         if first > last:

@@ -60,14 +60,14 @@ class Problem(Protocol):
 
     Attributes:
         steps: control steps of an episode.
-        sharpness: of the smooth objective, where it is not the task's own; None for that.
+        stage: attributes of the task that its smooth objective is built with, where they are not its own; None for those.
         entries: numbers in an action.
         observed: numbers in an observation.
         rate: the task's own limit of the action's change per control step, or None.
         gradient_runs: what an objective with its slopes costs, in forward runs: force evaluations over those of a forward run.
     """
 
-    sharpness: Sequence[float] | None
+    stage: Mapping[str, Any] | None
 
     @property
     def steps(self) -> int:
@@ -116,6 +116,12 @@ class Problem(Protocol):
         """One episode in the single environment, recorded where a path is given."""
         ...
 
-    def vector(self, count: int) -> Any:
-        """A Gymnasium `VectorEnv` of so many environments, for reinforcement learning; it resets in the same step."""
+    def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
+        """A Gymnasium `VectorEnv` of so many environments, for reinforcement learning; it resets in the same step.
+
+        Args:
+            count: how many.
+            hold: control steps for which an action is held.
+            clock: readings of the time in the observation.
+        """
         ...

@@ -1,19 +1,28 @@
-"""Environments by the names that studies call them: ``pulse-forming`` is ``granular_env/PulseForming-v0``."""
+"""Environments by the names that studies call them: ``pulse-forming`` is ``granular_env/PulseForming-v1``.
+
+Besides the shipped ones there are the user's own: ``module:name`` is what makes an environment in a module, and a name that is
+registered with Gymnasium (``mine/Task-v0``, or ``module:mine/Task-v0`` to import the module that registers it) is that one.
+"""
 
 from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import ParameterError, nearest
+from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
 from granular_env.envs.registration import ENVIRONMENTS
+
+# What a study gives every environment unless a method asks for more; one that does not take it does without.
+_DEFAULTS = {"hold": 1, "clock": 0, "info": "brief"}
 
 
 def task_names() -> dict[str, str]:
-    """Short name -> registered name."""
+    """Return short name -> registered name."""
     return {_short(registered): registered for registered in ENVIRONMENTS}
 
 
@@ -22,34 +31,119 @@ def _short(registered: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", plain).lower()
 
 
+def is_shipped(name: str) -> bool:
+    """Return whether a name is that of an environment of this package."""
+    return name in ENVIRONMENTS or name in task_names()
+
+
+def names_own_code(name: str) -> bool:
+    """Return whether a name is ``module:name`` or has the form of one registered with Gymnasium, and is not of this package."""
+    return not is_shipped(name) and (":" in name or "/" in name or re.search(r"-v\d+$", name) is not None)
+
+
 def registered_name(name: str) -> str:
-    """The registered name behind a short or a registered one; `ParameterError` with the nearest for any other."""
-    names = task_names()
-    if name in ENVIRONMENTS:
-        return name
-    if name not in names:
-        raise ParameterError(f"name: got {name!r}, which is no task; {nearest(name, names)}")
-    return names[name]
+    """Return the registered name behind a short one; any other name as it is."""
+    return task_names().get(name, name)
 
 
-def make_environment(name: str, arguments: Mapping[str, Any]) -> Any:
-    """The single environment of that name, bare.
+def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any]:
+    """Return what makes the single environment of a name; importing code of the user's own where it names some.
+
+    Args:
+        name: a short or registered name, ``module:name``, or a name registered with Gymnasium, ``module:`` in front of it.
+        folder: where modules are looked for first, as Python does beside a script; None for Python's path alone.
 
     Raises:
-        ParameterError: it does not take one of the arguments; the nearest is named.
+        ParameterError: there is none; names the module, what it has, or the nearest name.
     """
-    module, _, kind = ENVIRONMENTS[registered_name(name)].partition(":")
-    made = getattr(import_module(module), kind)
-    if unknown := [key for key in arguments if key not in (known := _arguments(made))]:
+    if is_shipped(name):
+        return _attribute(*ENVIRONMENTS[registered_name(name)].split(":"))
+    module, colon, rest = name.partition(":")
+    if not colon:
+        return _registered(name)
+    imported = _imported(name, module, folder)
+    return _registered(rest) if "/" in rest else _own(name, imported, rest)
+
+
+def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
+    """Return the single environment, bare.
+
+    Raises:
+        ParameterError: it does not take one of the arguments, the nearest is named; or it is no environment of a chain.
+    """
+    from granular_env.envs.chain_environment import ChainEnv
+    from granular_env.envs.task import Task
+
+    known = _arguments(make)
+    given = {key: value for key, value in arguments.items() if known is None or key in known or _DEFAULTS.get(key) != value}
+    if known is not None and (unknown := [key for key in given if key not in known]):
         raise ParameterError(f"{unknown[0]}: unknown; {nearest(unknown[0], known)}")
-    return made(**arguments)
+    made = make(**given)
+    env = getattr(made, "unwrapped", made)
+    if isinstance(env, Task):
+        raise ParameterError("name: it makes a task, expected its environment; name what returns ChainEnv(chain, task)")
+    if not isinstance(env, ChainEnv):
+        raise ParameterError(f"name: it makes {shortened(made)}, expected a ChainEnv")
+    return env
 
 
-def _arguments(kind: Any) -> list[str]:
-    """Names that an environment's constructor takes, those of its `Unpack`-ed options included."""
+def _imported(name: str, module: str, folder: Path | None) -> Any:
+    if folder is not None and str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+    try:
+        return import_module(module)
+    except GranularError:
+        raise
+    except Exception as error:  # whatever the module does while it is imported
+        missing = isinstance(error, ModuleNotFoundError) and error.name is not None and module.startswith(error.name)
+        where = f"in {folder} and on Python's path" if folder is not None else "on Python's path"
+        came = f"there is no module {module!r} {where}" if missing else f"its import ends with {type(error).__name__}: {error}"
+        raise ParameterError(f"name: got {name!r}: {came}") from error
+
+
+def _own(name: str, module: Any, path: str) -> Callable[..., Any]:
+    found = getattr(module, path, None)
+    if found is None:
+        public = [known for known, value in vars(module).items() if callable(value) and not known.startswith("_")]
+        raise ParameterError(f"name: got {name!r}: the module has no {path!r}; {nearest(path, public)}")
+    if not callable(found):
+        raise ParameterError(f"name: got {name!r}, which is {shortened(found)}, expected what makes a ChainEnv")
+    return found
+
+
+def _registered(name: str) -> Callable[..., Any]:
+    from gymnasium.envs.registration import load_env_creator, registry
+
+    spec = registry.get(name)
+    if spec is None or spec.entry_point is None:
+        known = [*task_names(), *(one for one in registry if "/" in one and one not in ENVIRONMENTS)]
+        raise ParameterError(
+            f"name: got {name!r}, which is no task; {nearest(name, known)}; one of your own is 'module:name' of what makes its "
+            "environment"
+        )
+    entry = spec.entry_point
+    creator = load_env_creator(entry) if isinstance(entry, str) else entry
+    if not spec.kwargs:
+        return creator
+
+    def make(**arguments: Any) -> Any:
+        return creator(**{**spec.kwargs, **arguments})
+
+    make.__signature__ = inspect.signature(creator)  # type: ignore[attr-defined]
+    return make
+
+
+def _attribute(module: str, name: str) -> Callable[..., Any]:
+    return getattr(import_module(module), name)
+
+
+def _arguments(make: Callable[..., Any]) -> list[str] | None:
+    """Return the names that it takes, those of `Unpack`-ed options included; None where it takes any."""
     names: list[str] = []
-    for parameter in list(inspect.signature(kind.__init__).parameters.values())[1:]:
+    for parameter in inspect.signature(make).parameters.values():
         if parameter.kind is inspect.Parameter.VAR_KEYWORD:
+            if "ChainOptions" not in str(parameter.annotation):
+                return None
             from granular_env.envs.chain_environment import ChainOptions
 
             names += list(ChainOptions.__annotations__)

@@ -15,7 +15,7 @@ from granular_env.components.errors import ParameterError
 
 from .drive import Drive
 from .problem import Actor, Counts, Episode, FloatArray, Policies
-from .task_names import make_environment, registered_name
+from .task_names import find_environment, make_environment, registered_name
 
 # What an objective with its slopes counts as, in forward runs: a run forward, one again from the checkpoints, and the sweep
 # back, which differentiates every force of a run and transposes it: counted as two.
@@ -26,26 +26,30 @@ class TaskProblem:
     """A task: its batch for searching, its single environment for judging and recording, its objective for slopes.
 
     Args:
-        name: of the environment, short or as registered.
+        name: of the environment, see `find_environment`.
         arguments: the environment's arguments.
+        folder: where modules of the user's own are looked for first.
 
     Attributes:
-        sharpness: of the smooth objective, where it is not the task's own; None for that.
+        stage: attributes of the task that its smooth objective is built with, where they are not its own; None for those.
 
     Raises:
         ParameterError: there is no such environment, it does not take an argument, or its episodes have no end.
     """
 
-    def __init__(self, name: str, arguments: Mapping[str, Any]) -> None:
-        self.name, self._arguments = registered_name(name), dict(arguments)
-        self.env = make_environment(name, arguments)
+    def __init__(self, name: str, arguments: Mapping[str, Any], folder: Path | None = None) -> None:
+        if given := sorted({"hold", "clock"} & set(arguments)):
+            raise ParameterError(
+                f"{given[0]}: it is no key of a study's task; the methods that can use it (ppo, sac) have keys of that name"
+            )
+        # Drives need no clock; what learns brings its own.
+        self.name, self._arguments = registered_name(name), {"clock": 0, **arguments}
+        self._make = find_environment(name, folder)
+        self.env = make_environment(self._make, self._arguments)
         if math.isinf(self.env.deadline):
             raise ParameterError("deadline: got none, expected a number of control steps; a study needs episodes that end")
-        # Where chains are drawn, an episode's seed is the index of its chain too.
-        self._draws_chains = bool(set(self._arguments.get("randomise") or {}) - {"velocity", "seed"})
-        self._batches: dict[tuple[int, ...], Any] = {}
-        self._singles: dict[int, Any] = {}
-        self.sharpness: Sequence[float] | None = None
+        self._batches: dict[int, Any] = {}
+        self.stage: Mapping[str, Any] | None = None
 
     @property
     def steps(self) -> int:
@@ -92,9 +96,8 @@ class TaskProblem:
         self, members: int, seeds: Sequence[int], act: Callable[[int, npt.NDArray[Any]], npt.NDArray[Any]]
     ) -> tuple[FloatArray, Counts]:
         count = members * len(seeds)
-        all_seeds = tuple(seeds) * members
-        env = self._batch(all_seeds)
-        observations, _ = env.reset(seed=list(all_seeds))
+        env = self._batch(count)
+        observations, _ = env.reset(seed=list(seeds) * members)
         totals, steps = np.zeros(count), np.zeros(count, dtype=np.int64)
         running = np.ones(count, dtype=bool)
         for step in range(self.steps):
@@ -108,27 +111,23 @@ class TaskProblem:
         shape = (members, len(seeds))
         return totals.reshape(shape).mean(axis=1), steps.reshape(shape).sum(axis=1)
 
-    def _batch(self, seeds: tuple[int, ...]) -> Any:
-        """The batch for these seeds; the last one is kept, a search asks for the same again and again."""
-        key = seeds if self._draws_chains else (len(seeds),)
-        if key not in self._batches:
-            self._batches = {key: self._vector(seeds)}
-        return self._batches[key]
+    def _batch(self, count: int) -> Any:
+        """The batch of so many; the last one is kept, a search asks for the same again and again."""
+        if count not in self._batches:
+            self._batches = {count: self.vector(count)}
+        return self._batches[count]
 
-    def vector(self, count: int) -> Any:
+    def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
         """A Gymnasium `VectorEnv` of so many environments; it resets in the same step."""
-        return self._vector(range(count))
-
-    def _vector(self, indices: Sequence[int]) -> Any:
         from gymnasium.vector import AutoresetMode
 
         from granular_env.envs.vector import ChainVectorEnv
 
-        def lane(index: int, **arguments: Any) -> Any:
-            return make_environment(self.name, {**arguments, "index": indices[index]})
+        def lane(**arguments: Any) -> Any:
+            return make_environment(self._make, arguments)
 
-        arguments = {**self._arguments, "info": "brief"}
-        return ChainVectorEnv(lane, len(indices), autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
+        arguments = {**self._arguments, "hold": hold, "clock": clock, "info": "brief"}
+        return ChainVectorEnv(lane, count, autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
 
     # -- one at a time ----------------------------------------------------------------------------------------------
 
@@ -141,9 +140,11 @@ class TaskProblem:
         """One episode in the single environment, recorded where a path is given."""
         from granular_env.recording import record
 
-        env, actions, total = self._single(seed), [], 0.0
+        env, actions, total = self.env, [], 0.0
         with ExitStack() as stack:
             if log is not None:
+                # Where a chain is drawn for each episode, the recorder has to look at that of this one.
+                env.reset(seed=seed)
                 stack.enter_context(record(env.component, log, overwrite=True))
             observation, info = env.reset(seed=seed)
             actor.reset()
@@ -155,13 +156,6 @@ class TaskProblem:
                 total += float(reward)
                 over = terminated or truncated
         return Episode(total, np.array(actions), env.duration, self._final(env), _numbers(info))
-
-    def _single(self, seed: int) -> Any:
-        if not self._draws_chains:
-            return self.env
-        if seed not in self._singles:
-            self._singles[seed] = make_environment(self.name, {**self._arguments, "index": seed})
-        return self._singles[seed]
 
     def _final(self, env: Any) -> dict[str, FloatArray]:
         """The outputs of particles at the end, velocities first."""
@@ -183,7 +177,7 @@ class TaskProblem:
         value, slopes, actuator = 0.0, np.zeros_like(drive), self.env.actuator
         late = max(self.steps - actuator.delay, 0)
         for seed in seeds:
-            env = self._single(seed)
+            env = self.env
             _, info = env.reset(seed=seed)
             if goal := env.task.counter_names[: len(env.task.goal_scales)]:
                 # The objective of a task that draws its goals is that of its present demand.
@@ -197,17 +191,19 @@ class TaskProblem:
         return value, slopes
 
     def _objective(self, env: Any) -> Any:
-        own = getattr(env.task, "sharpness", None)
-        if self.sharpness is None:
-            return env.task.objective(env.component, self.steps)
-        if own is None or len(own) != len(self.sharpness):
-            came = "none" if own is None else f"{len(own)} numbers"
-            raise ParameterError(f"sharpness: got {list(self.sharpness)}, but the objective of {env.task.name!r} has {came}")
-        env.task.sharpness = tuple(self.sharpness)
+        task, stage = env.task, self.stage or {}
+        own: dict[str, Any] = {name: getattr(task, name, None) for name in stage}
+        for name, value in stage.items():
+            if own[name] is None or np.shape(own[name]) != np.shape(value):
+                came = f"no attribute {name!r}" if own[name] is None else f"{name} = {own[name]}"
+                raise ParameterError(f"{name}: got {value}, but the task {task.name!r}, whose objective it is for, has {came}")
         try:
-            return env.task.objective(env.component, self.steps)
+            for name, value in stage.items():
+                setattr(task, name, value)
+            return task.objective(env.component, self.steps)
         finally:
-            env.task.sharpness = own
+            for name, value in own.items():
+                setattr(task, name, value)
 
 
 def _numbers(info: Mapping[str, Any]) -> dict[str, float]:

@@ -1,6 +1,6 @@
 """Gymnasium environments: any component x a task.
 
-``import granular_env`` registers those of `registration.ENVIRONMENTS`, ``granular_env/Piston-v0`` for one. An environment of
+``import granular_env`` registers those of `registration.ENVIRONMENTS`, ``granular_env/Piston-v1`` for one. An environment of
 your own is a component, a `Task` and ``ComponentEnv(component, task)``; a task is one file in ``tasks/``.
 """
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from .recording import RecordEnv
     from .state import EnvState
     from .task import Task
+    from .task_check import check_task
     from .tasks.absorption import AbsorptionEnv, AbsorptionTask
     from .tasks.energy_delivery import EnergyDeliveryEnv, EnergyDeliveryTask
-    from .tasks.force import ForceEnv, ForceTask
     from .tasks.piston import PistonEnv, PistonTask
     from .tasks.protection import ProtectionEnv, ProtectionTask
     from .tasks.pulse_forming import PulseFormingEnv, PulseFormingTask
@@ -40,8 +40,6 @@ _HOMES = {
     "EnergyDeliveryEnv": ".tasks.energy_delivery",
     "EnergyDeliveryTask": ".tasks.energy_delivery",
     "EnvState": ".state",
-    "ForceEnv": ".tasks.force",
-    "ForceTask": ".tasks.force",
     "OpenLoop": ".policies",
     "PistonEnv": ".tasks.piston",
     "PistonTask": ".tasks.piston",
@@ -53,6 +51,7 @@ _HOMES = {
     "SolitonTrainEnv": ".tasks.soliton_train",
     "SolitonTrainTask": ".tasks.soliton_train",
     "Task": ".task",
+    "check_task": ".task_check",
 }
 
 __all__ = [
@@ -66,8 +65,6 @@ __all__ = [
     "EnergyDeliveryEnv",
     "EnergyDeliveryTask",
     "EnvState",
-    "ForceEnv",
-    "ForceTask",
     "OpenLoop",
     "PistonEnv",
     "PistonTask",
@@ -79,6 +76,7 @@ __all__ = [
     "SolitonTrainEnv",
     "SolitonTrainTask",
     "Task",
+    "check_task",
     "register_all",
     "register_when_imported",
 ]

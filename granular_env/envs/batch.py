@@ -9,7 +9,7 @@ from ..components.jit import caller, jit
 from .actuator import actuate
 from .chain_task import JUDGE
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
-from .observing import observe, show_goal
+from .observing import observe, show_clock, show_goal
 
 _advance = caller(ADVANCE)
 _judge = caller(JUDGE)
@@ -19,18 +19,18 @@ _judge = caller(JUDGE)
 def step_lanes(
     tables, memories, actions, going,
     advances, judge, constants, places, counters, lengths, steps, durations,
-    sides, scales, rates, delay,
-    blocks, factors, limits, noises, goals,
+    sides, scales, rates, delay, hold,
+    blocks, factors, limits, noises, goals, clock,
     drive, kept, kept_memory, first,
     observations, rewards, terminated, truncated, refused,
 ):  # fmt: skip
-    """Each lane that is `going`: a control step as `ChainEnv.step` makes it, with the same bits.
+    """Each lane that is `going`: one action as `ChainEnv.step` takes it, with the same bits.
 
     Lane k is `tables[k]`, `memories[k]` and row k of all that is as long. A lane whose chain refuses is put back to where it
     was, and marked in `refused`. Returns how many lanes are refused, or have ended.
 
     `advances` and `judge` are addresses; lane k has the `constants` from `places[k]` to `places[k + 1]`, and as many as its
-    task needs; `counters` and `delay` are counts; `lengths` internal steps of a control step; `drive` no
+    task needs; `counters`, `delay`, `hold` and `clock` are counts; `lengths` internal steps of a control step; `drive` no
     pieces of a drive; `kept` and `kept_memory` room for a chain's state, whose rows begin with `first`, and for a memory.
     """
     special, none = 0, np.int64(0)
@@ -40,39 +40,55 @@ def step_lanes(
             continue
         a, memory = tables[k], memories[k]
         tally, commands = memory[COUNTERS : COUNTERS + counters], memory[COUNTERS + counters :]
-        inputs, out = memory[LEFT : RIGHT + 1], observations[k]
+        inputs = memory[LEFT : RIGHT + 1]
         _keep(a, first, memory, kept, kept_memory)
-        actuate(actions[k], sides, scales[k], rates[k], delay, commands, inputs)
-        tick = np.int64(memory[START] + memory[ELAPSED] * lengths[k])
-        done = _advance(advances[k], (a, drive, none, inputs[0], inputs[1], tick, lengths[k]))
-        if done != lengths[k]:
-            _put_back(a, first, memory, kept, kept_memory)
-            refused[k] = True
+        total, over, late = 0.0, False, False
+        for _ in range(hold):
+            actuate(actions[k], sides, scales[k], rates[k], delay, commands, inputs)
+            tick = np.int64(memory[START] + memory[ELAPSED] * lengths[k])
+            done = _advance(advances[k], (a, drive, none, inputs[0], inputs[1], tick, lengths[k]))
+            if done != lengths[k]:
+                _put_back(a, first, memory, kept, kept_memory)
+                refused[k] = True
+                break
+            memory[ELAPSED] += 1.0
+            elapsed = np.int64(memory[ELAPSED])
+            reward, over = _judge(
+                judge, (a, inputs, tally, constants[places[k] : places[k + 1]], durations[k], elapsed, steps[k])
+            )
+            total += reward
+            late = not over and elapsed >= steps[k] and steps[k] > 0
+            if over or late or reward != reward:
+                break
+        if refused[k]:
             special += 1
             continue
-        memory[ELAPSED] += 1.0
-        elapsed = np.int64(memory[ELAPSED])
-        reward, over = _judge(judge, (a, inputs, tally, constants[places[k] : places[k + 1]], durations[k], elapsed, steps[k]))
-        late = not over and elapsed >= steps[k] and steps[k] > 0
-        rewards[k], terminated[k], truncated[k] = reward, over, late
+        terminated[k] = over or (late and clock > 0)
+        rewards[k], truncated[k] = total, late and clock == 0
         if over or late:
             memory[RUNNING] = 0.0
             special += 1
-        observe(a, blocks, factors[k], limits[k], noises[k], np.int64(memory[SEED]), elapsed, out)
-        show_goal(tally, goals[k], limits[k], out)
+        _show(a, memory, steps[k], blocks, factors[k], limits[k], noises[k], goals[k], clock, observations[k])
     return special
 
 
 @jit
-def observe_lanes(tables, memories, blocks, factors, limits, noises, goals, observations):
+def observe_lanes(tables, memories, steps, blocks, factors, limits, noises, goals, clock, observations):
     """What every lane sees now."""
     for k in range(len(limits)):
-        memory = memories[k]
-        observe(
-            tables[k], blocks, factors[k], limits[k], noises[k], np.int64(memory[SEED]), np.int64(memory[ELAPSED]),
-            observations[k],
+        _show(
+            tables[k], memories[k], steps[k], blocks, factors[k], limits[k], noises[k], goals[k], clock, observations[k]
         )  # fmt: skip
-        show_goal(memory[COUNTERS:], goals[k], limits[k], observations[k])
+
+
+@jit
+def _show(a, memory, steps, blocks, factors, limit, noise, goal, clock, out):
+    """One lane's readings, goal and clock."""
+    elapsed, end = np.int64(memory[ELAPSED]), len(out) - clock
+    observe(a, blocks, factors, limit, noise, np.int64(memory[SEED]), elapsed, out)
+    show_goal(memory[COUNTERS:], goal, limit, out[:end])
+    if clock > 0:
+        show_clock(elapsed, steps, out[end:])
 
 
 @jit

@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from contextlib import closing
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..components.contract import Component, Snapshot
 from ..components.errors import ParameterError, shortened
 
+if TYPE_CHECKING:
+    from .environment import Ready
 
-def snapshot_at(component: Component, log: str | os.PathLike[str], at: float) -> Snapshot:
-    """The state at a time [s] of a recorded log, which `component` can be restored to.
+
+def snapshot_at(
+    present: Component, like: Callable[[Component], Ready], log: str | os.PathLike[str], at: float
+) -> tuple[Ready, Snapshot]:
+    """Return the state at a time [s] of a recorded log, and the component that can go on from it.
+
+    Args:
+        present: the environment's component.
+        like: gives the component of the environment, and what belongs to it, for that of the log.
+        log: path of the log.
+        at: time of the log [s].
 
     Raises:
         ParameterError: the log's component is another one, or has other parameters; or the time is outside of the log.
@@ -20,10 +32,12 @@ def snapshot_at(component: Component, log: str | os.PathLike[str], at: float) ->
     from ..recording import open_log
 
     with closing(open_log(log)) as opened:
-        recorded = opened.rebuilt({component.name: type(component)})
+        recorded = opened.rebuilt({present.name: type(present)})
+        ready = like(recorded)
+        component = ready[0]
         if recorded.identity != component.identity:
             raise ParameterError(f"log {str(opened.path)!r}: {_difference(component, recorded)}; make the environment so")
-        return opened.branch(at, {component.name: type(component)}).component.save()
+        return ready, opened.branch(at, {component.name: type(component)}).component.save()
 
 
 def _difference(component: Component, recorded: Component) -> str:

@@ -42,13 +42,14 @@ class ChainTask(Task):
 
     A subclass sets `actions` (which inputs of the chain it drives), `observations` (the scales of "displacement" [m] and
     "velocity" [m/s]), `constants` and `counter_names`, and gives two functions made with
-    `granular_env.components.jit.jit`. They may call functions of their own file and of `granular_env.components`: an edit of
-    either is noticed.
+    `granular_env.components.jit.jit`. They may call jitted functions of any module and refer to globals; an edit of these, or
+    another value, is noticed. Within a process a global must keep its value: numbers that vary are `constants`.
 
     Attributes:
         counter_names: what the counters hold, in order; each is shown in ``info``.
         constants: numbers for both kernels.
         observed_force: force observed as 1 by sensors of force [N].
+        hold: control steps for which an action is held; the environment sets it, and `baselines` act for so long.
         goal_scales: of a goal that is drawn for each episode: what of each of its numbers is observed as 1, behind the
             readings. The goal itself is in the first counters, whose names come first in `counter_names`.
         begin_kernel: begin(a, counters, constants), at the start of an episode; the counters are 0 before, but for
@@ -62,6 +63,7 @@ class ChainTask(Task):
     constants: FloatArray = np.zeros(1)
     observed_force: float = 1000.0
     goal_scales: tuple[float, ...] = ()
+    hold: int = 1
     begin_kernel: ClassVar[Callable[..., Any]]
     judge_kernel: ClassVar[Callable[..., Any]]
 
@@ -88,6 +90,15 @@ class ChainTask(Task):
     def baselines(self) -> Mapping[str, Policy]:
         """Policies to compare with: "nothing", "theory" (made by hand), "best" (best known)."""
         return {}
+
+    def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray | None:
+        """Return the velocity that each grain should have now, for pictures, shape (grains,) [m/s]; None where none is wanted.
+
+        Args:
+            elapsed: control steps done.
+            counters: the present ones, the goal first.
+        """
+        return None
 
     # What `Task` asks for is done by the kernels.
 

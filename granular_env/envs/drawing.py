@@ -1,7 +1,8 @@
 """A picture of a component in numpy alone: its particles, what colours them, and the inputs it feels.
 
 From the top: time and inputs in words; the particles in true size and place, coloured by velocity (blue to the left, red to the
-right); the same values as bars under each particle. A component without particles shows its observed outputs as bars.
+right), and its walls; the same values as bars under each particle, with what is wanted of them as dark marks. A component
+without particles shows its observed outputs as bars.
 """
 
 from __future__ import annotations
@@ -22,15 +23,27 @@ _PAPER, _INK, _PALE = (255, 255, 255), (40, 40, 48), (205, 205, 212)
 _BLUE, _GREY, _RED = np.array([33.0, 102.0, 172.0]), np.array([225.0, 225.0, 228.0]), np.array([178.0, 24.0, 43.0])
 
 
-def draw(component: Component, task: Task) -> Image:
-    """The present state, shape (360, 960, 3), uint8."""
+def draw(
+    component: Component,
+    task: Task,
+    walls: tuple[bool, bool] = (False, False),
+    wanted: npt.NDArray[np.float64] | None = None,
+) -> Image:
+    """Return a picture of the present state, shape (360, 960, 3), uint8.
+
+    Args:
+        component: what is drawn.
+        task: gives names and scales.
+        walls: whether there is one at the left and at the right end.
+        wanted: of each particle, what its coloured quantity should be now; None where nothing is wanted.
+    """
     image = np.empty((HEIGHT, WIDTH, 3), dtype=np.uint8)
     image[:] = _PAPER
-    _write(image, 16, _MARGIN, _caption(component, task), scale=3)
+    _write(image, 16, _MARGIN, _caption(component, task), scale=2)
     if component.particles() is None:
         _draw_outputs(image, component, task)
     else:
-        _draw_particles(image, component, task)
+        _draw_particles(image, component, task, walls, wanted)
     return image
 
 
@@ -41,7 +54,9 @@ def _caption(component: Component, task: Task) -> str:
     return "   ".join(parts)
 
 
-def _draw_particles(image: Image, component: Component, task: Task) -> None:
+def _draw_particles(
+    image: Image, component: Component, task: Task, walls: tuple[bool, bool], wanted: npt.NDArray[np.float64] | None
+) -> None:
     particles = component.particles()
     assert particles is not None
     along = particles.reference[:, 0]
@@ -60,6 +75,13 @@ def _draw_particles(image: Image, component: Component, task: Task) -> None:
     _draw_axis(image, f"{particles.colour} of each particle, {variable.unit}", scale)
     for place, value, colour in zip(along, values / scale, colours, strict=True):
         _bar(image, _MARGIN + (place - begin) * pixels, half, value, colour)
+    for side, column in ((0, _MARGIN - 8), (1, WIDTH - _MARGIN)):
+        if walls[side]:
+            image[_GRAINS_ROW - 40 : _GRAINS_ROW + 40, column : column + 8] = _INK
+    for place, value in zip(along, [] if wanted is None else wanted / scale, strict=wanted is not None):
+        column, row = _MARGIN + (place - begin) * pixels, _BARS_ROW - round(float(np.clip(value, -1.0, 1.0)) * _BARS_REACH)
+        if row != _BARS_ROW:
+            image[row - 1 : row + 2, max(round(column - half) - 1, 0) : round(column + half) + 2] = _INK
 
 
 def _draw_outputs(image: Image, component: Component, task: Task) -> None:

@@ -12,42 +12,53 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.contract import Component
-from ..components.errors import ParameterError, StepError, nearest, shortened
+from ..components.errors import ParameterError, StepError, caution, nearest, shortened
 from ..components.profiles import finite_number
+from .copying import Recreatable
 from .drawing import draw
-from .state import EnvState
-from .task import Task
+from .observing import clock_readings
+from .state import Drawn, EnvState, bit_generator
+from .task import Task, checked_judgement
+from .task_check import refuse_incomplete
 
 Observation = npt.NDArray[np.float32]
+Ready = tuple[Component, Task, Drawn]
+_LARGEST_CLOCK = 100
 
 
-class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
+class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     """A component driven by an agent, as a task sees it.
 
     ## Action space
     `Box(-1, 1, (number of inputs,), float32)`. Each entry times the task's declared scale (`env.unwrapped.task.actions`, in the
-    input's unit) is held over the control step. Entries outside [-1, 1] are clipped; NaN, infinity and wrong shapes are refused
-    with `ParameterError`, and nothing has moved.
+    input's unit) is held over `hold` control steps. Entries outside [-1, 1] are clipped; NaN, infinity and wrong shapes are
+    refused with `ParameterError`, and nothing has moved.
 
     ## Observation space
     `Box(-limit, limit, (size,), float32)`: the task's outputs one after the other, each divided by its declared scale
-    (`env.unwrapped.task.observations`) and clipped to +- `task.observation_limit`. The unscaled float64 values are in `info`,
-    as fresh arrays.
+    (`env.unwrapped.task.observations`) and clipped to +- `task.observation_limit`; then the clock, whose readings lie in
+    [-1, 1]. The unscaled float64 values are in `info`, as fresh arrays.
 
     ## Rewards, start and end
     The task's. A step that the component refuses (`StepError`: the physics would break down) ends the episode: the reward is
     `step_error_reward`, `terminated` is true, `info["step_error"]` holds the message, the state is that from before the step.
-    `truncated` is true after `deadline` control steps.
+    After `deadline` control steps the episode ends: with a clock it is `terminated`, because the agent has seen the end come,
+    without one it is `truncated`, because for the agent time goes on.
 
     ## Arguments
     * `component`: any `Component`.
     * `task`: any `Task` whose inputs and outputs the component has.
     * `internal_steps`: internal steps of the component in a control step.
-    * `deadline`: control steps after which the episode is truncated; None for no end.
+    * `deadline`: control steps of an episode; None for no end.
+    * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs.
+    * `clock` (0): numbers at the end of the observation that tell the time, cos(pi k t / deadline), k = 1 to `clock`.
     * `step_error_reward`: reward of a step that the component refuses; make it less than what an episode can cost.
     * `render_mode`: None or "rgb_array".
 
     `reset(options={"velocity": {0: 5.0}})` gives start values, as `Component.reset` takes them.
+
+    `copy.deepcopy`, pickle and cloudpickle give an independent environment that goes on with the same bits; a recording stays
+    with the original.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
@@ -60,22 +71,26 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         *,
         internal_steps: int = 3,
         deadline: int | None = None,
+        hold: int = 1,
+        clock: int = 0,
         step_error_reward: float = -10.0,
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in self._modes:
             raise ParameterError(f'render_mode: got {render_mode!r}, expected None or "rgb_array"')
+        refuse_incomplete(task)
         self.component, self.task, self.render_mode = component, task, render_mode
+        self._drawn: Drawn = {}
         self.internal_steps = _count("internal_steps", internal_steps)
         self.deadline = math.inf if deadline is None else _count("deadline", deadline)
+        self.hold, self.clock = _count("hold", hold), _clock(clock, deadline)
         self.step_error_reward = finite_number("step_error_reward", step_error_reward)
         self.duration = self.internal_steps * component.step_size
         self._scales = _checked_scales("actions", task.actions, component, "input")
         self._readings = _checked_scales("observations", task.observations, component, "output")
         self._lay_out_observation()
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self._scales),), np.float32)
-        limit = np.float32(task.observation_limit)
-        self.observation_space = gymnasium.spaces.Box(-limit, limit, (self._size,), np.float32)
+        self.observation_space = observation_box(task.observation_limit, self._size, self.clock)
         self._elapsed, self._running = 0, False
         # As it was at the first save of this episode: only a start draws.
         self._random_state: Mapping[str, Any] | None = None
@@ -100,33 +115,46 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """
         if not isinstance(options, Mapping | None) or "seed" in (options or {}):
             raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
-        super().reset(seed=checked_seed(seed))
-        start = self._start(options or {})
+        checked = checked_seed(seed)
+        self._tell_cut_episode()
+        super().reset(seed=checked)
+        ready = self._draw()
+        start = self._start(ready[1], options or {})
         number = int(self.np_random.integers(2**31))
+        if ready[0] is not self.component:
+            # Start values that are not valid are refused before anything is replaced.
+            ready[0].reset(seed=number, **start)
+            self._take(*ready)
         self.component.reset(seed=number, **start)
         self._random_state = None
         self._begin(number)
         return self.observe()
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
-        """One control step; see the class.
+        """Advance by one action: `hold` control steps, or fewer where the episode ends; see the class.
 
         Raises:
-            ParameterError: the action is not one, or the episode is over.
+            ParameterError: the action is not one, the episode is over, or the task's judgement is no (finite reward, done), and
+                the component has moved then.
         """
         if not self._running:
             raise ParameterError("step: the episode is over or has not begun; call reset() first")
-        inputs = self._inputs(action)
-        try:
-            self.component.step(self.duration, **inputs)
-        except StepError as error:
-            return self._broken(error)
-        self._elapsed += 1
-        seen = self._see()
-        reward, terminated = self.task.judge(self.component, seen, self.duration)
-        truncated = not terminated and self._elapsed >= self.deadline
-        self._running = not (terminated or truncated)
-        return self._observation(), reward, terminated, truncated, self._info(seen)
+        inputs, total = self._inputs(action), 0.0
+        for _ in range(self.hold):
+            try:
+                self.component.step(self.duration, **inputs)
+            except StepError as error:
+                return self._broken(error, total)
+            self._elapsed += 1
+            seen = self._see()
+            reward, terminated = checked_judgement(self.task, self.task.judge(self.component, seen, self.duration))
+            total += reward
+            late = not terminated and self._elapsed >= self.deadline
+            if terminated or late:
+                self._running = False
+                break
+        terminated, truncated = terminated or (late and self.clock > 0), late and self.clock == 0
+        return self._observation(), total, terminated, truncated, self._info(seen)
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
         """The present state as a picture, shape (360, 960, 3); None without a render mode."""
@@ -143,7 +171,9 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Everything that changes in an episode; restoring it gives the same bits from there on."""
         if self._random_state is None:
             self._random_state = self.np_random.bit_generator.state
-        return EnvState(self.component.save(), self.task.name, self._episode(), self._random_state)
+        state = EnvState(self.component.save(), self.task.name, self._episode(), self._random_state, self._drawn)
+        state.sound = True
+        return state
 
     def restore(self, state: EnvState) -> None:
         """Go on from a saved state, of this environment or of one made in the same way. `observe` tells what is seen there.
@@ -151,16 +181,35 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
         """
+        self._take_state(state, self.refuse_foreign(state))
+
+    def refuse_foreign(self, state: EnvState) -> Any:
+        """Raise what `restore` would raise for this state, and change nothing; return what `_take_state` needs."""
         if state.__class__ is not EnvState or state.task != self.task.name:
             raise ParameterError(
                 f"state: got {shortened(state)}, expected what save() of an environment of {self.task.name!r} gave"
             )
-        self._check_episode(state)
+        self._refuse_episode(state)
+        ready = self._redraw(state.drawn)
+        ready[0].refuse_foreign(state.snapshot)
+        return ready, None if state.random is self._random_state else _bit_generator(state.random)
+
+    def _take_state(self, state: EnvState, ready: Any) -> None:
+        """Go on from a state that `refuse_foreign` has looked at."""
+        drawn, random = ready
+        self._take(*drawn)
         self.component.restore(state.snapshot)
         self._go_on(state.episode)
-        if state.random is not self._random_state:
-            self.np_random.bit_generator.state = state.random
+        if random is not None:
+            if type(self.np_random.bit_generator) is type(random):
+                self.np_random.bit_generator.state = random.state
+            else:
+                self._np_random = np.random.Generator(random)
             self._random_state = state.random
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Support pickle and `copy.deepcopy`: the constructor's arguments, and where the episode is."""
+        return _recreate, (type(self), *self._made_with, self.save(), self._np_random_seed, self.spec)
 
     def branch(
         self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -179,13 +228,14 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """
         from .branching import snapshot_at
 
-        snapshot = snapshot_at(self.component, log, at)
+        ready, snapshot = snapshot_at(self.component, self._like, log, at)
         start = set(options or {}) & {variable.name for variable in self.component.variables.values() if variable.state}
         if start:
             raise ParameterError(f"options: got start values of {', '.join(sorted(start))}, but the log gives the start")
         super().reset(seed=checked_seed(seed))
-        self._start(options or {})
+        self._start(ready[1], options or {})
         number = int(self.np_random.integers(2**31))
+        self._take(*ready)
         self.component.restore(snapshot)
         self._random_state = None
         self._begin(number)
@@ -193,9 +243,43 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     # -- what an environment of a chain does otherwise ------------------------------------------------------------------
 
-    def _start(self, options: Mapping[str, Any]) -> dict[str, Any]:
+    def _draw(self) -> Ready:
+        """Return the component and the task of the next episode, and what was drawn for them."""
+        return self.component, self.task, {}
+
+    def _redraw(self, drawn: Drawn) -> Ready:
+        """Return the component and the task for what was drawn; `ParameterError` where nothing like it is drawn here."""
+        if drawn:
+            raise ParameterError(f"state: it has {', '.join(sorted(drawn))} drawn; make this environment with that randomise")
+        return self.component, self.task, {}
+
+    def _like(self, recorded: Component) -> Ready:
+        """Return what could go on from a log of this component."""
+        return self.component, self.task, {}
+
+    def _take(self, component: Component, task: Task, drawn: Drawn) -> None:
+        """Go on with another component of the same shape, and its task."""
+
+    def _start(self, task: Task, options: Mapping[str, Any]) -> dict[str, Any]:
         """Start values of an episode; may draw random numbers."""
-        return {**self.task.start(self.np_random), **options}
+        return {**task.start(self.np_random), **options}
+
+    def _progress(self) -> tuple[int, bool]:
+        """Control steps done in this episode, and whether it goes on."""
+        return self._elapsed, self._running
+
+    def _tell_cut_episode(self) -> None:
+        """Warn where Gymnasium's time limit, made for the default deadline, has cut a longer one short."""
+        elapsed, running = self._progress()
+        if not running or self.spec is None:
+            return
+        registered = gymnasium.registry.get(self.spec.id)
+        limit = registered.max_episode_steps if registered is not None else None
+        if limit is not None and elapsed == limit * self.hold < self.deadline:
+            caution(
+                f"the time limit registered for {self.spec.id} has cut the episode short after {limit} actions, before the "
+                f"deadline of {self.deadline} control steps: pass max_episode_steps=-1 to gymnasium.make()"
+            )
 
     def _begin(self, seed: int) -> None:
         """The component has its start state."""
@@ -206,7 +290,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """What changes in an episode beside the component."""
         return self._elapsed, self._running, dict(self.task.counters)
 
-    def _check_episode(self, state: EnvState) -> None:
+    def _refuse_episode(self, state: EnvState) -> None:
         if not isinstance(state.episode, tuple):
             raise ParameterError("state: it was saved by an environment of another kind")
 
@@ -241,16 +325,41 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     def _observation(self) -> Observation:
         np.minimum(self._scaled, self._high, out=self._scaled)
         np.maximum(self._scaled, self._low, out=self._scaled)
-        return self._scaled.astype(np.float32)
+        if not self.clock:
+            return self._scaled.astype(np.float32)
+        return np.append(self._scaled.astype(np.float32), clock_readings(self._elapsed, int(self.deadline), self.clock))
 
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
         return {"time": self.component.time, **seen, **self.task.counters}
 
-    def _broken(self, error: StepError) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def _broken(self, error: StepError, total: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._running = False
         info = self._info(self._see())
         info["step_error"] = str(error)
-        return self._observation(), self.step_error_reward, True, False, info
+        return self._observation(), total + self.step_error_reward, True, False, info
+
+
+def observation_box(limit: float, readings: int, clock: int) -> gymnasium.spaces.Box:
+    """Return the space of readings that are clipped to +- `limit`, followed by those of a clock."""
+    high = np.append(np.full(readings, limit, np.float32), np.ones(clock, np.float32))
+    return gymnasium.spaces.Box(-high, high, dtype=np.float32)
+
+
+def _recreate(
+    kind: type[ComponentEnv], arguments: Any, keywords: Mapping[str, Any], state: EnvState, seed: int | None, spec: Any
+) -> ComponentEnv:
+    """Return an environment that was made so, in this state."""
+    env = kind(*arguments, **keywords)
+    env.restore(state)
+    env._np_random_seed, env.spec = seed, spec
+    return env
+
+
+def _bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
+    try:
+        return bit_generator(state)
+    except ValueError as error:
+        raise ParameterError(f"state: its random numbers are none: {error}") from error
 
 
 def checked_seed(seed: Any) -> int | None:
@@ -263,6 +372,14 @@ def checked_seed(seed: Any) -> int | None:
 def _count(name: str, value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
         raise ParameterError(f"{name}: got {shortened(value)}, expected a whole number from 1")
+    return int(value)
+
+
+def _clock(value: Any, deadline: int | None) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value <= _LARGEST_CLOCK:
+        raise ParameterError(f"clock: got {shortened(value)}, expected a whole number from 0 (none) to {_LARGEST_CLOCK}")
+    if value and deadline is None:
+        raise ParameterError(f"clock: got {value}, but there is no deadline that it could tell; give a deadline, or clock=0")
     return int(value)
 
 

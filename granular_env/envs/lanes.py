@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..components.jit import JIT, address
 from .batch import observe_lanes, step_lanes
 from .chain_environment import ChainEnv
 from .chain_task import JUDGE, task_kernel
+from .domain_randomization import shown
 from .memory import COUNTERS, ELAPSED, LEFT, START
 from .state import EnvState
 
@@ -38,7 +40,7 @@ class Lanes:
         parameters: Sequence[Mapping[str, Any]] | None,
         arguments: Mapping[str, Any],
     ) -> None:
-        made = _made(environment, count, parameters, arguments)
+        made = _make_lanes(environment, count, parameters, arguments)
         first = made[0]
         if not isinstance(first, ChainEnv):
             raise ParameterError(f"environment: got {shortened(first)}, expected what makes a ChainEnv")
@@ -49,14 +51,20 @@ class Lanes:
         self.single = []
         for k in range(count):
             lane = made[k % len(made)].lane(self.tables[k], self.memories[k])
-            lane.index = k
+            lane.on_new_chain = partial(self._redrawn, k)
             self.single.append(lane)
         self.size = first.observation_size
         self._lent: set[int] = set()
+        # Lanes whose chain has been drawn anew since it was last looked at.
+        self._new: set[int] = set()
+        self._drawn: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         self._stack(first)
 
+    def _redrawn(self, k: int) -> None:
+        self._new.add(k)
+
     def _stack(self, first: ChainEnv) -> None:
-        lanes, actuator, plan = self.single, first.actuator, first.observing
+        lanes, actuator = self.single, first.actuator
         # One address for each chain: laws and schemes may differ.
         kernels = [lane.component.scheme_kernel for lane in lanes]
         found = {kernel: address(kernel, ADVANCE) for kernel in set(kernels)}
@@ -68,24 +76,50 @@ class Lanes:
         self._names, self._sides = actuator.names, actuator.sides
         self._steps_each = np.array([lane.internal_steps for lane in lanes], dtype=np.int64)
         self._step_sizes = stacked(lane.component.step_size for lane in lanes)
+        self._deadlines = np.array([lane._steps for lane in lanes], dtype=np.int64)
         state = [lane.component.state_rows for lane in lanes]
         first_row, last_row = min(rows.start for rows in state), max(rows.stop for rows in state)
         self._judging = (
             advances, address(task_kernel(first.task, "judge_kernel"), JUDGE), constants, places, self._counters,
-            self._steps_each, np.array([lane._steps for lane in lanes], dtype=np.int64),
-            stacked(lane.duration for lane in lanes),
+            self._steps_each, self._deadlines, stacked(lane.duration for lane in lanes),
             actuator.sides, stacked(lane.actuator.scales for lane in lanes), stacked(lane.actuator.rate for lane in lanes),
-            actuator.delay,
+            actuator.delay, first.hold,
         )  # fmt: skip
         self._seeing = (
-            plan.blocks, stacked(lane.observing.factors for lane in lanes), stacked(lane.observing.limit for lane in lanes),
-            stacked(lane.observing.noise for lane in lanes), stacked(lane._goal_scales for lane in lanes),
+            first.observing.blocks, stacked(lane.observing.factors for lane in lanes),
+            stacked(lane.observing.limit for lane in lanes), stacked(lane.observing.noise for lane in lanes),
+            stacked(lane._goal_scales for lane in lanes), first.clock,
         )  # fmt: skip
         kept = np.zeros((last_row - first_row, first.component.table.shape[1]))
         self._room = (_NO_DRIVE, kept, np.zeros(self.memories.shape[1]), first_row)
 
+    def _look_again(self) -> None:
+        """Take what changed with the chains that were drawn anew."""
+        if not self._new:
+            return
+        _, _, constants, places, *_ = self._judging
+        scales, (_, factors, _, _, goals, _) = self._judging[9], self._seeing
+        lanes = {k: self.single[k] for k in self._new}
+        self._new.clear()
+        for k, lane in lanes.items():
+            self._note_drawn(k, lane)
+        if any(len(lane.constants) != places[k + 1] - places[k] for k, lane in lanes.items()):
+            self._stack(self.single[0])
+            return
+        for k, lane in lanes.items():
+            constants[places[k] : places[k + 1]] = lane.constants
+            scales[k], factors[k], goals[k] = lane.actuator.scales, lane.observing.factors, lane._goal_scales
+
+    def _note_drawn(self, k: int, lane: ChainEnv) -> None:
+        count = len(self.single)
+        for name, value in shown(lane.component, lane._drawn).items():
+            if name not in self._drawn:
+                self._drawn[name] = np.zeros((count, *np.shape(value))), np.zeros(count, np.bool_)
+            self._drawn[name][0][k], self._drawn[name][1][k] = value, True
+
     def step(self, actions: np.ndarray, going: np.ndarray, *results: np.ndarray) -> int:
-        """One control step of those that are going; see `step_lanes` for the results."""
+        """One action of those that are going; see `step_lanes` for the results."""
+        self._look_again()
         watched = [k for k in self._lent if going[k] and _goes_alone(self.single[k])]
         if watched:
             # Those that somebody records, or whose other end follows a profile, step by themselves.
@@ -117,16 +151,20 @@ class Lanes:
         self._lent.add(k)
         return self.synchronised(k)
 
-    def restore(self, k: int, state: EnvState) -> None:
-        """Let environment k go on from a saved state."""
-        self.single[k].restore(state)
-        if _goes_alone(self.single[k]):
-            self._lent.add(k)
+    def restore(self, numbers: Sequence[int], states: Sequence[EnvState]) -> None:
+        """Let the environments with these numbers go on from saved states, all of them or none."""
+        ready = [self.single[k].refuse_foreign(state) for k, state in zip(numbers, states, strict=True)]
+        for k, state, one in zip(numbers, states, ready, strict=True):
+            lane = self.single[k]
+            lane._take_state(state, one)
+            if _goes_alone(lane):
+                self._lent.add(k)
 
     def observe(self) -> npt.NDArray[np.float32]:
         """What all of them see."""
+        self._look_again()
         observations = np.empty((len(self.single), self.size), np.float32)
-        observe_lanes(self.tables, self.memories, *self._seeing, observations)
+        observe_lanes(self.tables, self.memories, self._deadlines, *self._seeing, observations)
         return observations
 
     def told(self, info: str) -> dict[str, np.ndarray]:
@@ -143,30 +181,37 @@ class Lanes:
             told[name] = memories[:, COUNTERS + place].copy()
         return told
 
+    def drawn(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
+        """What was drawn for the present episodes, as infos call it: values, and which lanes have one."""
+        self._look_again()
+        return self._drawn
+
+    def count(self, hold: int) -> npt.NDArray[np.int64]:
+        """How many actions each episode has had."""
+        return -(-self.memories[:, ELAPSED].astype(np.int64) // hold)
+
 
 def _goes_alone(lane: ChainEnv) -> bool:
     """Whether its chain does what the batch knows nothing of."""
     return bool(lane.component._observers) or lane.component._profiled
 
 
-def _made(
+def _make_lanes(
     environment: Callable[..., ChainEnv],
     count: int,
     parameters: Sequence[Mapping[str, Any]] | None,
     arguments: Mapping[str, Any],
 ) -> list[ChainEnv]:
-    """The environments that differ: one where all are alike."""
-    randomise = arguments.get("randomise")
-    drawn = set(randomise if isinstance(randomise, Mapping) else ()) - {"seed", "velocity"}
+    """Make the environments that differ: one where all are alike."""
     if parameters is None:
-        return [environment(**{**arguments, "index": k}) for k in range(count if drawn else 1)]
+        return [environment(**arguments)]
     if isinstance(parameters, (str, Mapping)) or not isinstance(parameters, Sequence) or len(parameters) != count:
         raise ParameterError(f"parameters: got {shortened(parameters)}, expected a list of {count} mappings, one for each")
     made = []
     for k, own in enumerate(parameters):
-        if not isinstance(own, Mapping) or "index" in own or "info" in own:
+        if not isinstance(own, Mapping) or "info" in own:
             raise ParameterError(f"parameters[{k}]: got {shortened(own)}, expected arguments of one environment, name -> value")
-        merged = {**arguments, **own, "index": k}
+        merged = {**arguments, **own}
         if isinstance(own.get("chain"), Mapping):
             merged["chain"] = {**(arguments.get("chain") or {}), **own["chain"]}
         try:
@@ -185,6 +230,8 @@ def _refuse_unlike(first: ChainEnv, other: ChainEnv, index: int) -> None:
         ("observe", first.observing.blocks.tolist(), other.observing.blocks.tolist()),
         ("counters", first.task.counter_names, other.task.counter_names),
         ("control_delay", first.actuator.delay, other.actuator.delay),
+        ("hold", first.hold, other.hold),
+        ("clock", first.clock, other.clock),
         ("chain (grains, integrator)", first.component.table.shape, other.component.table.shape),
     ):
         if one != another:

@@ -5,6 +5,7 @@ A plan is a few numbers that one jitted function, `observe`, turns into an obser
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -30,7 +31,7 @@ _SENSORS = {
     "displacement": "a grain's displacement",
     "velocity": "a grain's velocity",
     "force": "the mean of the forces in a grain's two contacts",
-    "contact_force": "the force in a contact",
+    "contact_force": "the force in a contact, i being left of grain i and -1 the right wall's",
     "wall_force": 'the force at "left" or "right" between the chain and its wall',
 }
 
@@ -61,6 +62,25 @@ def show_goal(counters, scales, limit, out):
     place = len(out) - len(scales)
     for i in range(len(scales)):
         out[place + i] = min(max(counters[i] / scales[i], -limit), limit)
+
+
+@jit
+def show_clock(elapsed, steps, out):
+    """The time in `out`: cos(pi k elapsed / steps), k = 1 and so on."""
+    part = elapsed / steps
+    for k in range(len(out)):
+        out[k] = math.cos(math.pi * (k + 1) * part)
+
+
+def clock_readings(elapsed: int, steps: int, count: int) -> npt.NDArray[np.float32]:
+    """Return the time as an agent sees it, see `show_clock`; shape (count,).
+
+    An agent that does not see how late it is cannot do the right thing before a deadline (Pardo et al. 2018): a chain at rest
+    looks the same at any time.
+    """
+    out = np.empty(count, np.float32)
+    show_clock(elapsed, steps, out)
+    return out
 
 
 @inlined
@@ -141,9 +161,7 @@ def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, in
     if name == "wall_force":
         columns, kind = [_wall_place(chain, side) for side in places], _CONTACT
     elif name == "contact_force":
-        first = chain.geometry.real.start
-        columns = [first + _index(f"observe.{name}", place, chain.parameters.contacts) for place in places]
-        kind = _CONTACT
+        columns, kind = [_contact_place(chain, place) for place in places], _CONTACT
     else:
         columns = [1 + _index(f"observe.{name}", place, chain.parameters.grains) for place in places]
         kind = {"displacement": U, "velocity": V, "force": _GRAIN}[name]
@@ -157,6 +175,15 @@ def _index(name: str, place: Any, count: int) -> int:
     if isinstance(place, bool) or not isinstance(place, (int, np.integer)) or not -count <= place < count:
         raise ParameterError(f"{name}: got {shortened(place)}, expected whole numbers from {-count} to {count - 1}")
     return int(place) % count
+
+
+def _contact_place(chain: Chain, place: Any) -> int:
+    column = _index("observe.contact_force", place, chain.parameters.contact_places)
+    if not chain.parameters.has_contact(column):
+        raise ParameterError(
+            f"observe.contact_force: got {place}, but {chain.parameters.absent_contact(column)}; contact i is left of grain i"
+        )
+    return column
 
 
 def _wall_place(chain: Chain, side: Any) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, Self
 
@@ -12,6 +13,13 @@ from ..components.errors import LogError
 from ..components.packing import pack, unpack
 
 _KIND = "environment state"
+# Bit generators of numpy that a state may name: bytes of a stranger must not choose what is called.
+_GENERATORS = {
+    kind.__name__: kind for kind in (np.random.MT19937, np.random.PCG64, np.random.PCG64DXSM, np.random.Philox, np.random.SFC64)
+}
+
+Drawn = Mapping[str, float | Mapping[str, float]]
+"""Parameters of a chain that were drawn for an episode, name -> number, or the limits and the seed of a draw."""
 
 
 class EnvState:
@@ -23,18 +31,40 @@ class EnvState:
         episode: what else changes in an episode: of a chain's environment the bits of its memory (counters, commands on their
             way, the seed of the noise), otherwise control steps done, whether it goes on, and the task's counters.
         random: state of the environment's random numbers, a mapping that numpy's bit generator gave.
+        drawn: parameters of the chain that were drawn for this episode; empty without `randomise`.
+        sound: whether the episode has been looked at, or comes from `save`: a tree search restores a state many times.
     """
 
-    __slots__ = ("episode", "random", "snapshot", "task")
+    __slots__ = ("drawn", "episode", "random", "snapshot", "sound", "task")
 
     def __init__(
-        self, snapshot: Snapshot, task: str, episode: bytes | tuple[int, bool, Mapping[str, float]], random: Mapping[str, Any]
+        self,
+        snapshot: Snapshot,
+        task: str,
+        episode: bytes | tuple[int, bool, Mapping[str, float]],
+        random: Mapping[str, Any],
+        drawn: Drawn | None = None,
     ) -> None:
         self.snapshot, self.task, self.episode, self.random = snapshot, task, episode, random
+        self.drawn: Drawn = {} if drawn is None else drawn
+        self.sound = False
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both hold the same bits."""
+        return self.to_bytes() == other.to_bytes() if isinstance(other, EnvState) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((self.task, self.snapshot.tick, self.snapshot.data))
+
+    def __repr__(self) -> str:
+        drawn = f", drawn={dict(self.drawn)}" if self.drawn else ""
+        return f"EnvState({self.task!r}, tick={self.snapshot.tick}, chain={self.snapshot.identity[:12]}...{drawn})"
 
     def to_bytes(self) -> bytes:
         """A versioned header and plain arrays; see `packing`."""
         header: dict[str, Any] = {"kind": _KIND, "task": self.task, "random": _plain(self.random)}
+        if self.drawn:
+            header["drawn"] = _plain(self.drawn)
         arrays: dict[str, np.ndarray] = {"snapshot": np.frombuffer(self.snapshot.to_bytes(), np.uint8)}
         if isinstance(self.episode, bytes):
             arrays["episode"] = np.frombuffer(self.episode, np.int64)
@@ -50,24 +80,54 @@ class EnvState:
         try:
             if header["kind"] != _KIND:
                 raise LogError(f"these bytes hold a {header['kind']!r}, expected an {_KIND}")
-            snapshot = Snapshot.from_bytes(arrays["snapshot"].tobytes())
             task, random = header["task"], header["random"]
             if not isinstance(task, str) or not isinstance(random, dict):
                 raise LogError("an environment's state has no task or no random numbers; the data is damaged")
-            # The bit generator itself says whether these are a state of its kind.
-            getattr(np.random, random["bit_generator"])().state = random
-            if "episode" in arrays:
-                if arrays["episode"].dtype != np.int64:
+            bit_generator(random)
+            drawn = _checked_drawn(header.get("drawn", {}))
+            episode = arrays["episode"] if "episode" in arrays else _checked_episode(*header["episode"])
+            if isinstance(episode, np.ndarray):
+                if episode.dtype != np.int64 or episode.ndim != 1:
                     raise LogError("an environment's memory is not a list of 8-byte words")
-                return cls(snapshot, task, arrays["episode"].tobytes(), random)
-            elapsed, running, counters = header["episode"]
-            if type(elapsed) is not int or type(running) is not bool:
-                raise LogError("an environment's state does not say how long its episode lasts; the data is damaged")
-            return cls(snapshot, task, (elapsed, running, {name: float.fromhex(t) for name, t in counters.items()}), random)
+                episode = episode.tobytes()
+            return cls(Snapshot.from_bytes(arrays["snapshot"].tobytes()), task, episode, random, drawn)
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, LogError):
                 raise
             raise LogError(f"these bytes are no state of an environment: {error}") from error
+
+
+def bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
+    """Return a bit generator in a state that numpy's `BitGenerator.state` gave.
+
+    Raises:
+        ValueError: it names none of numpy's bit generators, or is no state of it.
+    """
+    name = state.get("bit_generator")
+    if not isinstance(name, str) or name not in _GENERATORS:
+        raise ValueError(f"bit_generator: got {name!r}, expected one of {', '.join(_GENERATORS)}")
+    made = _GENERATORS[name](0)
+    try:
+        made.state = dict(state)
+    except (KeyError, TypeError, OverflowError) as error:
+        raise ValueError(f"random: no state of {name}: {error!r}") from error
+    return made
+
+
+def _checked_episode(elapsed: Any, running: Any, counters: Any) -> tuple[int, bool, dict[str, float]]:
+    if type(elapsed) is not int or elapsed < 0 or type(running) is not bool:
+        raise LogError("an environment's state does not say how long its episode lasts; the data is damaged")
+    return elapsed, running, {str(name): float.fromhex(text) for name, text in counters.items()}
+
+
+def _checked_drawn(drawn: Any) -> dict[str, float | dict[str, float]]:
+    if not isinstance(drawn, dict):
+        raise LogError("an environment's state has drawn parameters that are no mapping; the data is damaged")
+    for name, value in drawn.items():
+        numbers = value.values() if isinstance(value, dict) else [value]
+        if not all(type(number) in (int, float) and math.isfinite(number) for number in numbers):
+            raise LogError(f"an environment's state has {name!r} drawn as no finite number; the data is damaged")
+    return drawn
 
 
 def _plain(value: Any) -> Any:

@@ -5,6 +5,7 @@ A task knows a component only by its contract, and knows nothing of Gymnasium. T
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -14,6 +15,7 @@ import numpy.typing as npt
 from numpy.random import Generator
 
 from ..components.contract import Component
+from ..components.errors import ParameterError, shortened
 
 Seen = Mapping[str, npt.NDArray[np.float64]]
 """The observed outputs, unscaled, name -> value."""
@@ -52,3 +54,19 @@ class Task(ABC):
     @abstractmethod
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
+
+
+def checked_judgement(task: Task, given: Any) -> tuple[float, bool]:
+    """What `Task.judge` returned, where it is what it should be.
+
+    Raises:
+        ParameterError: it is not (reward, done), or the reward is not finite.
+    """
+    try:
+        reward, done = given
+        number = float(reward)
+    except (TypeError, ValueError):
+        raise ParameterError(f"task {task.name!r}: judge gave {shortened(given)}, expected (reward, done)") from None
+    if not math.isfinite(number):
+        raise ParameterError(f"task {task.name!r}: its reward is {number}; mend its judge")
+    return reward, bool(done)

@@ -10,20 +10,23 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ..components.errors import ParameterError, shortened
+from ..components.errors import ParameterError, nearest, shortened
 from .chain_environment import ChainEnv
-from .environment import checked_seed
+from .copying import Recreatable
+from .environment import _count, checked_seed
 from .lanes import Lanes
 from .memory import RUNNING
 from .state import EnvState
 
 Observations = npt.NDArray[np.float32]
+# What the compiled code does not read, so that it may be set while the batch lives.
+_SETTABLE = ("np_random", "render_mode", "step_error_reward")
 
 
-class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
+class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
     """Many environments of a chain side by side, advanced by one call of compiled code.
 
-    `gymnasium.make_vec("granular_env/Force-v0", num_envs=256)` makes one. It gives what `SyncVectorEnv` of the single
+    `gymnasium.make_vec("granular_env/Protection-v1", num_envs=256)` makes one. It gives what `SyncVectorEnv` of the single
     environment gives, bit for bit: observations, rewards, ends and infos.
 
     ## Spaces
@@ -36,16 +39,20 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
     the physics itself touches.
 
     ## Arguments
-    * `environment`: a class of `ChainEnv`, or a function that makes one; it is called with `index`, the number in the batch.
+    * `environment`: a class of `ChainEnv`, or a function that makes one.
     * `num_envs`: how many.
+    * `max_episode_steps` (None): actions after which an episode is truncated, as by Gymnasium's `TimeLimit`; `make_vec` gives
+      that of the registered environment, which lies beyond the environment's own `deadline` and is not needed.
     * `autoreset_mode` (next step): any `gymnasium.vector.AutoresetMode`. With `DISABLED`,
       `reset(options={"reset_mask": mask})` resets those that have ended.
     * `parameters` (None): a list of `num_envs` mappings, arguments of each environment that differ from the common ones; those
       in "chain" are added to the common "chain".
     * `info` ("brief"): as above.
-    * **arguments: of the single environment. With `randomise`, each draws its own chain by its `index`.
+    * **arguments: of the single environment.
 
-    Environment i is bit for bit the single one made with `index=i` and reset with seed + i.
+    Environment i is bit for bit the single one reset with seed + i: chains that are drawn (`randomise`) are the same, too.
+
+    `copy.deepcopy`, pickle and cloudpickle give an independent batch that goes on with the same bits.
     """
 
     def __init__(
@@ -55,6 +62,7 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         *,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         parameters: Sequence[Mapping[str, Any]] | None = None,
+        max_episode_steps: int | None = None,
         info: str = "brief",
         **arguments: Any,
     ) -> None:
@@ -66,9 +74,10 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
             modes = ", ".join(repr(mode.value) for mode in AutoresetMode)
             raise ParameterError(f"autoreset_mode: got {shortened(autoreset_mode)}, expected one of {modes}") from None
         self.num_envs = int(num_envs)
+        self._limit = None if max_episode_steps is None else _count("max_episode_steps", max_episode_steps)
         self._lanes = Lanes(environment, self.num_envs, parameters, {**arguments, "info": info})
         first = self._lanes.single[0]
-        self.info, self.render_mode = info, first.render_mode
+        self.info, self.render_mode, self.single_hold = info, first.render_mode, first.hold
         self.metadata = {**first.metadata, "autoreset_mode": self.autoreset_mode}
         self.single_action_space, self.single_observation_space = first.action_space, first.observation_space
         self.action_space = batch_space(self.single_action_space, self.num_envs)
@@ -99,7 +108,7 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         return self._lanes.observe(), self._infos(mask)
 
     def step(self, actions: npt.ArrayLike) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One control step of all environments; those that have ended are treated as `autoreset_mode` says.
+        """One action of all environments; those that have ended are treated as `autoreset_mode` says.
 
         Raises:
             ParameterError: the actions are none, an environment's episode is over with autoreset disabled, or the task's reward
@@ -112,15 +121,20 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         terminated, truncated, refused = ends
         special = self._lanes.step(given, going, observations, rewards, terminated, truncated, refused)
         told: dict[int, str] = {}
-        if np.isnan(rewards).any():
-            k, task = int(np.argmax(np.isnan(rewards))), self._lanes.single[0].task
-            raise ParameterError(f"task {task.name!r}: its reward is nan in environment {k}; mend its judge_kernel")
+        if not np.isfinite(rewards).all():
+            k, task = int(np.argmin(np.isfinite(rewards))), self._lanes.single[0].task
+            raise ParameterError(f"task {task.name!r}: its reward is {rewards[k]} in environment {k}; mend its judge_kernel")
         if special:
             for k in np.flatnonzero(refused).tolist():
                 lane = self._lanes.synchronised(k)
                 observations[k], rewards[k], terminated[k], truncated[k], info = lane.step(given[k])
                 if "step_error" in info:
                     told[k] = info["step_error"]
+        if self._limit is not None:
+            late = going & (self._lanes.count(self.single_hold) >= self._limit)
+            truncated |= late
+            self._lanes.memories[late, RUNNING] = 0.0
+            special += int(late.sum())
         ended = terminated | truncated
         extra: dict[str, Any] = {}
         if special and self.autoreset_mode == AutoresetMode.SAME_STEP:
@@ -158,6 +172,23 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         """An attribute of every environment."""
         return self.call(name)
 
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set an attribute of every environment: one value for all, or a list or a tuple with one for each.
+
+        Raises:
+            ParameterError: there is no such attribute, it belongs to the batch as a whole, or there are more or fewer values.
+        """
+        each = list(values) if isinstance(values, (list, tuple)) else [values] * self.num_envs
+        if len(each) != self.num_envs:
+            raise ParameterError(f"{name}: got {len(each)} values, expected one, or {self.num_envs}, one for each environment")
+        if name not in _SETTABLE:
+            raise ParameterError(
+                f"{name}: it cannot be set in a batch, compiled code has read it; {nearest(name, _SETTABLE)}; "
+                "give anything else as an argument, or in `parameters`"
+            )
+        for k, value in enumerate(each):
+            setattr(self._lanes.synchronised(k), name, value)
+
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The random numbers of each environment."""
@@ -185,16 +216,13 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
         told = len(states) if isinstance(states, Sequence) else shortened(states)
         if told != len(numbers):
             raise ParameterError(f"states: got {told}, expected {len(numbers)}, one for each environment")
-        before: list[EnvState] = []
-        try:
-            for k, state in zip(numbers, states, strict=True):
-                before.append(self._lanes.synchronised(k).save())
-                self._lanes.restore(k, state)
-        except ParameterError:
-            for k, state in zip(numbers, before, strict=False):
-                self._lanes.restore(k, state)
-            raise
+        self._lanes.restore(numbers, states)
         self._begun = True
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Support pickle and `copy.deepcopy`: the constructor's arguments, and where each episode is."""
+        seeds = [lane._np_random_seed for lane in self._lanes.single]
+        return _recreate, (type(self), *self._made_with, self.save(), seeds, self._begun, self.spec)
 
     def observe(self) -> tuple[Observations, dict[str, Any]]:
         """The present observations and infos, as `reset` gives them."""
@@ -269,10 +297,26 @@ class ChainVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray
 
     def _infos(self, mask: npt.NDArray[np.bool_] | None) -> dict[str, Any]:
         infos: dict[str, Any] = {}
+        chosen = np.ones(self.num_envs, np.bool_) if mask is None else mask
         for name, values in self._lanes.told(self.info).items():
-            if mask is None:
-                infos[name], infos[f"_{name}"] = values, np.ones(self.num_envs, np.bool_)
-            else:
+            if mask is not None:
                 values[~mask] = 0.0
-                infos[name], infos[f"_{name}"] = values, mask.copy()
+            infos[name], infos[f"_{name}"] = values, chosen.copy()
+        for name, (values, having) in self._lanes.drawn().items():
+            shown = having & chosen
+            if shown.any():
+                infos[name], infos[f"_{name}"] = values.copy(), shown
+                infos[name][~shown] = 0.0
         return infos
+
+
+def _recreate(
+    kind: type[ChainVectorEnv], arguments: Any, keywords: Mapping[str, Any], states: Any, seeds: Any, begun: bool, spec: Any
+) -> ChainVectorEnv:
+    """Return a batch that was made so, in these states."""
+    env = kind(*arguments, **keywords)
+    env.restore(states)
+    for lane, seed in zip(env._lanes.single, seeds, strict=True):
+        lane._np_random_seed = seed
+    env._begun, env.spec = begun, spec
+    return env

@@ -1,10 +1,8 @@
-"""Reading files that people name: regular ones only, and never more than a cap."""
+"""Checks of TOML text before it is parsed."""
 
 from __future__ import annotations
 
 import re
-import stat
-from pathlib import Path
 
 from granular_env.components.errors import ExperimentError
 
@@ -12,24 +10,6 @@ from granular_env.components.errors import ExperimentError
 _LONGEST_KEY = 64
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
 _LONG_KEY = re.compile(rf"""(?<![\w"'.-])(?:{_PART}){{{_LONGEST_KEY}}}""")
-
-
-def read_bounded(path: Path, largest: int, advice: str) -> bytes:
-    """The content of a regular file of at most `largest` bytes.
-
-    Raises:
-        ExperimentError: it is a folder, a device or a pipe, or too large; `advice` says what to do then.
-        OSError: it cannot be read.
-    """
-    mode = path.stat().st_mode
-    if not stat.S_ISREG(mode):
-        what = "a folder" if stat.S_ISDIR(mode) else "a device, a pipe or a socket"
-        raise ExperimentError(f"{path}: it is {what}, expected a file")
-    with path.open("rb") as file:
-        data = file.read(largest + 1)
-    if len(data) > largest:
-        raise ExperimentError(f"{path}: it has more than {largest} bytes; {advice}")
-    return data
 
 
 def refuse_long_keys(where: object, text: str) -> None:

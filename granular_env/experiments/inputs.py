@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 from pydantic import Field, SerializeAsAny
 
-from granular_env.components.errors import ParameterError, nearest
+from granular_env.components.errors import nearest
 from granular_env.components.profiles import Profile
 
 from .faults import Faults, Table, shortened
@@ -25,6 +25,11 @@ from .faults import Faults, Table, shortened
 _DEEPEST_SUM = 8
 # What people write for a CSV table's path; no spelling check would find it.
 _WORDS_FOR_PATH = ("file", "filename", "csv", "name")
+
+# Signals that have no profile of their own; the nearest name, half_sine, would be something else.
+_WAVES = ("sin", "cos", "chirp", "sweep", "gauss", "burst", "harmonic", "ricker", "wavelet", "noise")
+_HALF_SINES = ("halfsine", "half-sine", "half sine", "half_sin", "halfsin", "half-sin")
+_SAMPLED = 'give samples of other signals: profile = "table" with times and values, or "csv"'
 
 
 class ProfileTable(Table, ABC):
@@ -88,40 +93,32 @@ class SamplesTable(ProfileTable):
 
 
 class CsvTable(ProfileTable):
-    """A measured history in a CSV file; see `csv_input`."""
+    """A measured history in a CSV file; see `Profile.from_csv`."""
 
     profile: Literal["csv"] = "csv"
     path: str = Field(min_length=1, description="the CSV file, relative to the experiment's")
     time_column: str | int = Field(description="the time column's name, or its number from 0")
     value_column: str | int = Field(description="the value column's name, or its number from 0")
     time_unit: str | None = Field(None, description="s, ms, us or ns; may stand in the CSV's header instead")
-    value_unit: str | None = Field(None, description="such as kN or mm/s; may stand in the CSV's header instead")
+    value_unit: str | None = Field(
+        None, description="such as kN or mm/s, or V with a scale; may stand in the CSV's header instead"
+    )
     delimiter: Literal[",", ";", "\t"] = Field(",", description="what separates the columns")
+    decimal: Literal[".", ","] = Field(".", description="the decimal mark")
+    skip: int = Field(0, ge=0, description="lines to leave out at the beginning, such as the preamble of an oscilloscope")
     gaps: Literal["refuse", "bridge"] = Field(
         "refuse", description="holes in the sampling, of over 10 median steps: refuse them, or cross them in a straight line"
     )
-    scale: float = Field(1.0, description="the values are multiplied by it")
+    scale: float | None = Field(
+        None, description="the values are multiplied by it: a number, or the input's unit for each volt of a sensor"
+    )
     offset_time: float = Field(0.0, description="added to the times [s]")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, in SI, or "hold"')
 
     def build(self, folder: Path, unit: str) -> Profile:
-        """See `csv_input.read_history`."""
-        from .csv_input import read_history
-
-        times, values = read_history(
-            folder / self.path,
-            self.time_column,
-            self.value_column,
-            self.time_unit,
-            self.value_unit,
-            unit,
-            self.delimiter,
-            bridge=self.gaps == "bridge",
-        )
-        times = times + self.offset_time if self.offset_time else times
-        if times[-1] < 0.0:
-            raise ParameterError(f"offset_time: every sample lies before time 0 (the last at {times[-1]:g} s)")
-        return Profile.table(times, values * self.scale if self.scale != 1.0 else values, self.after)
+        """See `Profile.from_csv`."""
+        keys = self.model_dump(exclude={"profile", "path"})
+        return Profile.from_csv(folder / self.path, unit=unit, **keys)
 
 
 class PiecewiseTable(ProfileTable):
@@ -176,7 +173,9 @@ def _parse_profile(table: Mapping[str, Any], place: str, faults: Faults, depth: 
     model = PROFILES.get(kind) if isinstance(kind, str) else None
     if model is None:
         came = "missing" if kind is None else f"got {shortened(kind)}"
-        faults.add(f"{place}.profile", f"{came}; {nearest(str(kind), PROFILES)}")
+        waves = isinstance(kind, str) and any(word in kind.lower() for word in _WAVES) and kind.lower() not in _HALF_SINES
+        advice = f"known: {', '.join(PROFILES)}; {_SAMPLED}" if waves else nearest(str(kind), PROFILES)
+        faults.add(f"{place}.profile", f"{came}; {advice}")
         return None
     other = next((word for word in _WORDS_FOR_PATH if word in table), None)
     if model is CsvTable and other is not None and "path" not in table:

@@ -13,14 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import ExperimentError
+from granular_env.components.files import read_bounded
+from granular_env.shipped import shipped_files
 
 from .faults import overridden, shortened
-from .files import read_bounded, refuse_long_keys
+from .files import refuse_long_keys
 from .schema import Experiment, known_keys, parse, refuse_unknown
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
 
-_SHIPPED = Path(__file__).parent
 # The first bytes of every MCAP file.
 _LOG_MAGIC = b"\x89MCAP"
 _LARGEST_FILE = 16 * 2**20
@@ -31,7 +32,7 @@ _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 
 def shipped_experiments() -> list[str]:
     """Names of the experiments that come with the package, such as ``nesterenko-1983/3.4-piston``."""
-    return sorted(path.relative_to(_SHIPPED).as_posix().removesuffix(".toml") for path in _SHIPPED.rglob("*.toml"))
+    return list(shipped_files("experiments"))
 
 
 def load_experiment(source: Source, overrides: Iterable[str] = (), folder: Path | None = None) -> Experiment:
@@ -46,7 +47,7 @@ def load_experiment(source: Source, overrides: Iterable[str] = (), folder: Path 
     Raises:
         ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
     """
-    overrides, before = list(overrides), ()
+    overrides, before = override_list(overrides), ()
     if isinstance(source, Experiment):
         if not overrides:
             return source
@@ -77,7 +78,7 @@ def experiment_path(source: str | os.PathLike[str]) -> Path:
         return path
     names = shipped_experiments()
     if str(source) in names:
-        return _SHIPPED / f"{source}.toml"
+        return shipped_files("experiments")[str(source)]
     if path.exists():
         what = "a folder" if path.is_dir() else "a device, a pipe or a socket"
         raise ExperimentError(f"{path}: it is {what}, expected a TOML file or a name of `granular-env list`")
@@ -90,9 +91,15 @@ def experiment_path(source: str | os.PathLike[str]) -> Path:
 
 def _refuse_log(path: Path) -> None:
     """`ExperimentError` where a file is a log and no experiment; one that cannot be read is told of when it is."""
+    if begins_as_log(path):
+        raise ExperimentError(f"{path}: this is a log, try `granular-env check` or `granular-env report`")
+
+
+def begins_as_log(path: Path) -> bool:
+    """Return whether a file begins as logs do."""
     with suppress(OSError), path.open("rb") as file:
-        if file.read(len(_LOG_MAGIC)) == _LOG_MAGIC:
-            raise ExperimentError(f"{path}: this is a log, try `granular-env check` or `granular-env report`")
+        return file.read(len(_LOG_MAGIC)) == _LOG_MAGIC
+    return False
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
@@ -109,7 +116,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 def read_document(path: Path) -> dict[str, Any]:
     """The content of a TOML file; `ExperimentError` with the line where it is none."""
     try:
-        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file").decode("utf-8")
+        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError).decode("utf-8")
         refuse_long_keys(path, text)
         return tomllib.loads(text)
     except OSError as error:
@@ -120,6 +127,18 @@ def read_document(path: Path) -> dict[str, Any]:
         raise ExperimentError(f"{path}: not valid TOML: {error}") from None
     except (RecursionError, ValueError, ArithmeticError) as error:
         raise ExperimentError(f"{path}: not readable as TOML: {error}") from None
+
+
+def override_list(overrides: Iterable[str]) -> list[str]:
+    """Return overrides as a list; `ExperimentError` where they are no ``"key=value"`` texts."""
+    expected = "expected a list of texts, such as ['component.grains=500']"
+    if isinstance(overrides, str) or not isinstance(overrides, Iterable):
+        raise ExperimentError(f"overrides: got {shortened(overrides)}, {expected}")
+    found = list(overrides)
+    for place, override in enumerate(found):
+        if not isinstance(override, str):
+            raise ExperimentError(f"overrides[{place}]: got {shortened(override)}, {expected}")
+    return found
 
 
 def parse_override(override: str) -> tuple[list[str], Any]:
@@ -154,6 +173,7 @@ def _override(document: dict[str, Any], override: str) -> None:
     parts, value = parse_override(override)
     place = f"override {shortened(override)}"
     node: Any = document
+    _refuse_key_without_table(parts, document, place)
     for depth, part in enumerate(parts):
         refuse_unknown(part, known_keys(".".join(parts[:depth]), document), place)
         last = depth == len(parts) - 1
@@ -170,6 +190,15 @@ def _override(document: dict[str, Any], override: str) -> None:
             node[key] = value
         else:
             node = node[key]
+
+
+def _refuse_key_without_table(parts: list[str], document: dict[str, Any], place: str) -> None:
+    """`ExperimentError` for a key such as grains that belongs into a table: with the whole key."""
+    if parts[0] in (known_keys("", document) or []):
+        return
+    for table in ("component", "record"):
+        if parts[0] in (known_keys(table, document) or []):
+            raise ExperimentError(f"{place}: {parts[0]!r} is unknown; did you mean {'.'.join([table, *parts])!r}?")
 
 
 def _index(part: str, items: list[Any], place: str) -> int:

@@ -8,7 +8,7 @@ from typing import Any
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Component
-from granular_env.components.errors import ExperimentError, ParameterError, StepError, nearest
+from granular_env.components.errors import ExperimentError, ParameterError, StepError, caution, nearest
 from granular_env.components.profiles import Profile
 
 from .faults import Faults, blamed, overridden, shortened
@@ -16,6 +16,9 @@ from .inputs import ProfileTable, parse_input
 from .load import parse_override
 from .schema import Experiment
 from .stops import StopWatch
+
+# A run that is over before this part of an input's signal is told of.
+_SHORT_RUN = 0.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,6 +59,8 @@ def _prepared(experiment: Experiment) -> Prepared:
     inputs = {name: _input(origin, experiment.folder, component, name, value) for name, value in experiment.input.items()}
     with blamed(origin, "duration"):
         ticks = component.ticks_in(experiment.duration)
+    for name, value in inputs.items():
+        _tell_of_a_short_run(f"{origin}: input.{name}", value, experiment.duration)
     with blamed(origin, "record"):
         _check_record(experiment, component)
     with blamed(origin, "stop"):
@@ -95,13 +100,23 @@ def _input(origin: str, folder: Path, component: Component, name: str, value: An
     known = {v.name: v for v in component.variables.values() if v.causality == "input"}
     with blamed(origin, f"input.{name}"):
         if name not in known:
-            raise ParameterError(f"unknown to this {component.name}; {nearest(name, known)}")
+            raise ParameterError(f"unknown to this {component.name}; {component._input_advice(name)}")
         if not isinstance(value, ProfileTable):
             return value
         profile = value.build(folder, known[name].unit)
         # Compiled once, here, so that what has to be told of it is told before anything is written.
         profile.compile(component.step_size, name)
         return profile
+
+
+def _tell_of_a_short_run(where: str, value: float | Profile, duration: float) -> None:
+    """Warn where a run ends long before its signal: mostly a wrong unit of the time."""
+    end = float(value.starts[-1]) if isinstance(value, Profile) else 0.0
+    if duration < _SHORT_RUN * end:
+        caution(
+            f"{where}: the run ends at {duration:g} s, after {100.0 * duration / end:.2g} % of the signal, which goes on to "
+            f"{end:g} s; check the unit of its times and the duration"
+        )
 
 
 def _check_record(experiment: Experiment, component: Component) -> None:

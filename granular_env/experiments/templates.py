@@ -9,18 +9,20 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, get_args
 
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Component
+from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError
-from granular_env.toml_text import toml_value
+from granular_env.components.files import read_bounded
+from granular_env.shipped import first_sentence
+from granular_env.toml_text import toml_document, toml_value
 from granular_env.writing import write_files
 
-from .csv_input import LARGEST_FILE
-from .files import read_bounded
 from .inputs import CsvTable, ProfileTable, SumTable
-from .load import experiment_path, load_experiment, nearest_names, shipped_experiments
+from .load import begins_as_log, experiment_path, load_experiment, nearest_names, shipped_experiments
 
 _KEY_WIDTH = 40
 
@@ -68,6 +70,29 @@ def write(name: str, target: Path, force: bool = False) -> list[Path]:
     return [target, *copies]
 
 
+def of_log(path: str, new_name: str | None = None) -> str:
+    """Return the experiment that a log was recorded of, as the text of a file.
+
+    Raises:
+        LogError: it is no log.
+        ExperimentError: a script's log, that holds no experiment.
+    """
+    from granular_env.recording import open_log
+
+    with open_log(path) as log:
+        content = log.metadata.get("experiment")
+    if not isinstance(content, dict):
+        raise ExperimentError(
+            f"{path}: a script recorded this log, it holds no experiment; `granular-env new chain` begins one"
+        )
+    return toml_document({**content, "name": new_name} if new_name else content)
+
+
+def is_log(path: str) -> bool:
+    """Return whether a file is a log, by its first bytes."""
+    return os.path.isfile(path) and begins_as_log(Path(path))
+
+
 def write_text(text: str, target: Path, force: bool = False) -> None:
     """Write a file to start from; nothing is replaced without `force`."""
     _refuse_existing([target], force)
@@ -82,7 +107,7 @@ def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
 
 def _content(original: Path) -> bytes:
     try:
-        return read_bounded(original, LARGEST_FILE, "copy it by hand")
+        return read_bounded(original, LARGEST_FILE, "copy it by hand", ExperimentError)
     except (OSError, ValueError) as error:
         if isinstance(error, ExperimentError):
             raise
@@ -112,7 +137,8 @@ def _of_component(name: str) -> str:
     step = component.step_size
     lines = [
         f"# An experiment with the component {name!r}: {first_sentence(kind.__doc__ or '')}",
-        '# Lines that begin with "# " and a key hold the default; take the mark away to change it.',
+        '# Lines that begin with "# ", a key and "=" hold the default; take the mark away to change it. What is automatic is',
+        "# computed from the rest; write key = value to set it.",
         f'name = "my-{name}"',
         'description = "what it shows"',
         _line(f"duration = {_tidy(1000 * step)}", "s"),
@@ -121,7 +147,10 @@ def _of_component(name: str) -> str:
         f'type = "{name}"',
     ]
     for key, field in kind.Parameters.model_fields.items():
+        automatic = not field.is_required() and field.default is None
+        # A value that is computed has no default that could stand here.
         value = f"{key} = {_smallest(field)}" if field.is_required() else f"# {key} = {default_of(field)}"
+        value = f"# {key}: automatic" if automatic else value
         lines.append(_line(value, ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))))
     states = [v for v in component.variables.values() if v.state]
     lines += ["", "[start]                # a number for all, a list, or { index = value }"]
@@ -167,7 +196,16 @@ def default_of(field: FieldInfo) -> str:
     """A parameter's default as TOML writes it."""
     if field.is_required():
         return "required"
-    return "automatic" if field.default is None else toml_value(field.default)
+    return "automatic" if field.default is None else _default_value(field.default)
+
+
+def _default_value(value: Any) -> str:
+    """A default as TOML writes it."""
+    if isinstance(value, BaseModel):
+        value = value.model_dump()
+        # What has nothing but a name may be given as that name.
+        return toml_value(value["name"] if value.keys() == {"name"} else value)
+    return toml_value(value)
 
 
 def example_of(name: str, parameters: dict[str, Any]) -> Component:
@@ -179,8 +217,3 @@ def example_of(name: str, parameters: dict[str, Any]) -> Component:
 
 def _smallest(field: FieldInfo) -> int | float:
     return 4 if int in (field.annotation, *get_args(field.annotation)) else 1.0
-
-
-def first_sentence(text: str) -> str:
-    """Up to the first full stop."""
-    return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."

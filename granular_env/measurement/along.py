@@ -90,7 +90,7 @@ def waves_along(
 def _potential(history: History, frame: int) -> FloatArray:
     """Energy of the contacts above their static state, half to either grain, a wall's to the one that it has; shape (n,)."""
     stored = history.contact_energy[frame] - history.rest_energy
-    approach = np.nan_to_num(history.overlap[frame] - history.rest_overlap)
+    approach = history.overlap[frame] - history.rest_overlap
     energy = stored - history.rest_force * approach
     shares = 0.5 * (energy[:-1] + energy[1:])
     shares[0] += 0.5 * energy[0]

@@ -21,12 +21,12 @@ def forces_and_energies(
         law: the contact law.
         stiffness: shape (n + 1,), 0 where there is no contact.
         constants: what the law wants of each contact, shape (n + 1,).
-        overlap: shape (T, n + 1), NaN where there is no contact [m].
+        overlap: shape (T, n + 1), 0 where there is no contact [m].
         velocity: of the grains, shape (T, n) [m/s].
     """
     a = _chain(law, stiffness, constants)
     force, energy = np.empty_like(overlap), np.empty_like(overlap)
-    _fill(a, np.nan_to_num(overlap), velocity, force, energy)
+    _fill(a, overlap, velocity, force, energy)
     return force, energy
 
 

@@ -13,7 +13,7 @@ from ..components.errors import ParameterError
 from .checks import fraction, positive
 
 # A polynomial through so many samples says what lies between them.
-_SAMPLES = 7
+SAMPLES = 7
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -102,6 +102,21 @@ def top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float]
     return float(times[peak] + place * scale), height
 
 
+def resolved_top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float] | None:
+    """Return the time and the height of the maximum next to a sample; None where the samples do not resolve it.
+
+    They do where the curve is concave at the sample and at both its neighbours. A jump, a plateau, a pulse of two or three
+    samples, and a maximum at the curve's very end are not resolved: a polynomial would make up what lies between such samples.
+    """
+    if not 2 <= peak < len(values) - 2:
+        return None
+    own = slice(peak - 2, peak + 3)
+    slopes = np.diff(values[own]) / np.diff(times[own])
+    if (np.diff(slopes) > 0.0).any() or not slopes[1] > 0.0 > slopes[2]:
+        return None
+    return top(times, values, peak)
+
+
 def crossing(times: FloatArray, values: FloatArray, after: int, level: float) -> float:
     """When the curve passes a level between a sample and the next one; the two lie on different sides of it."""
     curve, scale = _curve(times, values, after)
@@ -114,8 +129,8 @@ def crossing(times: FloatArray, values: FloatArray, after: int, level: float) ->
 
 def _curve(times: FloatArray, values: FloatArray, near: int) -> tuple[Polynomial, float]:
     """The polynomial through the samples nearest to one of them, in time from there over the scale that is returned too."""
-    first = min(max(near - _SAMPLES // 2, 0), max(len(times) - _SAMPLES, 0))
-    own = slice(first, first + _SAMPLES)
+    first = min(max(near - SAMPLES // 2, 0), max(len(times) - SAMPLES, 0))
+    own = slice(first, first + SAMPLES)
     scale = float(times[own][-1] - times[own][0]) or 1.0
     curve = Polynomial.fit((times[own] - times[near]) / scale, values[own], len(times[own]) - 1)
     return curve.convert(), scale

@@ -104,5 +104,5 @@ def detached_grains(history: History, time: float | None = None) -> np.ndarray:
         LogError: overlaps are not known.
     """
     frame = len(history.time) - 1 if time is None else history.frame(time)
-    touching = np.nan_to_num(history.overlap[frame], nan=-1.0) >= 0.0
+    touching = (history.overlap[frame] >= 0.0) & (history.stiffness > 0.0)
     return np.flatnonzero(~(touching[:-1] | touching[1:]))

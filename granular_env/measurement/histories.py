@@ -21,8 +21,8 @@ Direction = Literal["right", "left"]
 class History:
     """The grains' motion at T times, and the n grains and n + 1 places for contacts of their chain.
 
-    Place j is left of grain j; 0 and n are the walls', and have no contact where there is none. Made by `history` from a log,
-    by `observe` or `Watch` from a running chain, or by hand.
+    Place j is left of grain j; 0 and n are the walls'. Where an end has no wall there is no contact, and force and overlap are
+    0, as in the chain's own outputs. Made by `history` from a log, by `observe` or `Watch` from a running chain, or by hand.
 
     Attributes:
         time: shape (T,), increasing [s].
@@ -80,7 +80,7 @@ class History:
 
     @cached_property
     def overlap(self) -> FloatArray:
-        """Approach of the surfaces at each place, negative for a gap, NaN where there is no contact, shape (T, n + 1) [m].
+        """Approach of the surfaces at each place, negative for a gap, 0 where there is no contact, shape (T, n + 1) [m].
 
         Raises:
             LogError: neither displacement nor overlap was recorded.
@@ -94,7 +94,7 @@ class History:
             return self.recorded_overlap
         still = np.zeros((len(self.time), 1))
         found = self.rest_overlap - np.diff(self.displacement, axis=1, prepend=still, append=still)
-        found[:, self.stiffness == 0.0] = np.nan
+        found[:, self.stiffness == 0.0] = 0.0
         return found
 
     @cached_property
@@ -105,7 +105,7 @@ class History:
             LogError: overlaps are not known, or the force depends on what contacts have been through and was not recorded.
         """
         if self.recorded_force is not None:
-            return np.nan_to_num(self.recorded_force)
+            return self.recorded_force
         if self.law.has_history:
             raise LogError(
                 f"contact_force was not recorded, and with law {self.law.name!r} it depends on what each contact has been "

@@ -31,7 +31,7 @@ def of_chain(
         time: shape (T,) [s].
         velocity: shape (T, n) [m/s].
         displacement: shape (T, n) [m].
-        overlap: as the chain's variable, of its contacts only, shape (T, contacts) [m].
+        overlap: as the chain's variable, shape (T, n + 1) [m].
         contact_force: the same [N].
     """
     chain = chain_geometry(component)
@@ -39,16 +39,9 @@ def of_chain(
     piston = np.zeros(parameters.grains, dtype=bool)
     piston[0], piston[-1] = piston[0] or parameters.left == "piston", piston[-1] or parameters.right == "piston"
 
-    def at_places(values: FloatArray | None) -> FloatArray | None:
-        if values is None:
-            return None
-        places = np.full((len(time), parameters.grains + 1), np.nan)
-        places[:, chain.real] = values
-        return places
-
     return History(
         time, velocity, chain.mass, chain.stiffness, chain.rest_overlap, chain.position, displacement, piston,
-        at_places(overlap), at_places(contact_force), parameters.law, chain.contact,
+        overlap, contact_force, parameters.law, chain.contact,
     )  # fmt: skip
 
 

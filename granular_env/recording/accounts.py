@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..components.contract import Component
 from ..components.errors import LogError
-from .batch import held_word, parameter_digests, step_digests
+from .batch import header_digests, held_word, parameter_digests, step_digests
 from .format import HASHES, STEPS
 from .index import DETAIL, SEGMENT
 from .reader import Log
@@ -23,8 +23,21 @@ def changed_parameters(log: Log, component: Component) -> list[str]:
     return []
 
 
-def changed_input(log: Log) -> tuple[str, tuple[int, int]] | None:
-    """The first input whose steps are not what their digests say, and the ticks of the log that its batch spans."""
+def changed_header(log: Log) -> list[str]:
+    """Return the entries of the header that are not those that the log was recorded with."""
+    mine = header_digests(log._header, log._header_arrays)
+    changed: dict[str, None] = {}
+    for segment in log._index.all_segments:
+        # The first hashes of a segment are taken where it starts; the digests stand beside them.
+        for row in log._index.select(HASHES, 0, segment.number)[:1]:
+            recorded = log._record(row).header.get("header")
+            recorded = recorded if isinstance(recorded, dict) else {}
+            changed |= dict.fromkeys(name for name in {**mine, **recorded} if mine.get(name) != recorded.get(name))
+    return list(changed)
+
+
+def changed_input(log: Log) -> tuple[str, tuple[int, int], str] | None:
+    """Return the first input whose steps are not what their digests say, the ticks that its batch spans, and a sentence."""
     accounts = log._rows(HASHES)
     accounts = accounts[accounts[:, DETAIL] == 1]
     rows, inputs = log._rows(STEPS), list(log.input_variables)
@@ -38,6 +51,9 @@ def changed_input(log: Log) -> tuple[str, tuple[int, int]] | None:
         if mine != told:
             told = told if isinstance(told, dict) else {}
             names = sorted(name for name in {**mine, **told} if mine.get(name) != told.get(name))
-            name = next((name for name in names if name), "the steps' lengths")
-            return name, (log._log_tick(row[SEGMENT], record.first), log._log_tick(row[SEGMENT], record.last))
+            span = log._log_tick(row[SEGMENT], record.first), log._log_tick(row[SEGMENT], record.last)
+            name = next((name for name in names if name), "")
+            if name:
+                return name, span, f"input {name!r} is not what was recorded"
+            return "duration", span, "the durations of the calls of step are not what was recorded"
     return None

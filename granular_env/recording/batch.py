@@ -11,7 +11,7 @@ import numpy as np
 from ..components.contract import Component, Snapshot
 from ..components.packing import canonical_json, digest
 from ..components.profiles import CompiledProfile
-from .format import FRAMES, HASHES, SNAPSHOTS, STEPS, Record, bits, words
+from .format import FRAMES, HASHES, SNAPSHOTS, STEPS, Record, bits, nanoseconds, words
 from .sink import CHUNK_BYTES, Sink
 
 # Compiled profiles that are remembered by object, so that one that is used again is stored once.
@@ -116,6 +116,15 @@ def parameter_digests(component: Component) -> dict[str, str]:
     return {name: digest(canonical_json(value)).hex() for name, value in parameters.items()}
 
 
+def header_digests(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """Return a digest of each entry of the header, apart from the header: so a changed one can be named.
+
+    The parameters have `parameter_digests`.
+    """
+    found = {name: digest(canonical_json(value)).hex() for name, value in header.items() if name != "parameters"}
+    return found | {name: digest(words(array)).hex() for name, array in arrays.items()}
+
+
 def step_digests(durations: np.ndarray, sets: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, str]:
     """Digests of what a batch of steps did: under "" its lengths, under each input's name when it was set and to what.
 
@@ -134,15 +143,15 @@ def write_batch(
     names: list[str],
     inputs: list[str],
     step_size: float,
-    parameters: Mapping[str, str],
+    digests: Mapping[str, Any],
 ) -> None:
-    """Write all that a batch holds; where a segment starts also the `parameter_digests`."""
-    for record in _records(batch, sink, profiles, names, inputs, parameters):
-        sink.add(record, round((batch.elapsed + record.last) * step_size * 1e9))
+    """Write all that a batch holds; where a segment starts also the digests of parameters and header."""
+    for record in _records(batch, sink, profiles, names, inputs, digests):
+        sink.add(record, nanoseconds(batch.elapsed + record.last, step_size))
 
 
 def _records(
-    batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inputs: list[str], parameters: Mapping[str, str]
+    batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inputs: list[str], digests: Mapping[str, Any]
 ) -> Iterator[Record]:
     starts = [item for item in batch.snapshots if item[1] == 0]
     yield from _snapshots(batch, sink, starts)
@@ -154,7 +163,7 @@ def _records(
         ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
         arrays = {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])}
         place = (batch.segment, int(ticks[0]), int(ticks[-1]), len(ticks))
-        yield Record(HASHES, 0, *place, sink.number(HASHES), {"parameters": dict(parameters)} if starts else {}, arrays)
+        yield Record(HASHES, 0, *place, sink.number(HASHES), dict(digests) if starts else {}, arrays)
     yield from _snapshots(batch, sink, [item for item in batch.snapshots if item[1] != 0])
 
 

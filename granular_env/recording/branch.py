@@ -13,11 +13,12 @@ from ..components.errors import LogError, ParameterError, nearest
 from ..components.profiles import Profile
 from .index import Segment
 from .left import left_log_told
+from .log_file import create
 from .options import checked_names, checked_schedule
 from .reader import Log, open_log, restore
 from .replay import advance
 from .schedule import Schedule
-from .sink import as_path, create
+from .sink import as_path
 from .writer import Recorder
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ class Branch:
         end = self.segment.end if until is None else self.component.ticks_in(until, "until")
         if end < self.component.tick:
             raise ParameterError(f"until: got {until:g} s, the branch begins at {self.component.time:g} s")
+        self.parent._caps.work(end - self.component.tick, len(self.component._block.memory))
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
@@ -113,7 +115,7 @@ class Branch:
         if os.path.exists(target) and os.path.samefile(target, self.parent.path):
             raise ParameterError(f"log: {str(target)!r} is the parent itself; choose another name")
         recorder = self._recorder(target, every, variables, overwrite)
-        with left_log_told(target), recorder:
+        with left_log_told(recorder), recorder:
             yield
 
     def _check(self, given: dict[str, Any]) -> None:
@@ -133,7 +135,7 @@ class Branch:
         else:
             schedule = checked_schedule(component, every, None, None, None, names)
         # The parent's age counts on: frames fall where the parent's do.
-        elapsed = self.segment.elapsed + self.tick - self.segment.start
+        elapsed = self.parent._elapsed + self.segment.elapsed + self.tick - self.segment.start
         experiment = self.parent._header.get("experiment")
         return Recorder(component, target, create(target, overwrite), names, schedule, experiment, self.facts, elapsed)
 

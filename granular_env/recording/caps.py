@@ -26,6 +26,10 @@ _CHUNK_SHARE, _COMPONENT_SHARE, _UNIT_BYTES = 4, 2, 160
 _SERIES_BYTES = 8 << 30
 # The largest whole number among a component's parameters (grains, nodes, cells): at least, and at most, by the memory here.
 _COUNT, _MOST = 10_000_000, 100_000_000
+# Records for each byte of a file, at most: ours hold a digest that no compression shortens, and are listed in the file.
+_BYTES_A_RECORD, _RECORDS = 4, 1000
+# JSON text of one record: parsed, it takes up to forty times its length [bytes]; more where the file itself is large.
+_TEXT_BYTES, _TEXT_SHARE = 16 << 20, 8
 # Ticks in one log, and ticks times words of state: about a day's work.
 _TICKS = 10_000_000_000
 _WORK = 10**14
@@ -48,6 +52,16 @@ class Caps:
         if size > _CHUNK_BYTES:
             refuse_beyond(size, f"log {self.path!r}: a chunk", LogError)
 
+    def records(self, number: int, size: int) -> None:
+        """Records in a part of the file that takes so many bytes there: each becomes an object, however small it is."""
+        limit = _RECORDS + size // _BYTES_A_RECORD
+        if number > limit:
+            self._check(f"the number of records in {size} bytes", number, limit)
+
+    def text(self, file_size: int) -> int | None:
+        """Return how many bytes of JSON one record of a file of that size may hold; None for any number."""
+        return None if self.lifted else max(_TEXT_BYTES, _TEXT_SHARE * file_size)
+
     def series(self, size: int) -> None:
         """Bytes that the arrays asked for will take."""
         self._check("the size of what was asked for, in bytes,", size, _SERIES_BYTES)
@@ -55,8 +69,8 @@ class Caps:
 
     def work(self, ticks: int, words: int) -> None:
         """Internal steps that a replay would take, for a state of so many 8-byte words."""
-        self._check("the number of internal steps", ticks, _TICKS)
-        self._check("the number of internal steps times the words of the state", ticks * max(words, 1), _WORK)
+        self._check("the number of ticks", ticks, _TICKS)
+        self._check("the number of ticks times the words of the state", ticks * max(words, 1), _WORK)
 
     def parameters(self, given: Mapping[str, Any], model: type[BaseModel]) -> None:
         """The whole numbers (grains, nodes, cells) among the parameters of a component that is about to be built."""

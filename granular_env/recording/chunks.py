@@ -22,6 +22,8 @@ from mcap.records import (
     Header,
     McapRecord,
     MessageIndex,
+    Metadata,
+    MetadataIndex,
     Schema,
     Statistics,
     SummaryOffset,
@@ -46,6 +48,7 @@ class ChunkWriter:
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
         self._chunks: list[ChunkIndex] = []
+        self._metadata: list[MetadataIndex] = []
         self._counts: dict[int, int] = {}
         self._span: tuple[int, int] | None = None
         self._begin_chunk()
@@ -70,12 +73,21 @@ class ChunkWriter:
         self._append([_bytes_of(self._channels[-1])])
         return number
 
-    def add_message(self, channel: int, sequence: int, nanoseconds: int, parts: Sequence[Part]) -> None:
-        """One message, given in parts that must not change until `flush`."""
+    def add_metadata(self, name: str, texts: dict[str, str]) -> None:
+        """One Metadata record, between the chunks."""
+        record = _bytes_of(Metadata(name=name, metadata=texts))
+        self._metadata.append(MetadataIndex(offset=self._offset, length=len(record), name=name))
+        self._write(record)
+
+    def add_message(
+        self, channel: int, sequence: int, nanoseconds: int, parts: Sequence[Part], publish_time: int | None = None
+    ) -> None:
+        """One message, given in parts that must not change until `flush`; `publish_time` is its time but for stock viewers."""
+        published = nanoseconds if publish_time is None else publish_time
         index = self._index.setdefault(channel, MessageIndex(channel, []))
         index.records.append((nanoseconds, self._size))
         length = _MESSAGE_HEAD.size - 9 + sum(len(part) for part in parts)
-        self._append([_MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, sequence, nanoseconds, nanoseconds), *parts])
+        self._append([_MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, sequence, nanoseconds, published), *parts])
         self._first, self._last = min(self._first, nanoseconds), max(self._last, nanoseconds)
         self._messages += 1
         self._counts[channel] = self._counts.get(channel, 0) + 1
@@ -99,9 +111,12 @@ class ChunkWriter:
             (Opcode.CHANNEL, self._channels),
             (Opcode.STATISTICS, [self._statistics()]),
             (Opcode.CHUNK_INDEX, self._chunks),
+            (Opcode.METADATA_INDEX, self._metadata),
         ]
         summary, offsets = b"", []
         for opcode, records in groups:
+            if not records:
+                continue
             part = b"".join(map(_bytes_of, records))
             offsets.append(SummaryOffset(group_opcode=opcode, group_start=start + len(summary), group_length=len(part)))
             summary += part
@@ -116,7 +131,7 @@ class ChunkWriter:
         first, last = self._span or (0, 0)
         return Statistics(
             message_count=sum(self._counts.values()), schema_count=len(self._schemas), channel_count=len(self._channels),
-            attachment_count=0, metadata_count=0, chunk_count=len(self._chunks), message_start_time=first,
+            attachment_count=0, metadata_count=len(self._metadata), chunk_count=len(self._chunks), message_start_time=first,
             message_end_time=last, channel_message_counts=self._counts,
         )  # fmt: skip
 

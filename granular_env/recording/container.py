@@ -7,15 +7,18 @@ process was killed, the disk was full) is scanned from the front, up to the firs
 from __future__ import annotations
 
 import os
+import stat
 import struct
 import zlib
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from ..components.errors import LogError
 from .caps import Caps
+from .format import PROFILE
 
 MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")
@@ -24,18 +27,19 @@ _CHUNK = struct.Struct("<QQQII")
 _MESSAGE = struct.Struct("<HIQQ")
 _HEADER_OP, _FOOTER_OP, _SCHEMA_OP, _CHANNEL_OP, _MESSAGE_OP, _CHUNK_OP, _CHUNK_INDEX_OP, _DATA_END_OP = 1, 2, 3, 4, 5, 6, 8, 15
 _FOOTER_BYTES = _RECORD.size + _FOOTER.size
-# Decompressed chunks that are kept at hand [bytes].
-_CACHE_BYTES = 64 << 20
+# Decompressed chunks that are kept at hand, and what a message's object takes beside its data [bytes].
+_CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200
 _RECOVER = "`granular-env recover` saves what is intact"
 
 
 @dataclass(frozen=True, slots=True)
 class RawMessage:
-    """One message: its topic, number, time [ns] and bytes."""
+    """One message: its topic, number, time [ns], time of publishing [ns] and bytes."""
 
     topic: str
     sequence: int
     nanoseconds: int
+    published: int
     data: memoryview
 
 
@@ -58,11 +62,30 @@ class Container:
         self._cache: OrderedDict[int, list[RawMessage]] = OrderedDict()
         self._channels: dict[int, str] = {}
         try:
-            self._file = open(path, "rb")  # noqa: SIM115 - read from as long as the log is open
+            self._file = _open_regular(path)
+        except (OSError, ValueError) as error:
+            raise self._unreadable(error) from error
+        try:
             self._size = os.fstat(self._file.fileno()).st_size
             self._open(scan)
         except (OSError, ValueError, struct.error) as error:
-            raise LogError(f"log {str(path)!r} cannot be read: {getattr(error, 'strerror', None) or error}") from error
+            self._file.close()
+            raise self._unreadable(error) from error
+        except LogError:
+            self._file.close()
+            raise
+
+    def _unreadable(self, error: Exception) -> LogError:
+        return LogError(f"log {str(self.path)!r} cannot be read: {getattr(error, 'strerror', None) or error}")
+
+    @property
+    def most_text(self) -> int | None:
+        """Limit on the bytes of JSON in one message; None where there is none."""
+        return self._caps.text(self._size)
+
+    def check_records(self, number: int) -> None:
+        """Refuse an index of more messages than a file of this size can hold."""
+        self._caps.records(number, self._size)
 
     def close(self) -> None:
         """Close the file."""
@@ -83,23 +106,23 @@ class Container:
         known = self._cache.get(chunk)
         if known is None:
             offset, length = self._places[chunk]
-            known = self._parsed(self._chunk_content(offset, length))
+            known = self._parsed(self._chunk_content(offset, length), length)
             self._cache[chunk] = known
             self._forget()
         self._cache.move_to_end(chunk)
         return known
 
     def _forget(self) -> None:
-        total = sum(sum(len(m.data) for m in messages) for messages in self._cache.values())
+        total = sum(map(_bytes_held, self._cache.values()))
         while total > _CACHE_BYTES and len(self._cache) > 1:
-            _, messages = self._cache.popitem(last=False)
-            total -= sum(len(m.data) for m in messages)
+            total -= _bytes_held(self._cache.popitem(last=False)[1])
 
     # -- finding chunks ---------------------------------------------------------------------------------------------
 
     def _open(self, scan: bool) -> None:
         if self._read(0, len(MAGIC)) != MAGIC:
             raise LogError(f"{str(self.path)!r} is no MCAP file, so no log of granular-env")
+        self._check_profile()
         footer = None if scan else self._footer()
         self.complete = footer is not None
         if footer is None:
@@ -115,6 +138,16 @@ class Container:
                 _, _, offset, length = struct.unpack_from("<QQQQ", body)
                 self._places.append((offset, length))
         self._check_places(start)
+
+    def _check_profile(self) -> None:
+        """Refuse other programs' files before any chunk of theirs is decompressed."""
+        opcode, length = _RECORD.unpack(self._read(len(MAGIC), _RECORD.size))
+        (name_length,) = struct.unpack("<I", self._read(len(MAGIC) + _RECORD.size, 4))
+        expected = PROFILE.encode()
+        if opcode != _HEADER_OP or name_length > length or name_length != len(expected) or (
+            self._read(len(MAGIC) + _RECORD.size + 4, name_length) != expected
+        ):  # fmt: skip
+            raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost")
 
     def _footer(self) -> tuple[int, bytes] | None:
         """Where the summary starts and its bytes; None where the file has no end."""
@@ -153,7 +186,7 @@ class Container:
                 return
             if opcode == _CHUNK_OP:
                 try:
-                    self._parsed(self._chunk_content(offset, total))
+                    self._parsed(self._chunk_content(offset, total), total)
                 except LogError as error:
                     self.damage = str(error).removesuffix(f"; {_RECOVER}")
                     return
@@ -201,18 +234,19 @@ class Container:
             raise self._damaged(place)
         return content
 
-    def _parsed(self, content: bytes) -> list[RawMessage]:
+    def _parsed(self, content: bytes, compressed: int) -> list[RawMessage]:
         messages = []
-        for opcode, body in self._records(memoryview(content)):
+        for number, (opcode, body) in enumerate(self._records(memoryview(content))):
+            self._caps.records(number, compressed)
             if opcode == _CHANNEL_OP:
                 self._add_channel(body)
             elif opcode == _MESSAGE_OP:
                 if len(body) < _MESSAGE.size:
                     raise self._damaged("a message")
-                channel, sequence, nanoseconds, _ = _MESSAGE.unpack_from(body)
+                channel, *times = _MESSAGE.unpack_from(body)
                 if channel not in self._channels:
                     raise self._damaged("a message of an unknown channel")
-                messages.append(RawMessage(self._channels[channel], sequence, nanoseconds, body[_MESSAGE.size :]))
+                messages.append(RawMessage(self._channels[channel], *times, body[_MESSAGE.size :]))
         return messages
 
     def _add_channel(self, body: memoryview) -> None:
@@ -247,3 +281,19 @@ class Container:
 
     def _damaged(self, what: str) -> LogError:
         return LogError(f"log {str(self.path)!r} is damaged: {what} is not what was written; {_RECOVER}")
+
+
+def _bytes_held(messages: list[RawMessage]) -> int:
+    return sum(len(message.data) + _OBJECT_BYTES for message in messages)
+
+
+def _open_regular(path: Path) -> IO[bytes]:
+    """Open a file for reading; a pipe or a device, which might make the program wait for ever, is refused."""
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+    try:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(0, "it is a folder, a device or a pipe; give the path of a file")
+        return os.fdopen(descriptor, "rb")
+    except OSError:
+        os.close(descriptor)
+        raise

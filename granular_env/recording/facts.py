@@ -16,6 +16,7 @@ import numpy as np
 from ..components.contract import Component, Variable
 from ..components.errors import LogError, ParameterError
 from .format import FORMAT
+from .options import plain_values
 
 _PACKAGES = ("granular-env", "numpy", "numba", "llvmlite", "mcap")
 
@@ -61,6 +62,7 @@ def variable_facts(variable: Variable) -> dict[str, Any]:
         "dtype": variable.dtype,
         "description": variable.description,
         "state": variable.state,
+        "axes": list(variable.axes),
     }
 
 
@@ -74,30 +76,24 @@ def variable_from(facts: Mapping[str, Any]) -> Variable:
         if not all(isinstance(text, str) for text in texts) or texts[4] not in ("float64", "int64"):
             raise LogError("the log's header describes a variable wrongly")
         name, causality, unit, description, dtype = texts
-        return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]))
+        axes = tuple(facts["axes"])
+        if len(axes) not in (0, len(shape)) or not all(isinstance(axis, str) for axis in axes):
+            raise LogError(f"the log's header gives {name!r} the axes {axes!r}")
+        return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]), axes=axes)
     except (KeyError, TypeError) as error:
         raise LogError(f"the log's header describes a variable wrongly: {error}") from error
 
 
 def header_of(
-    component: Component, recorded: Sequence[Variable], options: Mapping[str, Any], experiment: Any, parent: Any
+    component: Component, recorded: Sequence[str], options: Mapping[str, Any], experiment: Any, parent: Any, elapsed: int
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """The header's JSON values and arrays."""
-    particles = component.particles()
+    """Return the header's JSON values and arrays."""
+    facts, arrays = component_facts(component, recorded)
     header = {
         "format": FORMAT,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        "component": component.name,
-        "version": component.version,
-        "platform_bound": component.platform_bound,
-        "parameters": component.parameters.model_dump(mode="json"),
-        "identity": component.identity,
-        "step_size": component.step_size,
-        "state_words": len(component.save().memory),
-        "variables": [variable_facts(variable) for variable in recorded],
-        "inputs": [variable_facts(v) for v in component.variables.values() if v.causality == "input"],
-        "state": [v.name for v in component.variables.values() if v.state],
-        "particles": None if particles is None else {"displacement": particles.displacement, "colour": particles.colour},
+        **facts,
+        "elapsed": elapsed,
         "options": dict(options),
         "experiment": experiment,
         "parent": parent,
@@ -105,12 +101,36 @@ def header_of(
         "machine": machine(),
         "command": "granular-env" if "granular-env" in os.path.basename(sys.argv[0] or "") else "script",
     }
+    return header, arrays
+
+
+def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return the part of the header, and its arrays, that follow from the component: a re-run gives them again."""
+    particles = component.particles()
+    facts = {
+        "component": component.name,
+        "version": component.version,
+        "platform_bound": component.platform_bound,
+        "parameters": component.parameters.model_dump(mode="json"),
+        "identity": component.identity,
+        "step_size": component.step_size,
+        "state_words": len(component.save().memory),
+        "variables": [variable_facts(component.variables[name]) for name in recorded],
+        "inputs": [variable_facts(v) for v in component.variables.values() if v.causality == "input"],
+        "state": [v.name for v in component.variables.values() if v.state],
+        "particles": None if particles is None else {"displacement": particles.displacement, "colour": particles.colour},
+    }
     if particles is None:
-        return header, {}
-    return header, {
+        return facts, {}
+    return facts, {
         "reference": np.asarray(particles.reference, np.float64),
         "radius": np.asarray(particles.radius, np.float64),
     }
+
+
+def closing_facts(component: Component) -> dict[str, Any]:
+    """Return what the end of a log says of the run: the component's report and cautions."""
+    return {"report": plain_values(component.report()), "cautions": plain_values(component.cautions())}
 
 
 def plain_json(name: str, value: Any) -> Any:

@@ -14,7 +14,7 @@ hashes       at key ticks: a digest of each state variable and of the whole stat
 events       failures; and at the end one that says "closed", with the index of all messages
 ===========  ==========================================================================================================
 
-Two more topics are for stock viewers and are not read back: see `track`.
+Further topics, and a Metadata record, are for stock viewers and are not read back: see `preview` and `metadata`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ import numpy as np
 from ..components.errors import LogError
 from ..components.packing import digest, pack_parts, unpack
 
-FORMAT = 1
+FORMAT = 2
 PROFILE = "granular-env"
 KINDS = ("header", "snapshots", "steps", "frames", "hashes", "events")
 HEADER, SNAPSHOTS, STEPS, FRAMES, HASHES, EVENTS = range(len(KINDS))
@@ -40,6 +40,8 @@ CLOSED = 1
 # Columns of the index, one row a message.
 COLUMNS = ("kind", "detail", "segment", "first", "last", "count", "number", "chunk")
 _PLACE = COLUMNS[1:7]
+# The last time that readers with signed numbers can hold, as a float [ns].
+_LAST_NANOSECOND = float(2**63 - 1024)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,9 +82,19 @@ def encode(record: Record, log: str) -> list[bytes | memoryview]:
     return [b"\x0a" + varint(sum(map(len, parts))), *parts]
 
 
-def decode(data: bytes | memoryview, kind: int, log: str | None) -> Record:
-    """The record in a message; `LogError` for anything that `encode` did not write for this log and this kind."""
-    header, arrays = unpack(_unwrapped(memoryview(data)))
+def decode(data: bytes | memoryview, kind: int, log: str | None, most_text: int | None = None) -> Record:
+    """Return the record in a message.
+
+    Args:
+        data: the message.
+        kind: what it has to be.
+        log: the identity of the log that it has to belong to; None for the first message.
+        most_text: limit on the bytes of its JSON text.
+
+    Raises:
+        LogError: `encode` did not write that for this log and this kind.
+    """
+    header, arrays = unpack(_unwrapped(memoryview(data)), most_text)
     if not isinstance(header, dict) or header.get("kind") != KINDS[kind]:
         raise LogError(
             f"a message under {KINDS[kind]!r} is of another kind; the log is damaged or was put together from others"
@@ -99,6 +111,11 @@ def decode(data: bytes | memoryview, kind: int, log: str | None) -> Record:
 def log_identity(header_message: bytes | memoryview) -> str:
     """What ties every message to its log: a digest of the first one."""
     return digest(header_message).hex()
+
+
+def nanoseconds(ticks: int, step_size: float) -> int:
+    """Return the time of a message in an MCAP file: an unsigned 64-bit number, at its end where a time lies beyond."""
+    return round(min(ticks * step_size * 1e9, _LAST_NANOSECOND))
 
 
 def words(values: np.ndarray | float) -> bytes:

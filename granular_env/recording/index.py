@@ -10,6 +10,8 @@ from ..components.errors import LogError
 from .container import Container
 from .format import CLOSED, COLUMNS, END, EVENTS, FRAMES, HASHES, HEADER, KINDS, SNAPSHOTS, START, STEPS, TOPICS, Record, decode
 
+# Whole numbers of ticks beyond this are not told apart by a time in float64.
+_MOST_TICKS = 2**53
 KIND, DETAIL, SEGMENT, FIRST, LAST, COUNT, NUMBER, CHUNK = range(len(COLUMNS))
 
 
@@ -35,29 +37,37 @@ class Index:
     def __init__(self, path: str, rows: np.ndarray) -> None:
         """Check that nothing is missing, doubled or out of order."""
         self.path, self.rows = path, rows
+        self._check_order()
+        self._by_kind = [rows[rows[:, KIND] == kind] for kind in range(len(KINDS))]
         self._check_numbers()
         self.all_segments = self._segments()
         lived = [segment for segment in self.all_segments if segment.end > segment.start]
         self.segments = lived or self.all_segments[-1:]
 
     def select(self, kind: int, detail: int | None = None, segment: int | None = None) -> np.ndarray:
-        """Rows of one kind."""
-        chosen = self.rows[:, KIND] == kind
-        if detail is not None:
-            chosen &= self.rows[:, DETAIL] == detail
+        """Return the rows of one kind, in the order in which they were written."""
+        rows = self._by_kind[kind]
         if segment is not None:
-            chosen &= self.rows[:, SEGMENT] == segment
-        return self.rows[chosen]
+            # They are in the order of segments, so looking one up takes no pass over all of them.
+            first, last = np.searchsorted(rows[:, SEGMENT], [segment, segment + 1])
+            rows = rows[first:last]
+        return rows if detail is None else rows[rows[:, DETAIL] == detail]
 
-    def _check_numbers(self) -> None:
+    def _check_order(self) -> None:
         rows = self.rows
-        for kind in range(len(KINDS)):
-            numbers = rows[rows[:, KIND] == kind][:, NUMBER]
-            if not np.array_equal(numbers, np.arange(len(numbers))):
-                raise LogError(f"log {self.path!r}: records of kind {KINDS[kind]!r} are missing, doubled or out of order")
-        bad = (rows[:, FIRST] > rows[:, LAST]) | (rows[:, FIRST] < 0) | (rows[:, COUNT] < 1) | (rows[:, CHUNK] < 0)
+        known = (rows[:, KIND] >= 0) & (rows[:, KIND] < len(KINDS))
+        bad = ~known | (rows[:, FIRST] > rows[:, LAST]) | (rows[:, FIRST] < 0) | (rows[:, LAST] >= _MOST_TICKS)
+        # A frame, a hash or a step stands at a tick of its own, so there are never more of them than ticks.
+        bad |= (rows[:, COUNT] < 1) | (rows[:, COUNT] > rows[:, LAST] - rows[:, FIRST] + 1) | (rows[:, CHUNK] < 0)
         if bad.any() or not len(rows) or rows[0, KIND] != HEADER or (rows[1:, KIND] == HEADER).any():
             raise LogError(f"log {self.path!r}: its index does not describe a log")
+        if (np.diff(rows[:, CHUNK]) < 0).any() or rows[:, COUNT].sum(dtype=np.float64) >= _MOST_TICKS:
+            raise LogError(f"log {self.path!r}: its index does not describe a log")
+
+    def _check_numbers(self) -> None:
+        for kind, rows in enumerate(self._by_kind):
+            if not np.array_equal(rows[:, NUMBER], np.arange(len(rows))) or (np.diff(rows[:, SEGMENT]) < 0).any():
+                raise LogError(f"log {self.path!r}: records of kind {KINDS[kind]!r} are missing, doubled or out of order")
 
     def _segments(self) -> list[Segment]:
         starts = self.select(SNAPSHOTS, START)
@@ -66,9 +76,6 @@ class Index:
         if (self.rows[1:, SEGMENT] >= max(len(starts), 1)).any() or (self.rows[:, SEGMENT] < 0).any():
             raise LogError(f"log {self.path!r}: a record belongs to a segment that has no start")
         steps = self.select(STEPS)
-        # Rows are in the order of segments, so one pass of searchsorted finds each segment's own.
-        if (np.diff(steps[:, SEGMENT]) < 0).any():
-            raise LogError(f"log {self.path!r}: steps are out of order")
         bounds = np.searchsorted(steps[:, SEGMENT], np.arange(len(starts) + 1))
         segments, elapsed = [], 0
         for number, start in enumerate(starts[:, FIRST].tolist()):
@@ -78,6 +85,8 @@ class Index:
                 raise LogError(f"log {self.path!r}: steps of segment {number} are missing or do not follow one another")
             segments.append(Segment(number, start, int(marks[-1]), elapsed))
             elapsed += int(marks[-1]) - start
+        if elapsed >= _MOST_TICKS:
+            raise LogError(f"log {self.path!r}: its index does not describe a log")
         self._check_ticks(segments)
         return segments
 
@@ -100,7 +109,9 @@ def find_index(container: Container, log: str) -> tuple[Index, Record | None]:
         rows = closing.arrays.get("index")
         if rows is None or rows.dtype != np.int64 or rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
             raise LogError(f"log {path!r} is damaged: its index has the wrong form")
-        if len(rows) and rows[:, CHUNK].max() == container.chunk_count - 2:
+        container.check_records(len(rows))
+        # The film has chunks of its own between the last records and the closing one.
+        if len(rows) and rows[:, CHUNK].max() <= container.chunk_count - 2:
             return Index(path, np.vstack([rows, [*closing.row, container.chunk_count - 1]])), closing
     found = np.array(list(_rows(container, log)), dtype=np.int64).reshape(-1, len(COLUMNS))
     if closing is not None and not np.array_equal(found[:-1, :CHUNK], closing.arrays["index"][:, :CHUNK]):
@@ -114,7 +125,7 @@ def _closing_record(container: Container, log: str) -> Record | None:
             kind = TOPICS[message.topic]
             if kind != EVENTS:
                 return None
-            record = decode(message.data, kind, log)
+            record = decode(message.data, kind, log, container.most_text)
             return record if record.detail == CLOSED else None
     return None
 
@@ -124,7 +135,7 @@ def _rows(container: Container, log: str):  # noqa: ANN202 - rows of the index
         for message in container.messages(chunk):
             kind = TOPICS.get(message.topic)
             if kind is not None:
-                record = decode(message.data, kind, log if kind != HEADER else None)
+                record = decode(message.data, kind, log if kind != HEADER else None, container.most_text)
                 yield (*record.row, chunk)
 
 

@@ -8,18 +8,19 @@ from contextlib import contextmanager
 
 from ..components.errors import GranularError
 from .reader import open_log
+from .writer import Recorder
 
 
 @contextmanager
-def left_log_told(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Adds a note to an error that ends a recorded run: where the log is, and until when it is complete.
+def left_log_told(recorder: Recorder) -> Iterator[None]:
+    """Add a note to an error that ends a recorded run: where the log is, and until when it is complete.
 
     Enter it before the recorder, so that the log is closed by the time that it is looked at.
     """
     try:
         yield
     except GranularError as error:
-        error.add_note(_told(path))
+        error.add_note(_told(recorder.path) if recorder.published else f"log: what stood at {str(recorder.path)!r} is kept")
         raise
 
 

@@ -13,12 +13,27 @@ import numpy as np
 from ..components.contract import Component, Held, Particles, Snapshot, Variable
 from ..components.errors import GranularError, LogError, ParameterError, nearest
 from ..components.profiles import CompiledProfile
+from ..writing import counted
 from . import steps as step_records
 from .build import build
 from .caps import Caps
 from .container import Container
 from .facts import variable_from
-from .format import EVENTS, FORMAT, FRAMES, HEADER, PROFILE, SNAPSHOTS, START, STEPS, TOPICS, Record, decode, log_identity
+from .format import (
+    EVENTS,
+    FORMAT,
+    FRAMES,
+    HEADER,
+    PROFILE,
+    SNAPSHOTS,
+    START,
+    STEPS,
+    TOPICS,
+    Record,
+    decode,
+    log_identity,
+    nanoseconds,
+)
 from .index import CHUNK, COUNT, DETAIL, FIRST, LAST, SEGMENT, Segment, find_index
 from .sink import as_path
 from .steps import Steps
@@ -78,7 +93,7 @@ class Log:
             why = f": {self._container.damage}" if self._container.damage else ""
             raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost{why}")
         self._log = log_identity(first.data)
-        record = decode(first.data, HEADER, None)
+        record = decode(first.data, HEADER, None, self._container.most_text)
         self._header, self._header_arrays = record.header, record.arrays
         if self._header.get("format") != FORMAT:
             raise LogError(
@@ -86,6 +101,9 @@ class Log:
                 f"update {PROFILE}"
             )
         self.step_size = step_records.finite_step(self._header.get("step_size"))
+        self._elapsed = self._header.get("elapsed")
+        if type(self._elapsed) is not int or not 0 <= self._elapsed < 2**53:
+            raise LogError(f"log {str(self.path)!r}: its header does not say how old its parent was")
         recorded, inputs = self._header.get("variables"), self._header.get("inputs")
         if not isinstance(recorded, list) or not isinstance(inputs, list):
             raise LogError(f"log {str(self.path)!r}: its header does not say what was recorded")
@@ -101,7 +119,8 @@ class Log:
 
     def __repr__(self) -> str:
         state = "complete" if self.complete else "incomplete"
-        return f"<Log {str(self.path)!r}: {self._header.get('component')}, {self.steps} steps, {self.duration:g} s, {state}>"
+        size = f"{counted(self.calls, 'call')}, {counted(self.end_tick - self.start_tick, 'tick')}, {self.duration:g} s"
+        return f"<Log {str(self.path)!r}: {self._header.get('component')}, {size}, {state}>"
 
     def close(self) -> None:
         """Close the file."""
@@ -126,13 +145,18 @@ class Log:
         return found
 
     @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return self._container.size
+
+    @property
     def segments(self) -> list[Segment]:
         """Unbroken histories in which something happened."""
         return self._index.segments
 
     @property
-    def steps(self) -> int:
-        """How many calls of `step` it holds."""
+    def calls(self) -> int:
+        """Number of calls of `step` that it holds."""
         return int(self._rows(STEPS)[:, COUNT].sum())
 
     @property
@@ -161,7 +185,7 @@ class Log:
             names = facts["displacement"], facts["colour"]
         except (KeyError, TypeError) as error:
             raise LogError(f"log {str(self.path)!r}: its header describes its particles wrongly: {error}") from error
-        if reference.shape != (len(radius), 3) or radius.ndim != 1 or not all(isinstance(name, str) for name in names):
+        if radius.ndim != 1 or reference.shape != (len(radius), 3) or not all(isinstance(name, str) for name in names):
             raise LogError(f"log {str(self.path)!r}: its header describes its particles wrongly")
         return Particles(reference, radius, *names)
 
@@ -220,24 +244,19 @@ class Log:
         return self.series(name)[1]
 
     def to_xarray(self) -> Any:
-        """All frames as an `xarray.Dataset` over time, units and descriptions in the attributes."""
-        try:
-            import xarray
-        except ImportError as error:
-            from ..components.errors import MissingExtraError
+        """Return all frames as an `xarray.Dataset` over time.
 
-            raise MissingExtraError("to_xarray needs the package xarray: pip install xarray") from error
-        data = {}
-        for name, variable in self.variables.items():
-            times, values = self.series(name)
-            axes = [f"{name}_{axis}" for axis in range(len(variable.shape))]
-            attributes = {"units": variable.unit, "description": variable.description}
-            data[name] = xarray.DataArray(values, dims=["time", *axes], coords={"time": times}, attrs=attributes)
-        found = xarray.Dataset(data)
-        if "time" in found.coords:
-            found["time"].attrs["units"] = "s"
-        found.attrs["component"] = str(self._header.get("component"))
-        return found
+        Variables that count the same things, such as grains, share that dimension, which has the numbers from 0 as its
+        coordinate: ``data.velocity * data.displacement`` has the dimensions (time, grain). Units and descriptions are in the
+        attributes.
+
+        Raises:
+            MissingExtraError: xarray is not installed.
+            LogError: the variables were not recorded at the same times.
+        """
+        from .dataset import dataset_of
+
+        return dataset_of(self)
 
     # -- inputs, steps, snapshots -----------------------------------------------------------------------------------
 
@@ -267,8 +286,8 @@ class Log:
 
     def snapshot(self, segment: Segment, tick: int) -> Snapshot:
         """The snapshot of a segment at that tick, or the last one before."""
-        rows = self._rows(SNAPSHOTS)
-        rows = rows[(rows[:, SEGMENT] == segment.number) & (rows[:, FIRST] <= tick)]
+        rows = self._index.select(SNAPSHOTS, None, segment.number)
+        rows = rows[rows[:, FIRST] <= tick]
         if not len(rows):
             raise LogError(f"log {str(self.path)!r}: no snapshot at or before tick {tick}")
         return self._snapshot(rows[np.argmax(rows[:, FIRST])])
@@ -340,6 +359,10 @@ class Log:
         rows = self._index.select(kind)
         return rows[np.isin(rows[:, SEGMENT], [segment.number for segment in self.segments])] if kind != EVENTS else rows
 
+    def _nanoseconds(self, tick: int) -> int:
+        """Return the time of a message at a tick of the log's time; a branch counts on from its parent's age."""
+        return nanoseconds(tick - self.start_tick + self._elapsed, self.step_size)
+
     def _frame_rows(self, name: str) -> np.ndarray:
         if name not in self._numbers:
             raise ParameterError(f"variable {name!r} was not recorded; {nearest(str(name), self._numbers)}")
@@ -362,7 +385,7 @@ class Log:
         data = self._record(row).arrays.get("snapshot")
         if data is None or data.dtype != np.uint8 or data.ndim != 1:
             raise LogError(f"log {str(self.path)!r}: a snapshot has the wrong form")
-        snapshot = Snapshot.from_bytes(data.tobytes())
+        snapshot = Snapshot.from_bytes(data.tobytes(), self._container.most_text)
         if snapshot.tick != row[FIRST]:
             raise LogError(f"log {str(self.path)!r}: a snapshot is of tick {snapshot.tick}, its place says {row[FIRST]}")
         if not set(self.input_variables) <= snapshot.inputs.keys():
@@ -381,7 +404,7 @@ class Log:
                 raise LogError(f"log {str(self.path)!r}: records are missing or doubled")
             message = messages[place - first]
             kind = TOPICS[message.topic]
-            known = decode(message.data, kind, self._log if kind != HEADER else None)
+            known = decode(message.data, kind, self._log if kind != HEADER else None, self._container.most_text)
             if known.row != tuple(row[:CHUNK].tolist()):
                 raise LogError(
                     f"log {str(self.path)!r}: a record is not the one that the index names; the file was put together"
@@ -403,7 +426,7 @@ class Log:
         profiles: list[CompiledProfile] = []
         found = {}
         for segment in self._index.all_segments:
-            records = [self._record(row) for row in rows[rows[:, SEGMENT] == segment.number]]
+            records = [self._record(row) for row in self._index.select(STEPS, None, segment.number)]
             names = list(self.input_variables)
             found[segment.number] = step_records.steps_of(records, segment.start, names, profiles, self.step_size)
         return found, profiles

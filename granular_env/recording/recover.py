@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
-import numpy as np
+from pydantic import BaseModel
 
+from ..components import catalogue
 from ..components.errors import GranularError, LogError, ParameterError
 from ..writing import replacing
+from .film import film_facts_of_frames, film_of_frames
 from .format import CLOSED, EVENTS, TOPICS, Record, decode
+from .log_file import create, refuse_unless_log
+from .metadata import metadata_of
 from .reader import Log, open_log
-from .sink import Sink, as_path, create
-from .track import Track
-
-_PICTURES = 400
+from .sink import Sink, as_path
 
 
 def recover(
@@ -34,13 +34,14 @@ def recover(
 
     Raises:
         LogError: nothing is intact, or `out` cannot be written.
-        ParameterError: `out` exists, or is no regular file, or is the damaged file itself.
+        ParameterError: `out` exists, or is no log that could be replaced, or is the damaged file itself.
     """
     source, target = as_path(path), as_path(out)
     if os.path.lexists(target) and not overwrite:
         raise ParameterError(f"out: {str(target)!r} exists; choose another name, or pass overwrite=True")
     if os.path.exists(target) and os.path.exists(source) and os.path.samefile(source, target):
         raise ParameterError(f"out: {str(target)!r} is the damaged log itself; choose another name")
+    refuse_unless_log(target)
     with Log(source, allow_large, scan=True) as log, replacing(target, LogError) as part:
         unharmed = f"{str(source)!r} is as it was; nothing was left behind"
         _copy(log, Sink(target, create(part, overwrite=True), unharmed), _has_summary(source, allow_large))
@@ -56,62 +57,47 @@ def _has_summary(source: Path, allow_large: bool) -> bool:
 
 
 def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
-    """Every record as it is, then the film for stock viewers, then what was lost."""
+    """Every record as it is, then what stock viewers draw, then what was lost."""
     closing: Record | None = None
     for chunk in range(log._container.chunk_count):
         for message in log._container.messages(chunk):
             kind = TOPICS.get(message.topic)
             if kind is not None:
-                record = decode(message.data, kind, log.identity if chunk or sink.log else None)
+                record = decode(message.data, kind, log.identity if chunk or sink.log else None, log._container.most_text)
                 if kind == EVENTS and record.detail == CLOSED:
                     closing = record
                 else:
                     sink.add(record, message.nanoseconds)
-    _film(log, sink)
+    sink.flush()
+    sink.add_metadata(metadata_of(log._header, _parameter_model(log._header.get("component"))))
+    track = film_of_frames(log)
+    if track is not None:
+        sink.add_preview(track.messages())
     _finish(log, sink, closing, had_summary)
 
 
 def _finish(log: Log, sink: Sink, closing: Record | None, had_summary: bool) -> None:
     segment = log._index.all_segments[-1] if log._index.all_segments else None
     number, tick = (segment.number, segment.end) if segment else (0, 0)
-    nanoseconds = round((log.end_tick - log.start_tick) * log.step_size * 1e9)
+    nanoseconds = log._nanoseconds(log.end_tick)
     nothing = "nothing, the log was complete" if had_summary else "nothing but the summary"
     lost = log._container.damage or (nothing if closing else "what had not been written when the process ended")
     bytes_lost = log._container.bytes_lost
     told = {"event": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": bytes_lost}
     sink.add(Record(EVENTS, 0, number, tick, tick, 1, sink.number(EVENTS), told, {}), nanoseconds)
     sink.flush()
-    header = dict(closing.header) if closing else {"event": "closed", "report": {}, "cautions": []}
-    place = (number, tick, tick, 1, sink.number(EVENTS))
+    # Without a closing record nobody knows the report and the cautions; a verification says so.
+    header = {**(closing.header if closing else {"event": "closed"}), "film": film_facts_of_frames()}
+    place = number, tick, tick, 1, sink.number(EVENTS)
     sink.add(Record(EVENTS, CLOSED, *place, header, {"index": sink.rows}), nanoseconds)
     sink.finish()
 
 
-def _film(log: Log, sink: Sink) -> None:
-    """What stock viewers draw, from the frames that are there."""
-    particles = log.particles
-    if particles is not None and not {particles.displacement, particles.colour} <= set(log.variables):
-        particles = None
-    scalars = [name for name, variable in log.variables.items() if variable.shape == ()]
-    wanted = [*scalars, *((particles.displacement, particles.colour) if particles else ())]
-    if not wanted or not log.segments:
-        return
-    track = Track(particles, scalars)
-    times = _common_times(log, wanted)
-    for number, time in enumerate(times[:: max(1, -(-len(times) // _PICTURES))].tolist()):
-        values = [log.get(name, time) for name in scalars]
-        seen: tuple[Any, Any] = (None, None)
-        if particles is not None:
-            seen = log.get(particles.displacement, time), log.get(particles.colour, time)
-        track.add(number, round((time - log.start_tick * log.step_size) * 1e9), values, *seen)
-    track.write(sink)
-
-
-def _common_times(log: Log, names: list[str]) -> np.ndarray:
-    common = log.ticks(names[0])
-    for name in names[1:]:
-        common = np.intersect1d(common, log.ticks(name))
-    return np.unique(common) * log.step_size
+def _parameter_model(name: object) -> type[BaseModel] | None:
+    try:
+        return catalogue.component_class(str(name)).Parameters
+    except GranularError:
+        return None
 
 
 __all__ = ["GranularError", "recover"]

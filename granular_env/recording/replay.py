@@ -1,72 +1,30 @@
-"""Re-run a log and compare every bit that it holds: frames, hashes, snapshots, inputs."""
+"""Re-run a log and compare what it holds, bit for bit: frames, hashes, snapshots, inputs, declarations, report, film."""
 
 from __future__ import annotations
 
 import heapq
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
-from ..components.contract import Component, Held, Snapshot, StepError
+from ..components.contract import Component, Held, Ledger, Snapshot, StepError
 from ..components.errors import GranularError, LogError
-from ..writing import counted
-from .accounts import changed_input, changed_parameters
+from .accounts import changed_header, changed_input, changed_parameters
 from .batch import hash_row, held_word
-from .facts import machine, versions
+from .declarations import closing_differences, declaration_differences
+from .film import FilmMaker
 from .format import FRAMES, HASHES, SNAPSHOTS, words
 from .index import DETAIL, FIRST, Segment
 from .reader import Log, open_log, restore
 from .track import LEDGER
+from .verification import Difference, Verification, foreign_facts
 
 Changes = list[tuple[int, dict[str, Held]]]
 # What differs, the ticks of the log between which that arose, why (if known), which element.
 _Found = tuple[str, tuple[int, int], str, int | None]
-
-
-@dataclass(slots=True)
-class Verification:
-    """What a re-run found.
-
-    Attributes:
-        path: the log.
-        identical: whether every bit that was compared is the same.
-        complete: whether the log was closed; otherwise only what it holds was compared.
-        steps, ticks: calls of `step` and internal steps that were run again.
-        frames, hashes, snapshots: how many of each were compared.
-        variable: name of the first variable that differs.
-        index: its first element that differs, or None where that is not known.
-        interval: times between which the difference arose: last agreeing, first differing [s].
-        message: one or a few sentences for people.
-    """
-
-    path: str
-    complete: bool
-    identical: bool = True
-    steps: int = 0
-    ticks: int = 0
-    frames: int = 0
-    hashes: int = 0
-    snapshots: int = 0
-    variable: str | None = None
-    index: int | None = None
-    interval: tuple[float, float] | None = None
-    message: str = ""
-    notes: list[str] = field(default_factory=list)
-
-    def __bool__(self) -> bool:
-        return self.identical
-
-
-@dataclass(frozen=True, slots=True)
-class _Difference(Exception):  # noqa: N818 - a finding, carried out of nested loops
-    variable: str
-    tick: int
-    index: int | None = None
-    reason: str = ""
 
 
 def verify(
@@ -77,6 +35,8 @@ def verify(
     components: Mapping[str, type[Component]] | None = None,
 ) -> Verification:
     """Re-run a log from its parameters, start states and inputs, and compare all that it holds, bit for bit.
+
+    What no re-run gives, such as the experiment or the date, is compared with digests that the log keeps of it elsewhere.
 
     Args:
         path: the log.
@@ -102,7 +62,10 @@ class _Replay:
         self.component = log.rebuilt(components)
         self._trusted = self.component.identity == log._header.get("identity")
         self._agreed: dict[str, int] = {}
-        self._ledger: tuple[int, Any] = (-1, None)
+        self._ledger: tuple[int, Ledger | None] = (-1, None)
+        self._segment: Segment | None = None
+        self._framed = -1
+        self._film = FilmMaker(log, self.component)
         self.result = Verification(str(log.path), log.complete)
 
     def run(self) -> Verification:
@@ -120,25 +83,28 @@ class _Replay:
                 raise
             why_not = str(error)
         self._name_causes(parameters, changed, found)
-        if not self._trusted and result.identical:
-            self._differs("parameters", (log.start_tick, log.end_tick), "", None)
+        if not parameters:
+            self._compare_the_rest(found is None)
+        if not self._trusted:
+            self._explain_identity()
         result.notes += [f"it cannot be re-run with them: {why_not}"] if why_not else []
-        self._conclude()
+        result.notes += foreign_facts(log._header) if result.variable is not None else []
         return result
 
     def _first_difference(self) -> _Found | None:
-        for segment in self.log.segments:
+        # Also segments in which nothing happened: they hold a state, and perhaps a frame.
+        for segment in self.log._index.all_segments:
             try:
                 self._run_segment(segment)
-            except _Difference as found:
+            except Difference as found:
                 before = self._agreed.get(found.variable, segment.start)
                 first, last = (self.log._log_tick(segment.number, tick) for tick in (before, found.tick))
                 return found.variable, (first, last), found.reason, found.index
-            self.result.steps += len(self.log.steps_of(segment))
+            self.result.calls += len(self.log.steps_of(segment))
             self.result.ticks += segment.end - segment.start
         return None
 
-    def _name_causes(self, parameters: list[str], changed: tuple[str, tuple[int, int]] | None, found: _Found | None) -> None:
+    def _name_causes(self, parameters: list[str], changed: Any, found: _Found | None) -> None:
         """What was changed comes first, in the interval where that shows; then what came of it."""
         whole = self.log.start_tick, self.log.end_tick
         for name in parameters:
@@ -146,23 +112,49 @@ class _Replay:
             span = found[1] if found and found[1][0] < found[1][1] else whole
             self._differs(name, span, "this parameter is not what was recorded", None)
         if changed is not None:
-            name, (first, last) = changed
+            name, (first, last), reason = changed
             if found is None or found[1][1] > first:
                 if found is not None and found[1][0] < last:
                     first, last = max(first, found[1][0]), min(last, found[1][1])
-                self._differs(name, (first, last), f"input {name!r} is not what was recorded", None)
+                self._differs(name, (first, last), reason, None)
                 changed = None
         if found is not None:
             self._differs(*found)
         if changed is not None:
-            self._differs(*changed, f"input {changed[0]!r} is not what was recorded", None)
+            self._differs(*changed, None)
+
+    def _compare_the_rest(self, ran_through: bool) -> None:
+        """Compare what has no time of its own; what follows from the run only where that agreed."""
+        log, component, result = self.log, self.component, self.result
+        for name in changed_header(log):
+            self._add(name, f"{name} of the header is not what was recorded: it does not match its digest")
+        for name, reason in declaration_differences(log, component):
+            self._add(name, reason)
+        if not ran_through:
+            return
+        if log._closing is not None:
+            for name, reason in closing_differences(log, component):
+                self._add(name, reason)
+        result.missing += [f"the {name}" for name in ("report", "cautions") if name not in self._closing]
+        result.missing += [self._film.missing] if self._film.missing else []
+        if not self._film.missing and (reason := self._film.difference()):
+            self._add("film", f"the film for other viewers differs: {reason}")
+
+    @property
+    def _closing(self) -> Mapping[str, Any]:
+        return self.log._closing.header if self.log._closing is not None else {}
+
+    def _explain_identity(self) -> None:
+        claim = "the log's parameters do not give the identity that it or its snapshots claim"
+        self._add("identity", f"{claim}: they were changed, or the program was")
 
     # -- one segment ------------------------------------------------------------------------------------------------
 
     def _run_segment(self, segment: Segment) -> None:
+        self._segment, self._framed = segment, -1
         component, start = self.component, self.log.snapshot(segment, segment.start)
         restore(component, self._adopted(start))
-        self._agreed = {}
+        self._agreed, self._ledger = {}, (-1, None)
         changes = self.log.steps_of(segment).changes(start.inputs)
         changes.reverse()
         for tick, check, *facts in heapq.merge(*self._marks(segment), key=itemgetter(0)):
@@ -175,20 +167,18 @@ class _Replay:
             advance(self.component, changes, tick, self._tell)
         except StepError as error:
             at = round(error.time / self.component.step_size)
-            raise _Difference(
+            raise Difference(
                 error.variable, at, error.index, f"the re-run broke down where the log went on: {error}"
             ) from error
 
     def _tell(self) -> None:
-        if self._progress is not None:
+        if self._progress is not None and self._segment is not None:
             total = max(self.log.end_tick - self.log.start_tick, 1)
-            start = next((s for s in self.log.segments if s.start <= self.component.tick <= s.end), None)
-            done = self.result.ticks + (self.component.tick - start.start if start else 0)
+            done = self.result.ticks + self.component.tick - self._segment.start
             self._progress(min(done / total, 1.0))
 
     def _marks(self, segment: Segment) -> list[Iterator[tuple[Any, ...]]]:
-        rows = self.log._rows(FRAMES)
-        rows = rows[rows[:, 2] == segment.number]
+        rows = self.log._index.select(FRAMES, None, segment.number)
         found = [self._frame_marks(rows[rows[:, DETAIL] == n], name) for n, name in enumerate(self.log.variables)]
         # At the same tick the inputs come first: a difference in them is the cause, one in the state what came of it.
         held, hashed = (self._hash_marks(segment, check) for check in (self._check_held, self._check_hash))
@@ -219,38 +209,43 @@ class _Replay:
     # -- comparing --------------------------------------------------------------------------------------------------
 
     def _check_frame(self, tick: int, name: str, value: np.ndarray) -> None:
+        if tick != self._framed:
+            self._framed = tick
+            self.result.frames += 1
+            assert self._segment is not None
+            self._film.take(self.component, self._ledger_now(), self.log._log_tick(self._segment.number, tick))
         if words(np.asarray(self._value(name), dtype=np.float64)) != words(value):
             own = np.atleast_1d(np.asarray(self._value(name), dtype=np.float64)).view(np.int64).ravel()
             index = (
                 int(np.argmax(own != np.atleast_1d(np.ascontiguousarray(value)).view(np.int64).ravel())) if value.ndim else None
             )
-            raise _Difference(name, tick, index)
+            raise Difference(name, tick, index, self._start_reason(tick))
         self._agreed[name] = tick
-        self.result.frames += 1
 
     def _check_held(self, tick: int, row: np.ndarray) -> None:
         names = list(self.log.input_variables)
         for name, word in zip(names, row.tolist()[-len(names) :] if names else [], strict=True):
             if held_word(self.component._held[name]) != word:
-                raise _Difference(name, tick)
+                raise Difference(name, tick, None, self._start_reason(tick))
             self._agreed[name] = tick
 
     def _check_hash(self, tick: int, row: np.ndarray) -> None:
         own = hash_row(self.component, self._state(), list(self.log.input_variables))
         for name, here, there in zip(self._hashed(), own.tolist(), row.tolist(), strict=True):
             if here != there:
-                raise _Difference(name, tick)
+                raise Difference(name, tick, None, self._start_reason(tick))
             self._agreed[name] = tick
         self.result.hashes += 1
 
     def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
         snapshot = self._adopted(self.log._snapshot(row))
         mine = self.component.save()
+        reason = f"the snapshot at {tick * self.log.step_size:.12g} s does not hold what the re-run gives"
         for name, value in mine.inputs.items():
             if name not in snapshot.inputs or held_word(snapshot.inputs[name]) != held_word(value):
-                raise _Difference(name, tick)
+                raise Difference(name, tick, None, reason)
         if words(snapshot.memory) != words(mine.memory):
-            raise _Difference(self._culprit(snapshot), tick)
+            raise Difference(self._culprit(snapshot), tick, None, reason)
         self._agreed["state"] = tick
         self.result.snapshots += 1
 
@@ -260,12 +255,21 @@ class _Replay:
         restore(self.component, snapshot)
         return next((name for name, bits in mine.items() if words(self.component.get(name)) != bits), "state")
 
+    def _start_reason(self, tick: int) -> str:
+        """Return what a difference at the start of a segment means: nothing has been run yet."""
+        if self._segment is None or tick != self._segment.start:
+            return ""
+        return "nothing has been run yet, so the start state is not what was recorded, or this value is not"
+
     def _value(self, name: str) -> Any:
-        if name not in LEDGER:
-            return self.component.get(name)
-        if self._ledger[0] != self.component.tick:
-            self._ledger = (self.component.tick, self.component.ledger())
-        return getattr(self._ledger[1], name)
+        return getattr(self._ledger_now(), name) if name in LEDGER else self.component.get(name)
+
+    def _ledger_now(self) -> Ledger:
+        at, ledger = self._ledger
+        if ledger is None or at != self.component.tick:
+            ledger = self.component.ledger()
+            self._ledger = (self.component.tick, ledger)
+        return ledger
 
     def _adopted(self, snapshot: Snapshot) -> Snapshot:
         """With changed parameters, go on all the same: the first difference is what people want to know."""
@@ -302,35 +306,19 @@ class _Replay:
     # -- the result -------------------------------------------------------------------------------------------------
 
     def _differs(self, variable: str, span: tuple[int, int], reason: str, index: int | None) -> None:
-        result, step_size = self.result, self.log.step_size
-        interval = (span[0] * step_size, span[1] * step_size)
+        first, last = (tick * self.log.step_size for tick in span)
         where = "" if index is None else f"[{index}]"
-        sentence = (
-            f"{variable}{where} differs between {interval[0]:.12g} s and {interval[1]:.12g} s "
-            f"(internal steps {span[0]} to {span[1]})"
-        )
-        result.notes.append(sentence + (f": {reason}" if reason else ""))
-        if result.identical:
-            result.identical, result.variable, result.index, result.interval = False, variable, index, interval
+        when = f"at {first:.12g} s (tick {span[0]})"
+        if span[0] != span[1]:
+            when = f"between {first:.12g} s and {last:.12g} s (ticks {span[0]} to {span[1]})"
+        self._add(variable, f"{variable}{where} differs {when}" + (f": {reason}" if reason else ""), index, (first, last))
 
-    def _conclude(self) -> None:
+    def _add(self, variable: str, sentence: str, index: int | None = None, interval: tuple[float, float] | None = None) -> None:
+        """Note a difference; the first one is the result's."""
         result = self.result
-        if not self._trusted:
-            result.notes.append(
-                "the log's parameters do not give the identity that it or its snapshots claim: they were changed, or the "
-                "program was"
-            )
-        if not result.identical:
-            result.notes += _foreign_facts(self.log._header)
-        compared = (
-            f"{counted(result.steps, 'step')} compared ({counted(result.ticks, 'internal step')}, "
-            f"{counted(result.frames, 'frame')}, {counted(result.hashes, 'hash', 'hashes')}, "
-            f"{counted(result.snapshots, 'snapshot')})"
-        )
-        ending = "" if result.complete else " The log was not closed; what it holds was compared."
-        result.message = (
-            f"{compared}: {'identical' if result.identical else 'NOT identical; ' + '; '.join(result.notes)}.{ending}"
-        )
+        result.notes.append(sentence)
+        if result.variable is None:
+            result.variable, result.index, result.interval = variable, index, interval
 
 
 def advance(component: Component, changes: Changes, tick: int, tell: Callable[[], None] | None = None) -> None:
@@ -351,18 +339,3 @@ def advance(component: Component, changes: Changes, tick: int, tell: Callable[[]
         raise
     except GranularError as error:
         raise LogError(f"the log sets an input that its component refuses: {error}") from error
-
-
-def _foreign_facts(header: Mapping[str, Any]) -> list[str]:
-    """Versions and CPU that are not those of the recording, in case they are the reason."""
-    told = {**_dict(header.get("versions")), **_dict(header.get("machine"))}
-    mine = {**versions(), **machine()}
-    return [
-        f"{name} was {told[name]!r} and is {value!r} now"
-        for name, value in mine.items()
-        if name in told and told[name] != value
-    ]
-
-
-def _dict(value: Any) -> dict[str, Any]:
-    return value if isinstance(value, dict) else {}

@@ -10,22 +10,26 @@ import atexit
 import dataclasses
 import os
 import threading
+import warnings
+import weakref
 from collections.abc import Mapping, Sequence
 from time import perf_counter
-from typing import IO, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
-from ..components.contract import Component, GranularError, Held, Ledger
+from ..components.contract import Component, GranularError, Held
 from ..components.errors import LogError
-from .batch import Batch, Profiles, hash_row, parameter_digests, write_batch
-from .facts import header_of, plain_json
-from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record
-from .options import checked_names, checked_schedule, plain_values
+from .batch import Batch, Profiles, hash_row, header_digests, parameter_digests, write_batch
+from .facts import closing_facts, header_of, plain_json
+from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record, nanoseconds
+from .log_file import LogFile, create
+from .metadata import metadata_of, title_of
+from .options import checked_names, checked_schedule
 from .pool import Pool
 from .schedule import Schedule
-from .sink import Sink, as_path, create
-from .track import LEDGER, Track, scalar_names, scalar_values
+from .sink import Sink, as_path
+from .track import LEDGER, Track, facts_of
 
 # Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
 # leaves the writing one too little of the interpreter, and what a kill may cost is promised to be less than 100 ms.
@@ -66,10 +70,11 @@ def record(
         key_every: time between key snapshots [s]. Default: each time the run has become a sixteenth longer.
         experiment: JSON values to keep with the log.
         parent: which log and tick this one branched off.
-        overwrite: whether an existing file may be replaced.
+        overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.
 
     Raises:
-        ParameterError: an argument is not valid, or the file exists; nothing has been written.
+        ParameterError: an argument is not valid, or the file exists, is no log, or is being written by another recorder;
+            nothing has been written.
         LogError: the file cannot be written.
     """
     target = as_path(path)
@@ -91,7 +96,7 @@ class Recorder:
         self,
         component: Component,
         path: Any,
-        file: IO[bytes],
+        file: LogFile,
         names: list[str],
         schedule: Schedule,
         experiment: Any = None,
@@ -103,26 +108,35 @@ class Recorder:
         self._component, self._names, self._schedule = component, names, schedule
         self._state = [v.name for v in component.variables.values() if v.state]
         self._inputs = [v.name for v in component.variables.values() if v.causality == "input"]
-        self._before, self._segment, self._frames = elapsed, -1, 0
+        self._elapsed = self._before = elapsed
+        self._segment, self._frames = -1, 0
         self._expected = self._next_frame = self._next_hash = self._next_key = 0
         self._lock, self._wake, self._written = threading.Lock(), threading.Event(), threading.Condition()
-        self._closing = self._closed = False
-        self._waiting: list[Batch | Record] = []
+        self._closing = self._closed = self._ended = False
+        self._waiting: list[Batch | tuple[Record, int]] = []
         self._backlog = 0
         self._error: GranularError | None = None
-        self._track = Track(component.particles(), scalar_names(component))
-        self._profiles, self._parameters = Profiles(), parameter_digests(component)
+        self._track = Track(facts_of(component, title_of({"experiment": experiment, "component": component.name})))
+        self._profiles = Profiles()
         self._batch = self._inside = Batch(-1, 0, 0)
         self._pool = Pool()
         # Ticks of the step under way that have been handed over; frames that no failure takes back.
         self._parts = self._taken_frames = 0
-        self._sink = Sink(path, file)
-        self._write_header(experiment, parent)
+        self._file, self._sink = file, Sink(path, file)
+        try:
+            self._write_header(experiment, parent)
+        except GranularError:
+            self._sink.abandon()
+            raise
         self._due = perf_counter() + _WAIT_SECONDS
         component.observe(self)
-        self._thread = threading.Thread(target=self._write_on, name=f"granular-env log {path}", daemon=True)
+        # The thread knows it weakly: a recorder that nobody holds any more, nor the component, is closed and collected.
+        self._thread = threading.Thread(
+            target=_write_on, args=(weakref.ref(self), self._wake), name=f"granular-env log {path}", daemon=True
+        )
         self._thread.start()
-        atexit.register(self.close)
+        _OPEN.add(self)
+        _FILES.add(file)
 
     def __enter__(self) -> Self:
         return self
@@ -134,6 +148,24 @@ class Recorder:
             # What already went wrong matters more than that it could not be recorded.
             if kind is None:
                 raise
+
+    def __del__(self) -> None:
+        if getattr(self, "_thread", None) is not None and not self._closed:
+            warnings.warn(
+                f"the recorder of {str(self.path)!r} was never closed; use `with ge.record(...)`, or call close()",
+                ResourceWarning,
+                stacklevel=2,
+                source=self,
+            )
+            try:
+                self.close()
+            except GranularError as error:
+                warnings.warn(str(error), ResourceWarning, stacklevel=2)
+
+    @property
+    def published(self) -> bool:
+        """Whether the log stands under its name; not yet, where it replaces one and holds no step."""
+        return self._sink.published
 
     @property
     def tick(self) -> int:
@@ -228,9 +260,15 @@ class Recorder:
             self._component.ignore(self)
             self._closing = True
         self._wake.set()
-        self._thread.join()
+        # The collector of garbage may run in any thread.
+        if threading.current_thread() is not self._thread:
+            self._thread.join()
+        if not self._ended:
+            # It is being collected, and the thread, which knew it weakly, has gone.
+            self._write_safely()
         self._closed = True
-        atexit.unregister(self.close)
+        _OPEN.discard(self)
+        _FILES.discard(self._file)
         if self._error is not None:
             raise self._error
 
@@ -241,14 +279,16 @@ class Recorder:
             self._inside = Batch(self._batch.segment, 0, 0)
             if self._batch.durations or not self._batch.snapshots:
                 self._batch.snapshots.append((self._expected, END, self._component.save()))
-            component = self._component
-            closing = {"event": "closed", "report": component.report(), "cautions": component.cautions()}
-            self._closing_event = {name: plain_values(value) for name, value in closing.items()}
+            film = {"stride": self._track.stride}
+            self._closing_event = {"event": "closed", "film": film, **closing_facts(self._component)}
 
     # -- inside the stepping thread ---------------------------------------------------------------------------------
 
     def _begin(self, component: Component) -> None:
         tick, batch = component.tick, self._batch
+        # What was seen inside a step that is not recorded is forgotten.
+        self._frames = self._taken_frames
+        self._track.forget_from(self._frames)
         if batch.durations or batch.segment < 0 or not batch.snapshots or batch.snapshots[0][1] != START:
             self._before += batch.last - self._start_tick if batch.segment >= 0 else 0
             self._segment += 1
@@ -287,17 +327,11 @@ class Recorder:
         into.frames.append((component.tick, values))
         into.size += sum(8 * np.size(value) + 100 for value in values)
         if picture:
-            self._take_picture(component, ledger)
+            self._track.take(self._frames, self._nanoseconds(component.tick), component, ledger)
         self._frames += 1
 
-    def _take_picture(self, component: Component, ledger: Ledger) -> None:
-        particles = self._track.particles
-        seen = (None, None) if particles is None else (component.peek(particles.displacement), component.peek(particles.colour))
-        scalars = scalar_values(component, self._track.names, ledger)
-        self._track.add(self._frames, self._nanoseconds(component.tick), scalars, *seen)
-
     def _nanoseconds(self, tick: int) -> int:
-        return round((self._before + tick - self._start_tick) * self._component.step_size * 1e9)
+        return nanoseconds(self._before + tick - self._start_tick, self._component.step_size)
 
     def _set_all_next(self, tick: int) -> None:
         elapsed = self._before + tick - self._start_tick
@@ -319,7 +353,7 @@ class Recorder:
     def _note(self, event: str, error: BaseException) -> None:
         tick = self._expected
         content = {"event": event, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": self._parts}
-        self._waiting.append(Record(EVENTS, 0, self._segment, tick, tick, 1, 0, content, {}))
+        self._waiting.append((Record(EVENTS, 0, self._segment, tick, tick, 1, 0, content, {}), self._nanoseconds(tick)))
 
     def _hurry(self) -> None:
         self._wake.set()
@@ -341,18 +375,20 @@ class Recorder:
     # -- the writing thread -----------------------------------------------------------------------------------------
 
     def _write_header(self, experiment: Any, parent: Any) -> None:
-        recorded = [self._component.variables[name] for name in self._names]
-        header, arrays = header_of(self._component, recorded, dataclasses.asdict(self._schedule), experiment, parent)
+        options = dataclasses.asdict(self._schedule)
+        header, arrays = header_of(self._component, self._names, options, experiment, parent, self._elapsed)
+        self._digests = {"parameters": parameter_digests(self._component), "header": header_digests(header, arrays)}
         self._sink.add(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays), 0)
         self._sink.flush()
+        self._sink.add_metadata(metadata_of(header, self._component.Parameters))
 
-    def _write_on(self) -> None:
+    def _write_safely(self) -> bool:
+        """Write what there is, and at the end the end; return whether that was all."""
+        closing = self._closing
         try:
-            while not self._closing:
-                self._wake.wait(_WRITE_SECONDS)
-                self._wake.clear()
-                self._write_gathered()
             self._write_gathered()
+            if not closing:
+                return False
             self._write_end()
         except GranularError as error:
             self._error = error
@@ -364,6 +400,8 @@ class Recorder:
                 self._due = 0.0
             with self._written:
                 self._written.notify_all()
+        self._ended = True
+        return True
 
     def _write_gathered(self) -> None:
         with self._lock:
@@ -377,6 +415,8 @@ class Recorder:
         for item in waiting:
             self._write(item)
         self._sink.flush()
+        if any(isinstance(item, Batch) and item.durations for item in waiting):
+            self._sink.publish()
         for item in waiting:
             if isinstance(item, Batch):
                 self._pool.take_back(value for _, values in item.frames for value in values)
@@ -384,17 +424,40 @@ class Recorder:
         with self._written:
             self._written.notify_all()
 
-    def _write(self, item: Batch | Record) -> None:
+    def _write(self, item: Batch | tuple[Record, int]) -> None:
         if isinstance(item, Batch):
             names = self._names, self._inputs
-            write_batch(item, self._sink, self._profiles, *names, self._component.step_size, self._parameters)
+            write_batch(item, self._sink, self._profiles, *names, self._component.step_size, self._digests)
         else:
-            self._sink.add(dataclasses.replace(item, number=self._sink.number(EVENTS)), self._nanoseconds(item.first))
+            event, time = item
+            self._sink.add(dataclasses.replace(event, number=self._sink.number(EVENTS)), time)
 
     def _write_end(self) -> None:
-        self._track.write(self._sink)
-        self._sink.flush()
+        self._sink.add_preview(self._track.messages())
         arrays = {"index": self._sink.rows}
         place = (self._segment, self._expected, self._expected, 1, self._sink.number(EVENTS))
         self._sink.add(Record(EVENTS, CLOSED, *place, self._closing_event, arrays), self._nanoseconds(self._expected))
         self._sink.finish()
+
+
+# Recorders that the end of the program has to close; and their files, which would otherwise be closed before a recorder that
+# is collected can write its end.
+_OPEN: weakref.WeakSet[Recorder] = weakref.WeakSet()
+_FILES: set[LogFile] = set()
+
+
+@atexit.register
+def _close_all() -> None:
+    for recorder in list(_OPEN):
+        recorder.close()
+
+
+def _write_on(reference: weakref.ref[Recorder], wake: threading.Event) -> None:
+    """Write what a recorder has gathered, until it is closed or gone."""
+    done = False
+    while not done:
+        wake.wait(_WRITE_SECONDS)
+        wake.clear()
+        recorder = reference()
+        done = recorder is None or recorder._write_safely()
+        del recorder

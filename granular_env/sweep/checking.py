@@ -15,6 +15,7 @@ from granular_env.experiments.prepare import Prepared
 from .computing import Computer, Job, Order
 from .plan import Plan
 from .planning import as_in_plan
+from .units import units_of
 
 # A value that does not fit is the fault of its task; what so many tasks from all over the plan cannot do is the plan's.
 _MOST_TRIED = 8
@@ -22,8 +23,8 @@ _MOST_TRIED = 8
 _MOST_KINDS = 32
 
 
-def checked(plan: Plan, job: Job, orders: Mapping[str, Order]) -> None:
-    """Hold the plan against its component.
+def checked(plan: Plan, job: Job, orders: Mapping[str, Order]) -> dict[str, str]:
+    """Hold the plan against its component; return the units of its columns.
 
     Raises:
         ExperimentError: none of the tasks that were tried can begin; or repetitions do not differ.
@@ -38,7 +39,7 @@ def checked(plan: Plan, job: Job, orders: Mapping[str, Order]) -> None:
                 faults.append(error)
                 continue
             _refuse_idle_seeds(plan, computer, order, ready)
-            return
+            return units_of(plan, ready.component)
         raise as_in_plan(plan, faults[0])
 
 

@@ -6,7 +6,7 @@ import hashlib
 import os
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from granular_env.components.errors import GranularError, GranularWarning
-from granular_env.components.jit import cache_folder, source_hash
+from granular_env.components.jit import source_hash
+from granular_env.components.kernel_cache import cache_folder
 from granular_env.experiments.load import load_experiment
 from granular_env.experiments.prepare import Prepared, prepare
 
@@ -173,14 +174,14 @@ class Computer:
 @contextmanager
 def _one_at_a_time() -> Iterator[None]:
     """A lock that the processes of one user on one machine share, while kernels are compiled."""
-    folder = cache_folder()
-    if folder is None:
-        yield
-        return
-    import fcntl
+    with ExitStack() as held:
+        folder = cache_folder()
+        # Without a lock (a full disk, a folder that can only be read) several processes compile the same.
+        with suppress(OSError, ImportError):
+            import fcntl
 
-    with (folder / "warming.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+            if folder is not None:
+                fcntl.flock(held.enter_context((folder / "warming.lock").open("w")), fcntl.LOCK_EX)
         yield
 
 

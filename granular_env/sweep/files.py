@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError
-from granular_env.experiments.csv_input import LARGEST_FILE
-from granular_env.experiments.files import read_bounded
+from granular_env.components.files import read_bounded
 
 
 def names_a_file(key: str, value: Any) -> bool:
@@ -74,7 +74,7 @@ def _csv_tables(node: Any) -> Iterator[dict[str, Any]]:
 
 def _read(path: Path) -> bytes:
     try:
-        return read_bounded(path, LARGEST_FILE, "thin the samples out")
+        return read_bounded(path, LARGEST_FILE, "thin the samples out", ExperimentError)
     except (OSError, ValueError) as error:
         if isinstance(error, ExperimentError):
             raise

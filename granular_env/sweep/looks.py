@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from granular_env.components.contract import Component
 from granular_env.components.errors import LogError, ParameterError
 from granular_env.components.memory import refuse_beyond
+from granular_env.measurement.crest import SAMPLES, resolved_top
 from granular_env.measurement.watching import Watch, watched
 
 from .measures import EXTREMES, Figure, Measure, Measurement, Reading
@@ -84,7 +86,7 @@ class Looks:
             for gathered in self._gathered.values():
                 gathered.take(component, component.time)
         history = None if self._watch is None else self._watch.history
-        values, notes = [], []
+        values, notes = [], [note for name, one in self._gathered.items() if (note := one.note(name))]
         for name, measure in self._measures.items():
             try:
                 values.append(self._value(name, measure, component, report, history))
@@ -104,24 +106,56 @@ class Looks:
 
 
 class _Gathered:
-    """The extreme or the mean of one reading."""
+    """The extreme or the mean of one reading.
+
+    An extreme of a single number is read off the curve through the looks next to it, as the crests of
+    `granular_env.measurement` are; that of all elements of an array is the greatest, or the least, of the looks.
+    """
 
     def __init__(self, reading: Reading) -> None:
         self._reading, self._kind = reading, reading.kind
-        self._least = self._kind.endswith("min")
-        self._best, self._time, self._sum, self._count = math.nan, math.nan, 0.0, 0
+        self._sign = -1.0 if self._kind.endswith("min") else 1.0
+        self._sum, self._count = 0.0, 0
+        self._best = -math.inf
+        self._before: deque[tuple[float, float]] = deque(maxlen=SAMPLES - 1)
+        self._window: list[tuple[float, float]] = []
+        self._peak = self._room = 0
 
     def take(self, component: Component, time: float) -> None:
-        """One more reading."""
+        """Take one more reading."""
         value = self._reading.of(component)
-        if self._count == 0 or (value < self._best if self._least else value > self._best):
-            self._best, self._time = value, time
+        self._single = self._reading.index is not None or not component.variables[self._reading.name].shape
         self._sum += value
         self._count += 1
+        height = self._sign * value
+        if height > self._best or self._count == 1:
+            # The best so far, the looks before it, and those that will follow: a curve through the nearest goes over it.
+            self._best, self._window, self._peak = height, [*self._before, (time, height)], len(self._before)
+            self._room = SAMPLES - 1
+        elif self._room:
+            self._window.append((time, height))
+            self._room -= 1
+        self._before.append((time, height))
 
     @property
     def value(self) -> float:
-        """What it came to."""
+        """The extreme, its time, or the mean."""
         if self._kind == "mean":
             return self._sum / self._count
-        return self._time if self._kind.startswith("time") else self._best
+        time, height = self._top() or self._window[self._peak]
+        return time if self._kind.startswith("time") else self._sign * height
+
+    def note(self, name: str) -> str:
+        """Return what is to be said of the value: a time that is known no better than from look to look; "" else."""
+        if not self._kind.startswith("time") or not self._peak or self._top() is not None:
+            return ""
+        if self._peak == len(self._window) - 1:
+            return f"{name}: its time is that of the last look, the crest may lie later; run for longer"
+        (before, _), _, (after, _) = self._window[self._peak - 1 : self._peak + 2]
+        return f"{name}: the crest is not resolved, its time is that of a look, in {before:g} s to {after:g} s; look more often"
+
+    def _top(self) -> tuple[float, float] | None:
+        if not self._single:
+            return None
+        times, heights = np.array(self._window).T
+        return resolved_top(times, heights, self._peak)

@@ -24,6 +24,8 @@ from granular_env.components.contract import Component
 from granular_env.components.errors import ParameterError, nearest
 from granular_env.experiments.faults import Faults, shortened
 
+# Columns that every table may have; no measure is called so.
+OWN_COLUMNS = ("task", "sample", "repetition", "seed", "outcome", "error", "notes", "hash", "log")
 EXTREMES = ("max", "min", "mean", "time of max", "time of min")
 _KINDS = (*EXTREMES, "final", "start")
 _WORDS = re.compile(
@@ -61,6 +63,10 @@ class Reading:
         if self.index is None and variable.shape and (self.kind not in ("max", "min") or not size):
             raise ParameterError(f"{self.name!r} has {size} elements; name one, such as {self.name}[-1], or take max or min")
 
+    def unit(self, component: Component) -> str:
+        """Return the unit of the number."""
+        return "s" if self.kind.startswith("time") else component.variables[self.name].unit
+
     def of(self, component: Component) -> float:
         """The present value; of all elements the greatest, or the least for min."""
         value = component.peek(self.name)
@@ -82,12 +88,20 @@ class Figure:
 
     def of(self, report: Mapping[str, float]) -> float:
         """Its value; `ParameterError` where the component reports none of that name, or several."""
+        return float(report[self._found(report)])
+
+    def unit(self, component: Component) -> str:
+        """Return the unit that the figure's name ends with."""
+        match = re.search(r"\[([^\[\]]+)\]$", self._found(component.report()))
+        return match[1] if match else "1"
+
+    def _found(self, report: Mapping[str, float]) -> str:
         fitting = [name for name in report if name.startswith(self.name)]
         found = self.name if self.name in report else fitting[0] if len(fitting) == 1 else None
         if found is None:
             advice = f"several begin so: {', '.join(fitting)}" if fitting else nearest(self.name, report)
             raise ParameterError(f"report {self.name!r}: {advice}")
-        return float(report[found])
+        return found
 
 
 @dataclass(frozen=True)
@@ -109,6 +123,10 @@ class Measurement:
     def of(self, history: Any) -> float:
         """The number; NaN where there are fewer waves."""
         return _MEASUREMENTS[self.name][self.take](history, self.which, dict(self.arguments))
+
+    def unit(self, component: Component) -> str:
+        """Return the unit of what is taken."""
+        return _UNITS.get((self.name, self.take)) or _UNITS[self.take]
 
 
 Measure = Reading | Figure | Measurement
@@ -150,7 +168,7 @@ def _parsed_table(table: Mapping[str, Any], place: str, faults: Faults) -> Measu
         return None
     takes = _MEASUREMENTS[name]
     take, which = table.get("take", next(iter(takes))), table.get("which", 0)
-    if take not in takes:
+    if not isinstance(take, str) or take not in takes:
         faults.add(f"{place}.take", f"got {shortened(take)}; {nearest(str(take), takes)}")
         return None
     if isinstance(which, bool) or not isinstance(which, int):
@@ -243,4 +261,18 @@ _MEASUREMENTS: dict[str, dict[str, Taken]] = {
     "energy_ratio": _attributes("energy_ratio", "mean", "least", "greatest", "deviation"),
     "momentum_carried_off": {"value": _number("momentum_carried_off")},
     "detached_grains": {"count": _count("detached_grains")},
+}
+
+# What is taken, of one measurement or of all -> its unit.
+_UNITS: dict[str | tuple[str, str], str] = {
+    **dict.fromkeys(("count", "ratio", "mean", "least", "greatest", "deviation"), "1"),
+    **dict.fromkeys(("amplitude", "speed"), "m/s"),
+    **dict.fromkeys(("time", "duration"), "s"),
+    "width": "m",
+    "position": "m",
+    **dict.fromkeys(("energy", "kinetic_energy", "potential_energy"), "J"),
+    "momentum": "kg m/s",
+    **dict.fromkeys(("first_maximum", "settled"), "N"),
+    ("front_speed", "value"): "m/s",
+    ("momentum_carried_off", "value"): "1",
 }

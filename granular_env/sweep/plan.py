@@ -26,14 +26,15 @@ from pydantic import Field, model_validator
 
 from granular_env.components.errors import ExperimentError
 from granular_env.experiments.faults import Faults, Table, shortened
-from granular_env.experiments.load import nearest_names, parse_override, read_document
+from granular_env.experiments.load import nearest_names, override_list, parse_override, read_document
+from granular_env.shipped import shipped_files
+from granular_env.toml_text import toml_value
 
 from .axes import Distribution, Range, parse_distributions, parse_grid
-from .measures import Measure, parse_measures
+from .measures import OWN_COLUMNS, Measure, parse_measures
 
 VERSION = 1
 LARGEST = 100_000
-_SHIPPED = Path(__file__).parent / "plans"
 
 
 class Seeds(Table):
@@ -121,7 +122,7 @@ class Plan:
 
 def shipped_plans() -> dict[str, Path]:
     """Name -> file of the plans that come with the package."""
-    return {path.stem: path for path in sorted(_SHIPPED.glob("*.toml"))}
+    return shipped_files("plans of sweeps")
 
 
 def is_plan(document: Mapping[str, Any]) -> bool:
@@ -182,9 +183,12 @@ def _parsed(document: Mapping[str, Any], origin: str, folder: Path, name: str, o
     grid = parse_grid(document.get("grid", {}), faults)
     samples, distributions = _samples(document.get("samples"), faults)
     measures = parse_measures(document.get("measure"), faults)
-    overrides = tuple(overrides)
+    overrides = tuple(override_list(overrides))
     fixed = (*_fixed(document.get("set", {}), faults), *overrides)
     _refuse_clashes(grid, distributions, overrides, settings, faults)
+    for column in measures:
+        if column in OWN_COLUMNS or column in grid or column in distributions:
+            faults.add(f"measure.{column}", "the table has a column of this name already; choose another")
     faults.raise_any()
     assert settings is not None
     settings = settings.model_copy(update={"name": settings.name or name})
@@ -262,19 +266,4 @@ def _refuse_clashes(
 
 def assignment(key: str, value: Any) -> str:
     """``key=value`` with the value as TOML writes it, exact."""
-    return f"{key}={toml_value(value)}"
-
-
-def toml_value(value: Any) -> str:
-    """A value as TOML, floats in their shortest exact form."""
-    import json
-
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{json.dumps(str(key))} = {toml_value(part)}" for key, part in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(toml_value(part) for part in value) + "]"
-    return repr(value)
+    return f"{key}={toml_value(value, quoted=True)}"

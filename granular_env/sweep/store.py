@@ -3,6 +3,7 @@
     sweep.json        the plan's tasks, their values and hashes; written anew when a plan is computed again
     results.jsonl     one line for each task that is over, appended as they come: whatever ends the program, they stay
     table.parquet     the table, made of both at the end
+    table.csv         the same as text
     logs/HASH.mcap    the logs that the plan keeps
     inputs/           the CSV files that the experiment names, by their content
 
@@ -11,20 +12,58 @@ Results are known by their task's hash. A plan that was edited finds there what 
 
 from __future__ import annotations
 
-import fcntl
 import json
+import math
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
 
 from granular_env.components.errors import SweepError
-from granular_env.writing import replacing
+from granular_env.writing import lock, replacing
 
 from .computing import Result
+from .measures import OWN_COLUMNS
 
 FORMAT, VERSION = "granular-env sweep", 1
-DESCRIPTION, JOURNAL, TABLE = "sweep.json", "results.jsonl", "table.parquet"
+DESCRIPTION, JOURNAL, TABLE, CSV = "sweep.json", "results.jsonl", "table.parquet", "table.csv"
+
+
+_Hash = Annotated[str, StringConstraints(pattern="^[0-9a-f]{32}$")]
+
+
+class Description(BaseModel):
+    """What `sweep.json` holds besides its format and version."""
+
+    model_config = ConfigDict(strict=True, frozen=True)
+
+    name: str
+    plan: str
+    program: str
+    experiment: str
+    grid: dict[str, list[Any]]
+    samples: list[str]
+    sample_count: int = Field(ge=0)
+    repetitions: int = Field(ge=0)
+    measures: dict[str, str]
+    units: dict[str, str] = {}
+    tasks: list[tuple[list[Any], int, int, Annotated[int, Field(ge=0, lt=2**63)] | None, _Hash]]
+
+    @model_validator(mode="after")
+    def _of_a_piece(self) -> Self:
+        names = [*self.grid, *self.samples, *self.measures]
+        if len(set(names)) < len(names) or set(self.measures) & set(OWN_COLUMNS):
+            raise ValueError("two columns have one name")
+        if (self.sample_count > 0) != bool(self.samples):
+            raise ValueError("sample_count does not fit the samples")
+        size = math.prod(map(len, self.grid.values())) * (self.sample_count or 1) * (self.repetitions or 1)
+        if size != len(self.tasks):
+            raise ValueError(f"{len(self.tasks)} tasks, expected {size}")
+        if any(len(task[0]) != len(self.grid) + len(self.samples) for task in self.tasks):
+            raise ValueError("a task has another number of values than there are keys")
+        return self
 
 
 class Store:
@@ -50,13 +89,15 @@ class Store:
             self._journal = (self.folder / JOURNAL).open("ab")
         except OSError as error:
             raise self._unwritable(error) from error
+        busy = f"{str(self.folder)!r}: another process computes a sweep there; wait for it, or choose another folder"
         try:
-            fcntl.flock(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            lock(self._journal, SweepError(busy))
+        except OSError as error:
             self._journal.close()
-            raise SweepError(
-                f"{str(self.folder)!r}: another process computes a sweep there; wait for it, or choose another folder"
-            ) from None
+            raise self._unwritable(error) from error
+        except SweepError:
+            self._journal.close()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -122,7 +163,7 @@ def read_description(folder: Path) -> dict[str, Any]:
     """
     path = folder / DESCRIPTION
     try:
-        found = json.loads(path.read_bytes())
+        found = json.loads(data := path.read_bytes())
     except FileNotFoundError:
         raise SweepError(f"{str(folder)!r}: no sweep is there, expected the folder that `granular-env sweep` wrote") from None
     except (OSError, ValueError, RecursionError) as error:
@@ -134,6 +175,14 @@ def read_description(folder: Path) -> dict[str, Any]:
             f"{str(path)!r} has version {found.get('version')!r}, this program reads {VERSION}; update granular-env, or choose "
             "another folder"
         )
+    try:
+        Description.model_validate_json(data)
+    except (ValidationError, RecursionError) as error:
+        first = error.errors()[0] if isinstance(error, ValidationError) else {"loc": (), "msg": "it is nested too deeply"}
+        place = ".".join(map(str, first["loc"]))
+        raise SweepError(
+            f"{str(path)!r} is no description of a sweep: {place + ': ' if place else ''}{first['msg']}; compute the sweep anew"
+        ) from None
     return found
 
 

@@ -9,7 +9,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import SweepError
+from granular_env.components.errors import ParameterError, SweepError, shortened
 from granular_env.viewing.extras import needed
 
 from . import engines
@@ -64,9 +64,9 @@ def run_sweep(
     refuse_too_many(loaded, allow_large)
     job, tasks, about = planned(loaded)
     wanted = _orders(loaded, tasks)
-    checked(loaded, job, wanted)
+    about["units"] = checked(loaded, job, wanted)
     engines.check(engine, workers, address)
-    with Store(Path(folder) if folder is not None else _default_folder(loaded)) as store:
+    with Store(_folder(folder) if folder is not None else _default_folder(loaded)) as store:
         known = {
             hashed: result
             for hashed, result in store.begin(about).items()
@@ -133,6 +133,13 @@ def _holds(result: Result, order: Order, folder: Path) -> bool:
     if result.outcome == "lost":
         return False
     return order.log != "always" or result.outcome == "failed" or (folder / "logs" / f"{order.hash}.mcap").exists()
+
+
+def _folder(folder: str | os.PathLike[str]) -> Path:
+    try:
+        return Path(folder)
+    except TypeError:
+        raise ParameterError(f"folder: got {shortened(folder)}, expected the path of a folder for the results") from None
 
 
 def _default_folder(plan: Plan) -> Path:

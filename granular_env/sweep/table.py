@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from granular_env.components.errors import SweepError
 from granular_env.viewing.extras import needed
 from granular_env.writing import replacing
 
 from .computing import Result
-from .store import TABLE, read_description, read_results
+from .store import CSV, TABLE, read_description, read_results
 
 _NOTHING = Result("", "lost")
 
@@ -37,6 +39,11 @@ class Sweep:
     def size(self) -> int:
         """How many tasks there are."""
         return len(self.description["tasks"])
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Column -> SI unit, of the keys that vary and of the measures; "1" for plain numbers."""
+        return dict(self.description.get("units", {}))
 
     @cached_property
     def outcomes(self) -> list[str]:
@@ -100,13 +107,14 @@ class Sweep:
         pyarrow = needed("pyarrow", "the table of a sweep")
         floats, texts = set(self.description["measures"]), {"outcome", "error", "notes", "hash", "log"}
         kinds = dict.fromkeys(floats, pyarrow.float64()) | dict.fromkeys(texts, pyarrow.string())
-        columns = {name: pyarrow.array(_alike(values), kinds.get(name)) for name, values in self.columns().items()}
-        facts = {key: self.description[key] for key in ("name", "plan", "program", "experiment")}
+        with _unusable(self.folder):
+            columns = {name: pyarrow.array(_alike(values), kinds.get(name)) for name, values in self.columns().items()}
+        facts = {key: self.description[key] for key in ("name", "plan", "program", "experiment")} | {"units": self.units}
         return pyarrow.table(columns).replace_schema_metadata({"granular-env": json.dumps(facts)})
 
     @cached_property
     def table(self) -> Any:
-        """The table as a `pandas.DataFrame`."""
+        """The table as a `pandas.DataFrame`; `columns` gives the same without pandas."""
         needed("pandas", "the table of a sweep")
         return self.arrow.to_pandas()
 
@@ -126,9 +134,13 @@ class Sweep:
         shape = [len(values) for values in dims.values()]
         data = {name: (list(dims), _array(columns[name], shape)) for name in (*about["measures"], "outcome")}
         drawn = {key: ("sample", _alike(self._of_samples(columns[key]))) for key in about["samples"]}
-        found = xarray.Dataset(data, coords={**dims, **drawn}, attrs={"sweep": about["name"]})
+        with _unusable(self.folder):
+            found = xarray.Dataset(data, coords={**dims, **drawn}, attrs={"sweep": about["name"]})
         for name, words in about["measures"].items():
             found[name].attrs["measure"] = words
+        for name, unit in self.units.items():
+            if name in found.variables:
+                found[name].attrs["units"] = unit
         return found
 
     def _of_samples(self, values: Sequence[Any]) -> list[Any]:
@@ -136,14 +148,24 @@ class Sweep:
         return list(values[: self.description["sample_count"] * step : step])
 
     def write(self) -> Path:
-        """Write the Parquet table, whole or not at all; its path."""
+        """Write the table as Parquet and as CSV, each whole or not at all; return the path of the first."""
         needed("pyarrow", "the table of a sweep")
         import pyarrow.parquet as parquet
 
         path = self.folder / TABLE
         with replacing(path, SweepError) as part:
             parquet.write_table(self.arrow, part)
+        with replacing(self.folder / CSV, SweepError) as part, part.open("w", newline="", encoding="utf-8") as file:
+            self._write_csv(file)
         return path
+
+    def _write_csv(self, file: TextIO) -> None:
+        """Write a line of names with units, and a line for each task; numbers are exact, what is not known is empty."""
+        columns, units = self.columns(), self.units
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([f"{name} [{units[name]}]" if units.get(name, "1") != "1" else name for name in columns])
+        for row in zip(*columns.values(), strict=True):
+            writer.writerow(["" if cell is None or cell != cell else cell for cell in row])
 
 
 def open_sweep(folder: str | os.PathLike[str]) -> Sweep:
@@ -157,6 +179,15 @@ def open_sweep(folder: str | os.PathLike[str]) -> Sweep:
     except TypeError:
         raise SweepError(f"folder: got {folder!r}, expected the path of a sweep's folder") from None
     return Sweep(path, read_description(path), read_results(path))
+
+
+@contextmanager
+def _unusable(folder: Path) -> Iterator[None]:
+    """Values that no table can hold, as an error of the family: a description that somebody edited."""
+    try:
+        yield
+    except (ValueError, TypeError, ArithmeticError) as error:  # pyarrow's errors are ValueErrors
+        raise SweepError(f"the results in {str(folder)!r} make no table: {error}; compute the sweep anew") from None
 
 
 def _plain(value: Any) -> Any:

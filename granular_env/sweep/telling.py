@@ -2,49 +2,44 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
 
+from granular_env.progress import progress_bar
+from granular_env.terminal import printable, table
 from granular_env.writing import counted
 
 from .computing import Result
-from .store import TABLE
+from .store import CSV, TABLE
 from .table import Sweep
 
+# A table of so many rows is printed.
+_MOST_ROWS = 24
+_WAYS = {"pandas": ".table for pandas", "xarray": ".dataset for xarray"}
 # So many errors are told at the end; the table has all of them.
 _MOST_ERRORS = 3
 
 
 @contextmanager
 def bar(title: str | None, size: int, known: Sequence[Result]) -> Iterator[Callable[[Sequence[Result]], None]]:
-    """A bar on standard error: tasks done and failed, their rate, the time that is left; none without a title.
+    """Show a progress bar: tasks done and failed, their rate, the time that is left; none without a title.
 
     Args:
         title: what stands before it.
         size: how many tasks there are.
         known: results that there are already.
     """
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if title is None or not console.is_interactive:
-        yield lambda results: None
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn())
-    figures = TextColumn("{task.fields[figures]}")
-    with Progress(*columns, figures, TimeRemainingColumn(), console=console, transient=True) as shown:
-        task = shown.add_task(title, total=size, completed=len(known), figures="")
-        began, done, failed = perf_counter(), 0, _failures(known)
+    with progress_bar(title or "", size, done=len(known), show=title is not None) as shown:
+        begun, first, done, failed = perf_counter(), len(known), len(known), _failures(known)
 
         def told(results: Sequence[Result]) -> None:
             nonlocal done, failed
             done, failed = done + len(results), failed + _failures(results)
-            rate = done / max(perf_counter() - began, 1e-9)
-            shown.update(task, advance=len(results), figures=f"{failed} failed  {rate:,.3g} tasks/s")
+            rate = (done - first) / max(perf_counter() - begun, 1e-9)
+            shown.update(done, f"{done}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
 
         yield told
 
@@ -64,5 +59,29 @@ def closing(sweep: Sweep) -> str:
         lines.append(f"failed: {len(errors) - _MOST_ERRORS} more; the column 'error' of the table tells why")
     if sweep.interrupted:
         lines.append("interrupted: what is done is kept; the same command goes on from there")
-    lines += [f"table: {shlex.quote(str(sweep.folder / TABLE))}", "  import granular_env as ge"]
-    return "\n".join([*lines, f"  sweep = ge.open_sweep({str(sweep.folder)!r})      # .table for pandas, .dataset for xarray"])
+    if 0 < sweep.done and sweep.size <= _MOST_ROWS:
+        lines += ["", table(_rows(sweep)), ""]
+    lines += [f"table: {shlex.quote(str(sweep.folder / TABLE))} (and {CSV})", "  import granular_env as ge"]
+    return "\n".join([*lines, f"  sweep = ge.open_sweep({str(sweep.folder)!r})      # {_ways_in()}"])
+
+
+def _rows(sweep: Sweep) -> list[list[str]]:
+    """Return headings with units, and the keys that vary, the measures and what failed of each task."""
+    columns, about = sweep.columns(), sweep.description
+    shown = ["task", *about["grid"], *about["samples"], *(["repetition"] if about["repetitions"] else []), *about["measures"]]
+    shown += ["outcome"] if sweep.done < sweep.size else []
+    units = sweep.units
+    heads = [f"{name} [{units[name]}]" if units.get(name, "1") != "1" else name for name in shown]
+    return [heads, *([_cell(columns[name][row]) for name in shown] for row in range(sweep.size))]
+
+
+def _cell(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else printable(value)
+
+
+def _ways_in() -> str:
+    """Return what opens the table with the packages that are here, and what installs the others."""
+    ways = [way for package, way in _WAYS.items() if importlib.util.find_spec(package) is not None]
+    missing = [package for package in _WAYS if importlib.util.find_spec(package) is None]
+    advice = f"; pip install 'granular-env[sweep]' adds {' and '.join(missing)}" if missing else ""
+    return ", ".join([*ways, ".columns() for lists"]) + advice

@@ -10,17 +10,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .foxglove import save_foxglove_layout
     from .live import LiveViewer
     from .plot import plot
     from .reporting import report
     from .viewer import save_rrd, screenshot, view
 
-__all__ = ["LiveViewer", "plot", "report", "save_rrd", "screenshot", "view"]
+__all__ = ["LiveViewer", "plot", "report", "save_foxglove_layout", "save_rrd", "screenshot", "view"]
 
 _HOMES = {
     "LiveViewer": ".live",
     "plot": ".plot",
     "report": ".reporting",
+    "save_foxglove_layout": ".foxglove",
     "save_rrd": ".viewer",
     "screenshot": ".viewer",
     "view": ".viewer",

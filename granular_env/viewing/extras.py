@@ -29,4 +29,4 @@ def needed(module: str, purpose: str) -> Any:
         package, command = _INSTALL[module.partition(".")[0]]
         raise MissingExtraError(
             f"{purpose} needs the package {package}, which cannot be imported ({error}); run: {command}"
-        ) from error
+        ) from None

@@ -161,7 +161,7 @@ def _displacement(
 
 
 def _fits(force: Variable, particles: int) -> bool:
-    return force.shape == (particles - 1,) and particles > 1
+    return force.shape == (particles + 1,) and particles > 1
 
 
 def _contacts(
@@ -171,7 +171,7 @@ def _contacts(
     if every > 1 or len(particles.radius) < 2:
         return None, "", ""
     if force is not None:
-        return force, "force", "N"
+        return force[:, 1:-1], "force", "N"
     if displacement is None:
         return None, "", ""
     gap = np.diff(particles.reference[:, 0]) - particles.radius[1:] - particles.radius[:-1]

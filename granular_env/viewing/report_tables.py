@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from granular_env.components.errors import GranularError, LogError
-from granular_env.toml_text import toml_text
+from granular_env.toml_text import toml_document
 
 from . import page
 from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage
@@ -129,7 +129,7 @@ def experiment(log: Any) -> str:
     content = log.metadata.get("experiment")
     if not isinstance(content, dict) or "component" not in content:
         return ""
-    text = toml_text(content)
+    text = toml_document(content)
     words = "The experiment as it was run, as a file for `granular-env run`; data files that it names are not here."
     if len(text) > _LONGEST_TEXT:
         text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"

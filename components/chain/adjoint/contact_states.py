@@ -11,7 +11,8 @@ import numpy.typing as npt
 from ...jit import jit
 from ..component import Chain
 from ..integrators.dissipation import half_sweep, prepare
-from ..table import BOUND, FREE_ROW, GRAINS, GRIP, REST, SCALARS, SMALLEST_OVERLAP, STEP, STIFFNESS, V
+from ..laws import viscous
+from ..table import BOUND, DISSIPATION, FREE_ROW, GRAINS, GRIP, REST, SCALARS, SMALLEST_OVERLAP, STEP, STIFFNESS, VISCOUS, V
 from .gradient import checked_drive, checked_ticks, composition_of
 from .tape import record, rows_per_tick
 
@@ -33,9 +34,13 @@ def _note_overlaps(a, row, marks):
 
 @jit
 def _note_pulls(a, row, marks):
-    """Where the dissipative force is cut off, in each of the three half sweeps."""
+    """Where a dashpot's contact closes, and where the dissipative force is cut off in each of the three half sweeps."""
     for i in range(a.shape[1]):
         a[V, i] = a[row + 1, i]
+    if a[SCALARS, DISSIPATION] == VISCOUS:
+        for j in range(int(a[SCALARS, GRAINS]) + 1):
+            d, w = a[row, j] - a[row, j + 1] + a[REST, j], a[V, j] - a[V, j + 1]
+            marks[j] = _mix(marks[j], a[STIFFNESS, j] > 0.0 and viscous.is_closing(d, w, a[SCALARS, STEP]))
     prepare(a, row, a[SCALARS, STEP])
     for sweep in range(3):
         parity = sweep % 2

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...jit import inlined, jit
 from ..integrators.dissipation import prepare
-from ..laws import dispatch
+from ..laws import dispatch, viscous
 from ..table import (
     BOUND,
     CONTACT,
@@ -85,29 +85,37 @@ def _undo_half_sweep(a, bar, approach, odd):
 def _unprepared(kind, a, bar, u, h):
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+        middle, w = d, bar[_APPROACHES[0], j]
         d = 0.0 if d < SMALLEST_OVERLAP else d
         root = sqrt(d)
-        time = h * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
+        share = 0.5 + 0.5 * np.float64(np.int64(j & _ONE))
+        time = (viscous.closed_time(middle, w, h) if kind == VISCOUS else h) * share
         masses = a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE]
-        pull = dispatch.coefficient(kind, a, j, d) * time
+        coefficient = a[CONTACT, j] if kind == VISCOUS else dispatch.coefficient(kind, a, j, d)
+        pull = coefficient * time
         y = 0.5 * pull * masses
         # Grip = pull q(y), q = (1 + y) / (1 + 2 y + 2 y^2).
         below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
         q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
         grip_bar, bound_bar = bar[GRIP, j], bar[BOUND, j]
-        pull_bar = grip_bar * (q + y * slope) * time
+        pull_bar = grip_bar * (q + y * slope)
         masses_bar = grip_bar * (0.5 * pull * pull) * slope
         bar[INVERSE_MASS, j] += masses_bar
         bar[INVERSE_MASS, j + _ONE] += masses_bar
         bar[STIFFNESS, j] -= bound_bar * time * (d * root)
         g = -1.5 * (a[STIFFNESS, j] * root) * time * bound_bar
+        approach_bar = 0.0
         if kind == VISCOUS:
-            bar[CONTACT, j] += pull_bar if d > 0.0 else 0.0
+            bar[CONTACT, j] += pull_bar * time
+            if viscous.is_closing(middle, w, h):
+                time_bar = share * (pull_bar * coefficient - bound_bar * a[STIFFNESS, j] * (d * root))
+                g += time_bar / w
+                approach_bar = -time_bar * middle / (w * w)
         else:
-            bar[CONTACT, j] += pull_bar * root
-            g += 0.5 * a[CONTACT, j] / root * pull_bar if d > 0.0 else 0.0
+            bar[CONTACT, j] += pull_bar * time * root
+            g += 0.5 * a[CONTACT, j] / root * pull_bar * time if d > 0.0 else 0.0
         bar[REST, j] += g
-        bar[GRIP, j], bar[BOUND, j] = g, 0.0
+        bar[GRIP, j], bar[BOUND, j] = g, approach_bar
 
 
 @jit
@@ -131,3 +139,4 @@ def undo_dissipation(a, bar, u, v, h):
         _unprepared(KUWABARA_KONO, a, bar, u, h)
     for i in range(np.uint64(1), np.uint64(n + 1)):
         bar[U, i] += bar[GRIP, i] - bar[GRIP, i - _ONE]
+        bar[V, i] += bar[BOUND, i] - bar[BOUND, i - _ONE]

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
-from ...jit import JIT, address, jit
+from ...jit import JIT, address, jit, refuse_stale
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
@@ -28,9 +28,16 @@ _NO_PIECES = np.zeros((0, 2))
 _NO_STATES = np.zeros((0, 2, 0))
 
 
-@lru_cache(maxsize=64)
 def _called(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
-    """Where compiled code finds a function, and what has to live meanwhile. Looking it up takes longer than many a run."""
+    """Return where compiled code finds a function, and what has to live meanwhile."""
+    where, compiled = _looked_up(function, signature, name)
+    refuse_stale(compiled)
+    return where, compiled
+
+
+# Looking it up takes longer than many a run.
+@lru_cache(maxsize=64)
+def _looked_up(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
     compiled = function if hasattr(function, "compile") or not JIT else jit(function)
     try:
         return address(compiled, signature), compiled

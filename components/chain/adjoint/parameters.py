@@ -2,7 +2,7 @@
 
 The internal step is held, whatever the parameters would suggest; so are the start displacements and velocities, measured from
 the configuration at rest. A gradient has the shape of the parameter as it was given: one number for all, or one each; radii
-that an arrangement or a draw gives have one each.
+that an arrangement or a draw gives have one each. What belongs to contacts has n + 1 places, 0 where there is no contact.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def _weight_bar(chain: Chain, static: FloatArray) -> FloatArray:
 
 def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
     if built.unpressed.any():
-        where = int(np.argmax(built.unpressed[built.real]))
+        where = int(np.argmax(built.unpressed))
         raise ParameterError(
             f"with_respect_to: {name!r} has no derivative here: contact {where} carries no static force, and its overlap at "
             f"rest grows as (force)^(1/{chain.parameters.law.growth:g}); give precompression, or leave {name!r} out"
@@ -138,7 +138,7 @@ def _contact_stiffness(chain: Chain, bars: Bars) -> float | FloatArray:
     if isinstance(p.contact_stiffness, float):
         # Walls' contacts are multiples of it.
         return float((built.stiffness * g.stiffness)[g.real].sum()) / p.contact_stiffness
-    return built.stiffness[g.real].copy()
+    return built.stiffness
 
 
 def _precompression(chain: Chain, bars: Bars) -> float:
@@ -149,8 +149,7 @@ def _precompression(chain: Chain, bars: Bars) -> float:
 
 def _gap(chain: Chain, bars: Bars) -> float | FloatArray:
     built = _Built(chain, bars)
-    gradient = built.gap[built.real]
-    return gradient.copy() if isinstance(chain.parameters.gap, list) else float(gradient.sum())
+    return built.gap if isinstance(chain.parameters.gap, list) else float(built.gap[built.real].sum())
 
 
 def _gravity(chain: Chain, bars: Bars) -> float:
@@ -167,8 +166,12 @@ def _dissipation(chain: Chain, bars: Bars) -> float | FloatArray:
     law = chain.parameters.law
     if not isinstance(law, Dissipative):
         raise ParameterError(f"with_respect_to: law {law.name!r} has no dissipation; use law viscous or kuwabara_kono")  # type: ignore[attr-defined]
-    gradient = bars.table[CONTACT, : chain.parameters.grains + 1][chain.geometry.real]
-    return gradient.copy() if isinstance(law.dissipation, list) else float(gradient.sum())
+    real = chain.geometry.real
+    if not isinstance(law.dissipation, list):
+        return float(bars.table[CONTACT, real].sum())
+    gradient = np.zeros(chain.parameters.contact_places)
+    gradient[real] = bars.table[CONTACT, real]
+    return gradient
 
 
 KNOWN: dict[str, Callable[[Chain, Bars], float | FloatArray]] = {

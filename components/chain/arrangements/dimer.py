@@ -33,9 +33,8 @@ class Dimer(Arrangement):
 
     @model_validator(mode="after")
     def _two_kinds(self) -> Dimer:
-        radii = self.radius if isinstance(self.radius, list) else [self.radius] * 2
-        kinds = self.material if isinstance(self.material, list) else [self.material] * 2
-        if radii[0] == radii[1] and kinds[0] == kinds[1]:
+        # Two equal values are the end of a scan of ratios; no two values are a slip.
+        if not isinstance(self.radius, list) and not isinstance(self.material, list):
             raise ValueError("radius: both kinds of grain are the same; give two radii, two materials, or both")
         return self
 

@@ -5,6 +5,7 @@ of the inverse masses. Over a time t the impulse is the larger of G w and -F_e t
 x = c s t: of second order, never more than what stops the approach however large c is, and the same momentum for both grains.
 Contacts of even number act for half the step, those of odd number for all of it, and the even ones again: a symmetric sequence,
 and second order for all of it. T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267, splits dissipative particle dynamics so.
+A dashpot whose contact closes within the step acts from there on (`viscous.closed_time`).
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from __future__ import annotations
 import numpy as np
 
 from ...jit import inlined, jit
-from ..laws import dispatch, hertz
+from ..laws import dispatch, hertz, viscous
 from ..table import (
     BEFORE,
     BOUND,
+    CONTACT,
     DISSIPATION,
     GRAINS,
     GRIP,
@@ -41,9 +43,10 @@ _ONE, _TWO = np.uint64(1), np.uint64(2)
 def _prepared(kind, a, u, h):
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+        closed = viscous.closed_time(d, a[V, j] - a[V, j + _ONE], h) if kind == VISCOUS else h
         d = 0.0 if d < SMALLEST_OVERLAP else d
-        time = h * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
-        pull = dispatch.coefficient(kind, a, j, d) * time
+        time = closed * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
+        pull = (a[CONTACT, j] if kind == VISCOUS else dispatch.coefficient(kind, a, j, d)) * time
         half = 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
         a[GRIP, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
         a[BOUND, j] = -hertz.pressed_force(a[STIFFNESS, j], d) * time

@@ -155,6 +155,9 @@ _E5 = np.array(
 _STAGES = 12
 _SAFETY, _SMALLEST_FACTOR, _LARGEST_FACTOR = 0.9, 0.2, 5.0
 _SMALLEST_PART = 1e-9
+# Trial steps of one tick at most, by the number of grains: two seconds or so of work. The first bound is for chains so short
+# that more would not help, the last lets each of very many contacts close once.
+_MOST_TRIALS, _TRIALS_TIMES_GRAINS, _LEAST_TRIALS = 1_000_000, 30_000_000, 1000
 # Rounding of an overlap, which the weights of the stages make larger.
 _ROUNDING = 16 * 2.220446049250313e-16
 
@@ -242,13 +245,22 @@ def _is_rounding(a, n, h, error):
 
 
 @jit
-def _one_tick(a, n, n_left, n_right):
-    """One tick in as many accepted steps as the tolerance asks for."""
+def most_trials(n):
+    """Trial steps that one tick of n grains may take."""
+    return max(_LEAST_TRIALS, min(_MOST_TRIALS, _TRIALS_TIMES_GRAINS // (n + 1)))
+
+
+@jit
+def _one_tick(a, n, n_left, n_right, most):
+    """One tick in as many accepted steps as the tolerance asks for; the number of trials, more than `most` if unfinished."""
     step = a[SCALARS, STEP]
     left_base, right_base = a[U, 1], a[U, n]
     kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 0.0)
-    e, trial = 0.0, 1.0
+    e, trial, trials = 0.0, 1.0, 0
     while e < 1.0:
+        trials += 1
+        if trials > most:
+            return trials
         part = min(trial, 1.0 - e)
         closing = _parts_to_close(a, n)
         if closing > _SMALLEST_PART:
@@ -270,12 +282,17 @@ def _one_tick(a, n, n_left, n_right):
         kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, e)
         grow = _SAFETY / sqrt(sqrt(sqrt(error))) if error > 1e-12 else _LARGEST_FACTOR
         trial = part * min(_LARGEST_FACTOR, max(_SMALLEST_FACTOR, grow))
+    return trials
 
 
 @jit
 def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
+    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns.
+
+    Also comes back, with the ticks done, after as many trials as one tick may take: a caller in Python hears Ctrl-C then.
+    """
     n = int(a[SCALARS, GRAINS])
+    trials, most = 0, most_trials(n)
     left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
     for t in range(tick, tick + ticks):
@@ -283,8 +300,13 @@ def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
             a, drive, left_pieces, left_piece, right_piece, left, right, t
         )
         left_before, right_before = a[V, 1], a[V, n]
-        _one_tick(a, n, n_left, n_right)
+        taken = _one_tick(a, n, n_left, n_right, most)
+        if taken > most:
+            return -(t + 1 - tick) - kernels.EXHAUSTED
         passed, unsound = kernels.finish(a, left_before, right_before)
         if passed or unsound:
             return kernels.ended(t + 1 - tick, passed, unsound)
+        trials += taken
+        if trials > most:
+            return t + 1 - tick
     return ticks

@@ -20,7 +20,7 @@ import numpy as np
 from ...errors import ParameterError
 from ...jit import inlined, jit
 from ...roots import two_thirds_power
-from ..fields import Positive, field
+from ..fields import NotNegative, Positive, field
 from ..table import CONTACT, DEEPEST, GRAINS, LOST, PLASTIC, RESIDUAL, REST, SCALARS, STIFFNESS, UNLOADING
 from . import hertz
 from .law import FloatArray, Law
@@ -38,21 +38,25 @@ class ElasticPlastic(Law):
     has_history = True
 
     name: Literal["elastic_plastic"] = field("elastic_plastic", "Thornton's elastic-perfectly plastic spheres", "1")
-    yield_pressure: Positive | list[Positive] | None = field(
-        None, "pressure at which a contact yields: one for all, or one each; default 1.6 times the softer yield strength", "Pa"
+    yield_pressure: Positive | list[NotNegative] | None = field(
+        None,
+        "pressure at which a contact yields: one for all, or one for each place; default 1.6 times the softer yield strength",
+        "Pa",
     )
 
-    def contact_constants(self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray) -> FloatArray:
+    def contact_constants(
+        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, real: slice
+    ) -> FloatArray:
         """The root of the yield overlap, pi p_y R* / (1.5 k), which follows from d_y with k = (4/3) E* sqrt(R*)."""
         pressure = YIELD_PRESSURE * yield_strength if self.yield_pressure is None else np.asarray(self.yield_pressure)
-        pressure = np.zeros(len(stiffness)) + pressure
+        pressure = (np.zeros(len(stiffness)) + pressure)[real]
         if np.any(np.isnan(pressure)):
-            where = int(np.argmax(np.isnan(pressure)))
+            where = real.start + int(np.argmax(np.isnan(pressure)))
             raise ParameterError(
                 f"law.yield_pressure: neither side of contact {where} has a yield_strength; give yield_pressure, or materials "
                 "that have one"
             )
-        return math.pi * pressure * reduced_radius / (1.5 * stiffness)
+        return math.pi * pressure * reduced_radius[real] / (1.5 * stiffness[real])
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Hertz's, and along the tangent beyond the yield overlap."""

@@ -23,7 +23,7 @@ class KuwabaraKono(Dissipative):
     elastic, damping = HERTZ, KUWABARA_KONO
 
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
-    dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one each", "N s/m^1.5")
+    dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one for each place", "N s/m^1.5")
 
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Gamma sqrt(d)."""

@@ -32,9 +32,18 @@ class Law(Named):
         """P of the force's growth with overlap, F ~ d^p."""
         return 1.5
 
-    def contact_constants(self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray) -> FloatArray:
-        """The one number that the law wants of each contact, in the table's row CONTACT, shape (contacts,)."""
-        return np.zeros(len(stiffness))
+    def contact_constants(
+        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, real: slice
+    ) -> FloatArray:
+        """The one number that the law wants of each contact, in the table's row CONTACT, shape (contacts,).
+
+        Args:
+            stiffness: of each place, shape (n + 1,), as the other arrays.
+            reduced_radius: R* [m].
+            yield_strength: of the weaker side [Pa].
+            real: which places are contacts.
+        """
+        return np.zeros(real.stop - real.start)
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """The overlap at which a contact that was never loaded before carries a force, shape (contacts,) [m]."""
@@ -50,10 +59,14 @@ class Dissipative(Law, ABC):
     """A law whose force depends on the speed of approach, by a coefficient for each contact."""
 
     dissipation: Any
+    jumps: ClassVar[bool] = False
+    """Whether the force jumps where a contact closes."""
 
-    def contact_constants(self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray) -> FloatArray:
+    def contact_constants(
+        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, real: slice
+    ) -> FloatArray:
         """The dissipation."""
-        return np.zeros(len(stiffness)) + np.asarray(self.dissipation)
+        return (np.zeros(len(stiffness)) + np.asarray(self.dissipation))[real]
 
     @abstractmethod
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:

@@ -10,10 +10,12 @@ if the linear part of F goes to the left side first.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...elementary import exponential, fourier, root, sine_of_pi
 from ...errors import GranularError
 from .arguments import FloatArray, above, at_least, finite, number
 
@@ -75,7 +77,7 @@ class LatticeWave:
     @property
     def speed_coefficient(self) -> float:
         """V / v_m^(1/5); .907470 for the uncompressed wave, whatever its height."""
-        return self.speed / float(self.velocity.max()) ** 0.2
+        return self.speed / float(root(self.velocity.max(), 5))
 
     @property
     def speed_ratio(self) -> float:
@@ -137,23 +139,27 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     height = number("height", above("height", height, 0.0))
     rise = height / rest if rest else np.inf
     at_least("height: its ratio to rest_overlap", rise if rest else 1.0, _SMALLEST_RISE)
-    rate = min(1.0, (0.5 * rise) ** 0.5)
+    rate = min(1.0, math.sqrt(0.5 * rise))
     half = _HALF_BOX if rise > 8.0 else 0.5 * _DECADES / rate + 6.0
-    count = 2 ** int(np.ceil(np.log2(2.0 * half * _POINTS_PER_GRAIN)))
-    place = np.fft.fftfreq(count, _POINTS_PER_GRAIN / count)
-    box = np.sinc(np.fft.rfftfreq(count, 1.0 / _POINTS_PER_GRAIN))
+    count = 1 << (math.ceil(2.0 * half * _POINTS_PER_GRAIN) - 1).bit_length()
+    steps = (np.arange(count) + count // 2) % count - count // 2  # 0, 1, ..., -2, -1
+    place, waves = steps / _POINTS_PER_GRAIN, steps * (_POINTS_PER_GRAIN / count)
+    box = np.where(steps == 0, 1.0, sine_of_pi(waves) / np.where(steps == 0, 1.0, math.pi * waves))
+    tent = box * box
     # All in units of the height: the force has the power 1.5, so V scales with its fourth root.
     start = rest / height
-    linear = 1.5 * start**0.5
-    shape = np.cosh(np.minimum(rate * np.abs(place), 300.0)) ** -2
+    linear = 1.5 * math.sqrt(start)
+    rise_of_guess = exponential(np.minimum(rate * np.abs(place), 300.0))
+    guess = 2.0 / (rise_of_guess + 1.0 / rise_of_guess)
+    shape = guess * guess
     tolerance = max(_TOLERANCE, _ROUNDING / rise**2)
     for _ in range(_ITERATIONS):
-        # Even functions about index 0 have real spectra; without the imaginary rounding the wave cannot drift.
-        force, overlap = _spectrum(_force(shape, start)), _spectrum(shape)
-        square = float(np.fft.irfft(force * box**2, count)[0])
+        # Functions that are even about index 0 have real spectra; without the imaginary rounding the wave cannot drift.
+        force, overlap = fourier(_force(shape, start), shape)
+        square = float((force * tent).sum()) / count
         # The force's linear part is taken to the left side: then low waves converge as quickly as high ones.
-        better = np.fft.irfft((force - linear * overlap) * box**2 / (square - linear * box**2), count)
-        better /= better[0]
+        better, _ = fourier((force - linear * overlap) * tent / (square - linear * tent), np.zeros(count))
+        better = better / better[0]
         change = float(np.abs(better - shape).max())
         shape = better
         if change < tolerance:
@@ -162,20 +168,19 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
         raise GranularError(
             f"lattice_wave: no convergence for rest_overlap {rest:g} and height {height:g}; take a larger height"
         )
-    speed = square**0.5
-    velocity = np.fft.irfft(_spectrum(_force(shape, start)) * box, count) / speed
-    place, shape, velocity = np.fft.fftshift(place), np.fft.fftshift(shape), np.fft.fftshift(velocity)
+    speed = math.sqrt(square)
+    pushed = fourier(_force(shape, start), np.zeros(count))[0] * box
+    velocity = fourier(pushed, np.zeros(count))[0] / (speed * count)
+    place, shape, velocity = (np.roll(values, count // 2) for values in (place, shape, velocity))
     # Rounding leaves +-1e-16 where there is nothing.
     overlap = np.maximum(shape, 0.0) * height
-    return LatticeWave(place, overlap, velocity * height**1.25, rest, speed * height**0.25)
-
-
-def _spectrum(even: FloatArray) -> FloatArray:
-    return np.fft.rfft(even).real
+    fourth_root = math.sqrt(math.sqrt(height))
+    return LatticeWave(place, overlap, velocity * (height * fourth_root), rest, speed * fourth_root)
 
 
 def _force(shape: FloatArray, start: float) -> FloatArray:
-    return (start + np.maximum(shape, 0.0)) ** 1.5 - start**1.5
+    whole = start + np.maximum(shape, 0.0)
+    return whole * np.sqrt(whole) - start * math.sqrt(start)
 
 
 def sen_manciu_displacement(position: FloatArray) -> FloatArray:

@@ -66,7 +66,7 @@ def _negative_and_detached(chain: History) -> Item:
     frame = chain.frame(_LOOK)
     backwards = int(np.argmax(chain.velocity[frame] >= 0.0))
     # Contact j is left of grain j; the first grains have left each other as far as the contacts to their right are open.
-    apart = int(np.argmax(np.nan_to_num(chain.overlap[frame, 1:], nan=-1.0) >= 0.0))
+    apart = int(np.argmax(chain.overlap[frame, 1:] >= 0.0))
     return Item(
         "The chain’s head comes apart at 2e-4 s", "section 3.1",
         [Value("moving backwards", "1 to 7", f"1 to {backwards}"), Value("apart", "1 to 8", f"1 to {apart}")],

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # Returns differ by less than this part of their range by rounding alone.
 _ROUNDING = 1e-15
+# So many times the range of the inner grains that of all is, before the end grains are left out of the picture.
+_FLATTENED = 2.0
 # Names of lines need this part of the axes' height.
 _CLOSE = 0.06
 
@@ -143,5 +145,18 @@ def _final(shown: dict[str, Score], name: str) -> Figure:
     axes.set(xlabel="grain (0 is the left end)", ylabel=name)
     axes.ticklabel_format(axis="y", scilimits=(-3, 4), useMathText=True)
     axes.margins(x=0.01)
+    _let_end_grains_leave(axes, [score.episode.final[name] for score in shown.values()])
     legend(axes)
     return figure
+
+
+def _let_end_grains_leave(axes: Axes, curves: list[Any]) -> None:
+    """An end grain that has flown off may lie outside the picture where it would flatten everything else."""
+    inner = np.concatenate([np.asarray(curve)[1:-1] for curve in curves])
+    if not len(inner):
+        return
+    low, high = float(inner.min()), float(inner.max())
+    every = np.concatenate(curves)
+    if high > low and float(every.max() - every.min()) > _FLATTENED * (high - low):
+        axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
+        axes.annotate("end grains that flew off lie outside", (0.01, 0.01), xycoords="axes fraction", fontsize=9, color="0.35")

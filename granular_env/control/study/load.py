@@ -11,6 +11,7 @@ from typing import Any
 from granular_env.components.errors import ExperimentError, nearest
 from granular_env.experiments.faults import overridden, shortened
 from granular_env.experiments.load import parse_override, read_document
+from granular_env.shipped import shipped_files
 from granular_env.toml_text import toml_value
 
 from .methods import METHODS
@@ -18,12 +19,10 @@ from .schema import DriveTable, Study, parse
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Study
 
-_SHIPPED = Path(__file__).parent.parent / "studies"
-
 
 def shipped_studies() -> list[str]:
     """Names of the studies that come with the package, such as ``pulse-forming``."""
-    return sorted(path.stem for path in _SHIPPED.glob("*.toml"))
+    return list(shipped_files("studies"))
 
 
 def load_study(source: Source, overrides: Iterable[str] = ()) -> Study:
@@ -62,7 +61,7 @@ def study_path(source: str | os.PathLike[str]) -> Path:
     except (TypeError, ValueError, OSError) as error:
         raise ExperimentError(f"study {shortened(source)}: no name and no path: {error}") from None
     if str(source) in shipped_studies():
-        return _SHIPPED / f"{source}.toml"
+        return shipped_files("studies")[str(source)]
     if path.exists():
         what = "a folder" if path.is_dir() else "a device, a pipe or a socket"
         raise ExperimentError(f"{path}: it is {what}, expected a TOML file or a name of `granular-env study --list`")

@@ -42,8 +42,8 @@ def _comparison(result: StudyResult) -> str:
         "Physics is counted in control steps: one control step of one environment is 1. An objective with its slopes counts "
         f"as {result.gradient_runs:g} forward runs (one forward, one again from its checkpoints, and the sweep back, which "
         "differentiates and transposes every force, as two), and judging a drive by its return as one more. A return is the "
-        f"mean over {counted(len(result.study.test_seeds), 'test episode')}; where a method ran with several seeds, the median "
-        "decides what it beats."
+        f"mean over {counted(len(result.study.test_seeds), 'test episode')}; where a method ran with several seeds, the lower "
+        "median decides what it beats."
     )
     return (
         page.table(heads(result), verdicts(result))

@@ -80,20 +80,24 @@ def curves(result: StudyResult) -> str:
 
 
 def verdicts(result: StudyResult) -> list[list[object]]:
-    """For every method: its median and best return over the seeds, control steps, and what its median beats."""
+    """Return a row for every method: its lower median, least and best return over the seeds, control steps, what it beats.
+
+    The lower median is the return of one of the trials, of two the worse one; "beats" is said of it.
+    """
     rows: list[list[object]] = []
     for label in result.labels():
         trials = result.of(label)
         if not trials:
-            rows.append([label, "none", "none", "", *("" for _ in result.baselines)])
+            rows.append([label, "none", "none", "none", "", *("" for _ in result.baselines)])
             continue
         values = [trial.score.value for trial in trials if trial.score is not None]
         middle = statistics.median_low(values)
         beaten = ["yes" if middle > score.value else "no" for score in result.baselines.values()]
-        rows.append([label, middle, max(values), max(trial.track.spent for trial in trials), *beaten])
+        rows.append([label, middle, min(values), max(values), max(trial.track.spent for trial in trials), *beaten])
     return rows
 
 
 def heads(result: StudyResult) -> list[str]:
-    """Heads of the columns of `verdicts`."""
-    return ["method", "return (median)", "best", "control steps", *(f"beats {name}" for name in result.baselines)]
+    """Return the heads of the columns of `verdicts`."""
+    numbers = ["return (lower median)", "worst seed", "best seed", "control steps"]
+    return ["method", *numbers, *(f"beats {name}" for name in result.baselines)]

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import math
 import os
+import shutil
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -13,7 +14,14 @@ from time import perf_counter
 
 import numpy as np
 
-from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, ParameterError, caution
+from granular_env.components.errors import (
+    ExperimentError,
+    GranularError,
+    GranularWarning,
+    ParameterError,
+    caution,
+    nearest,
+)
 from granular_env.experiments.faults import blamed
 from granular_env.running import Interrupt
 from granular_env.viewing.extras import needed
@@ -45,6 +53,7 @@ def run_study(
     overwrite: bool = False,
     told: Told = lambda trial, spent, best: None,
     problem: Problem | None = None,
+    only: Iterable[str] = (),
 ) -> StudyResult:
     """Run a study, or go on with one that was interrupted, killed, or given a larger budget.
 
@@ -60,6 +69,7 @@ def run_study(
         overwrite: whether to start anew where the folder holds another study, or results of this one.
         told: is told how far it is.
         problem: what is asked, where it is not the environment of the study's task.
+        only: names of the methods to run and to report; none: all. What others have done is kept for a later run.
 
     Raises:
         ExperimentError: the study is not valid, the folder belongs to another one, or a return was not finite; then the other
@@ -69,7 +79,8 @@ def run_study(
     """
     study = load_study(source, overrides)
     needed("matplotlib", "the figures of a study")  # said now, not when hours of searching are over
-    for method in study.method:
+    methods = chosen_methods(study, only)
+    for method in methods:
         method.refuse_unless_installed()
     where = Path(folder) if folder is not None else Path("studies") / safe_name(study.name)
     problem, shape = prepared(study, problem)
@@ -77,7 +88,7 @@ def run_study(
     trials, interrupted = [], False
     with _warned_once() as warned, contextlib.ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
-        for method in study.method:
+        for method in methods:
             for seed in study.seeds:
                 attempt = _Attempt(study, method, seed, problem, shape, where, interrupt, told)
                 interrupted = interrupted or interrupt.pressed
@@ -88,6 +99,15 @@ def run_study(
     write_results(result)
     _raise_failures(result)
     return result
+
+
+def chosen_methods(study: Study, only: Iterable[str]) -> list[MethodTable]:
+    """Return the methods of those names, all where none is named; `ExperimentError` with the nearest for another name."""
+    labels, wanted = [method.label for method in study.method], list(only)
+    for name in wanted:
+        if name not in labels:
+            raise ExperimentError(f"{study.origin}: only: got {name!r}, which is no method of it; {nearest(name, labels)}")
+    return [method for method in study.method if not wanted or method.label in wanted]
 
 
 @contextlib.contextmanager
@@ -118,7 +138,7 @@ def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, Dri
         from ..task_problem import TaskProblem
 
         with blamed(study.origin, "task"):
-            problem = TaskProblem(study.task.name, study.task.arguments)
+            problem = TaskProblem(study.task.name, study.task.arguments, _folder_of(study))
     table = study.drive
     if (driven := table.driven or problem.steps) > problem.steps:
         raise ExperimentError(
@@ -133,6 +153,12 @@ def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, Dri
     _refuse_too_little(study, problem)
     limits = [rate for rate in (table.rate, problem.rate) if rate is not None]
     return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": min(limits, default=None)})
+
+
+def _folder_of(study: Study) -> Path | None:
+    """Return the folder of the study's file, in which modules of its author's lie; None where it came from no file."""
+    path = Path(study.origin)
+    return path.resolve().parent if path.is_file() else None
 
 
 def _refuse_too_little(study: Study, problem: Problem) -> None:
@@ -236,9 +262,16 @@ class _Attempt:
         self._track.save(self._path, self._owner)
 
     def _record(self) -> Score:
-        actor = self._method.actor(self._track.best, self._search, self._problem)
         self._log.parent.mkdir(parents=True, exist_ok=True)
-        return judged(actor, self._problem, self._study, self._log)
+        try:
+            actor = self._method.actor(self._track.best, self._search, self._problem)
+            return judged(actor, self._problem, self._study, self._log)
+        except (IndexError, KeyError, TypeError, ValueError) as error:
+            if isinstance(error, GranularError):
+                raise
+            raise ExperimentError(
+                f"{self._path}: the best that it holds does not fit this study ({error}); pass overwrite=True to start anew"
+            ) from error
 
 
 # -- the folder -----------------------------------------------------------------------------------------------------------
@@ -258,9 +291,16 @@ def _claim(folder: Path, study: Study, overwrite: bool) -> None:
             f"{folder}: it holds another study, {found.name!r}, or this one with other keys; choose another folder, "
             "or pass overwrite=True to replace its results"
         )
-    for part in _OURS:
-        _made(folder / part)
-    write_files({file: as_toml(study).encode("utf-8")}, ExperimentError)
+    new = not folder.exists()
+    _made(folder)
+    try:
+        write_files({file: as_toml(study).encode("utf-8")}, ExperimentError)
+        for part in _OURS:
+            _made(folder / part)
+    except ExperimentError:
+        if new:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def _clear(folder: Path) -> None:

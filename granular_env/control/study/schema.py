@@ -8,7 +8,7 @@ seeds = [1]                     # every method runs once with each
 episodes = 1                    # starts that a drive is tried from while it is searched, where starts are drawn
 test_episodes = 1               # other starts, on which what was found is judged; 0: on those of the search
 
-[task]                          # name: an environment; the rest are its arguments
+[task]                          # name: an environment, or module:name of one's own; the rest are its arguments
 [drive]                         # how a few numbers become a drive (control/drive.py)
 [[method]]                      # type: gradient, cma, random, policy, ppo, sac; the rest are its options (methods/)
 """
@@ -39,7 +39,7 @@ class TaskTable(Table):
 
     model_config = ConfigDict(extra="allow")
 
-    name: str = Field(description="an environment, such as 'pulse-forming'")
+    name: str = Field(description="an environment, such as 'pulse-forming', or 'module:name' of what makes your own")
 
     @property
     def arguments(self) -> dict[str, Any]:

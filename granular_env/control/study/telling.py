@@ -5,7 +5,9 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+
+from granular_env.progress import Bar, ProgressBars
+from granular_env.terminal import table
 
 from .outcome import StudyResult
 from .results import heads, verdicts
@@ -17,36 +19,22 @@ _MOST_NOTES = 3
 
 @contextmanager
 def telling(study: Study, quiet: bool) -> Iterator[Told]:
-    """A bar on standard error for every trial: control steps simulated, and the best return so far."""
-    if quiet:
-        yield lambda trial, spent, best: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    if not console.is_interactive:  # where no bar can be drawn, an empty line would be all that is left of it
-        yield lambda trial, spent, best: None
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TaskProgressColumn())
-    with Progress(*columns, TextColumn("{task.fields[best]}"), TimeRemainingColumn(), console=console) as bar:
-        tasks: dict[str, Any] = {}
+    """Show a progress bar for every trial: control steps simulated, and the best return so far."""
+    with ProgressBars(not quiet, keep=True) as bars:
+        trials: dict[str, Bar] = {}
 
         def told(trial: str, spent: int, best: float) -> None:
-            if trial not in tasks:
-                tasks[trial] = bar.add_task(trial, total=study.budget, best="")
-            words = f"best {best:.6g}" if best > float("-inf") else ""
-            bar.update(tasks[trial], completed=spent, best=words)
+            if trial not in trials:
+                trials[trial] = bars.add(trial, study.budget)
+            trials[trial].update(spent, f"best {best:.6g}" if best > float("-inf") else "")
 
         yield told
 
 
 def closing(result: StudyResult) -> str:
     """How it went: the comparison as a table, and where everything is."""
-    from granular_env.describe import columns
-
     rows = [heads(result), *verdicts(result)]
-    lines = [columns([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows], indent="")]
+    lines = [table([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows])]
     if result.baselines:
         lines.append("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))
     lines += [f"note: {text}" for text in result.warnings[:_MOST_NOTES]]

@@ -14,6 +14,7 @@ from .shipped import best_drive
 
 
 class _Driven(Protocol):
+    hold: int
     actions: Mapping[str, float]
     arguments: Mapping[str, Any]
 
@@ -28,5 +29,13 @@ def open_loops(task: _Driven, environment: str, theory: npt.NDArray[np.float64])
     """
     scale = next(iter(task.actions.values()))
     best = best_drive(environment, task.arguments)
-    policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(theory / scale)}
+    policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(held(theory, task.hold) / scale)}
     return policies if best is None or np.abs(best).max(initial=0.0) > scale else {**policies, "best": OpenLoop(best / scale)}
+
+
+def held(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.float64]:
+    """Return the mean of a drive over each action that is held for `hold` control steps, shape (actions,)."""
+    if hold == 1:
+        return drive
+    places = np.arange(0, len(drive), hold)
+    return np.add.reduceat(drive, places) / np.diff(np.append(places, len(drive)))

@@ -1,4 +1,4 @@
-"""EnergyDelivery-v0: by the deadline a wanted energy is in the last grains; work costs."""
+"""EnergyDelivery-v1: by the deadline a wanted energy is in the last grains; work costs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ...components.profiles import finite_number, positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from .baselines import open_loops
-from .making import chosen, driven_chain, hertz_chain, observed, timed, whole
+from .making import CLOCK, chosen, driven_chain, hertz_chain, observed, timed, whole
 from .theory_drives import passing_waves
 
 # Layout of the constants: the wanted energy [J], price of that much work, first grain of the target region (its column).
@@ -126,17 +126,17 @@ class EnergyDeliveryTask(ChainTask):
         """One solitary wave, which is just in the region at the deadline; and the best known drive."""
         mass, stiffness, rest = self.grain
         wanted = self.energy * (1.0 - 0.5 * self.price)
-        height = np.array([(wanted / (SOLITARY_ENERGY * mass)) ** 0.5])
+        height = np.sqrt([wanted / (SOLITARY_ENERGY * mass)])
         shapes, speeds = wave_shapes(mass, stiffness, rest, height)
         for _ in range(_ITERATIONS if rest > 0.0 else 0):  # under precompression a wave's energy is no power of its height
-            height *= (wanted / shape_energies(shapes, height)) ** 0.5
+            height *= np.sqrt(wanted / shape_energies(shapes, height))
             shapes, speeds = wave_shapes(mass, stiffness, rest, height)
         horizon = self.duration * self.steps
         # As deep in the region as the deadline allows, its middle at most.
         place = min(self.grains - 0.5 * self.region - 0.5, float(speeds[0]) * horizon - _ENTRY)
         waves = np.array([[height[0], place, speeds[0]]])
         drive = passing_waves(shapes, waves, horizon, self.duration, self.steps, next(iter(self.actions)))
-        return open_loops(self, "granular_env/EnergyDelivery-v0", drive)
+        return open_loops(self, "granular_env/EnergyDelivery-v1", drive)
 
 
 class EnergyDeliveryEnv(ChainEnv):
@@ -151,8 +151,9 @@ class EnergyDeliveryEnv(ChainEnv):
     the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
 
     ## Observation space
-    `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    10 m/s; `observe` chooses sensors instead. `info` has "time" [s], the input, and the counters "delivered_energy" and "work"
+    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
+    10 m/s, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock` and T the
+    time of the deadline, in [-1, 1]. `info` has "time" [s], the input, and the counters "delivered_energy" and "work"
     [J] and "closeness".
 
     ## Rewards
@@ -166,7 +167,8 @@ class EnergyDeliveryEnv(ChainEnv):
     Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
 
     ## End of the episode
-    Truncated after `deadline` control steps.
+    Terminated after `deadline` control steps; the agent sees the time. With `clock=0` it does not, and the episode is
+    truncated.
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
@@ -174,8 +176,10 @@ class EnergyDeliveryEnv(ChainEnv):
     * `energy` (.015 J), `region` (8 grains), `work_price` (.2).
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (280) control steps an episode
       of 420 us; a wave of that energy (4 m/s) crosses 60 grains in 380 us.
+    * `clock` (8): readings of the clock.
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`; Hertz contacts.
-    * What `ChainEnv` takes: `observe`, `noise`, `action_rate`, `control_delay`, `randomise`, `info`, `render_mode`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while an exact
@@ -184,14 +188,15 @@ class EnergyDeliveryEnv(ChainEnv):
     .809942 and .810000 with a piston: nothing is left to gain beyond theory but the holding of the input over a control step.
 
     ## Version history
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
 
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         action: str = "force",
         action_scale: float | None = None,
@@ -204,9 +209,12 @@ class EnergyDeliveryEnv(ChainEnv):
     ) -> None:
         arguments = chosen(EnergyDeliveryEnv, locals())
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 280)
+        merged, internal_steps, deadline = timed(options, 3, 280, CLOCK)
         component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
         region = whole("region", region, component.parameters.grains)
         duration = internal_steps * component.step_size
-        task = EnergyDeliveryTask(component, energy, region, work_price, duration, deadline, actions, arguments)
+
+        def task(chain: Chain) -> EnergyDeliveryTask:
+            return EnergyDeliveryTask(chain, energy, region, work_price, duration, deadline, actions, arguments)
+
         super().__init__(component, task, **merged)

@@ -12,12 +12,14 @@ import numpy.typing as npt
 from ...components.chain import Chain, table
 from ...components.errors import ParameterError, nearest, shortened
 from ...components.profiles import positive_number
-from ..randomising import make_chain
+from ..domain_randomization import make_chain
 
 # What an agent may drive an end with: the end that it needs, the input, and its value at action 1 [N or m/s].
 ACTIONS = {"force": ("free", "force", 1000.0), "piston": ("piston", "velocity", 10.0)}
 # What every environment of these tasks observes as 1, and the chain's own idea of a large speed [m, m/s, m/s].
 _DISPLACEMENT, _VELOCITY = 1e-3, 10.0
+# Readings of the clock where it is on by default.
+CLOCK = 8
 
 
 def driven_chain(
@@ -42,14 +44,16 @@ def driven_chain(
         ParameterError: the action is unknown, or an argument of the chain is not valid.
     """
     if not isinstance(action, str) or action not in ACTIONS:
-        raise ParameterError(
-            f"action: got {shortened(action)}, expected one of {', '.join(ACTIONS)}; {nearest(str(action), ACTIONS)}"
-        )
+        raise ParameterError(f"action: got {shortened(action)}; {nearest(str(action), ACTIONS)}")
     boundary, quantity, scale = ACTIONS[action]
     number = scale if action_scale is None else positive_number("action_scale", action_scale)
-    given = {"velocity_scale": _VELOCITY, **parameters, side: boundary}
-    made = make_chain(given, chain, options.get("randomise"), options.get("index", 0))
-    return made, {f"{side}_{quantity}": number}
+    given = {"velocity_scale": _VELOCITY, **stated(parameters), side: boundary}
+    return make_chain(given, chain, options.get("randomise")), {f"{side}_{quantity}": number}
+
+
+def stated(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters that are not None; for the others the chain's own defaults hold, or what its arrangement says."""
+    return {name: value for name, value in parameters.items() if value is not None}
 
 
 def observed() -> dict[str, float]:
@@ -58,16 +62,18 @@ def observed() -> dict[str, float]:
 
 
 def timed(
-    options: Mapping[str, Any], internal_steps: int, deadline: int, endless: bool = False
+    options: Mapping[str, Any], internal_steps: int, deadline: int, clock: int = 0, endless: bool = False
 ) -> tuple[dict[str, Any], int, int]:
     """An environment's options with these defaults, the internal steps of a control step, and the control steps there are.
+
+    The clock is on by default where a task's goal has a time.
 
     Raises:
         ParameterError: a count is none; without a deadline (0 steps) only where the task may be `endless`.
     """
-    merged = {"internal_steps": internal_steps, "deadline": deadline, **options}
+    merged = {"internal_steps": internal_steps, "deadline": deadline, "clock": clock, **options}
     if endless and merged["deadline"] is None:
-        return merged, timed({**options, "deadline": 1}, internal_steps, 1)[1], 0
+        return {**merged, "clock": options.get("clock", 0)}, timed({**options, "deadline": 1}, internal_steps, 1)[1], 0
     counts = [merged["internal_steps"], merged["deadline"]]
     for name, count in zip(("internal_steps", "deadline"), counts, strict=True):
         if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
@@ -131,7 +137,9 @@ def whole(name: str, given: Any, most: int) -> int:
 
 
 # What an agent sees is no part of the problem that a drive solves.
-_SEEN = {"self", "chain", "options", "observe", "noise", "info", "render_mode", "index", "step_error_reward", "action_scale"}
+_SEEN = {"self", "chain", "options", "observe", "noise", "info", "clock", "render_mode", "step_error_reward", "action_scale"}
+# What the chain itself takes where an environment's argument is None.
+_CHAIN_DEFAULTS = {"radius": 3e-3, "material": "steel"}
 
 
 def chosen(environment: type, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -142,6 +150,8 @@ def chosen(environment: type, given: Mapping[str, Any]) -> dict[str, Any]:
         given: the local variables at the constructor's beginning.
     """
     defaults = {name: one.default for name, one in inspect.signature(environment).parameters.items()}
+    defaults |= {name: value for name, value in _CHAIN_DEFAULTS.items() if name in defaults}
+    given = {**given, **{name: value for name, value in _CHAIN_DEFAULTS.items() if given.get(name) is None}}
     chain = given["chain"] if isinstance(given["chain"], Mapping) else {}  # what is none is refused where the chain is made
     values = {**{name: given[name] for name in defaults if name in given}, **given["options"], **chain}
     return {name: one for name, one in values.items() if name not in _SEEN and not _same(one, defaults.get(name))}

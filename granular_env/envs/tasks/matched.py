@@ -16,7 +16,7 @@ import numpy.typing as npt
 from ...components.chain import Chain
 
 # What a matched end reads: the end grain's displacement, velocity of the last but one and of the last, the force between them.
-SENSORS = {"displacement": [-1], "velocity": [-2, -1], "contact_force": [-1]}
+SENSORS = {"displacement": [-1], "velocity": [-2, -1], "contact_force": [-2]}
 
 # A wave needs this many grains' time to come back from the virtual chain's own end: as long as the real one is.
 _VIRTUAL_GRAINS = 96

@@ -1,4 +1,4 @@
-"""Piston-v0: send the last grain off at a wanted speed, at little cost."""
+"""Piston-v1: send the last grain off at a wanted speed, at little cost."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from typing import Any, Unpack
 
 import numpy as np
 
+from ...components.chain import Chain
 from ...components.chain.readings import input_work
 from ...components.chain.table import GRAINS, SCALARS, U, V
 from ...components.jit import jit
 from ...components.profiles import finite_number, positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask
-from ..randomising import make_chain
+from ..domain_randomization import make_chain
+from .making import stated
 
 # The last grain has left when it has flown free by this part of its radius.
 _FREE_FLIGHT = 0.01
@@ -114,14 +116,15 @@ class PistonEnv(ChainEnv):
     * Further: sensors, noise, action rate, control delay, infos, randomisation, `render_mode`: see `ChainEnv`.
 
     ## Version history
+    * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
 
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         step_size: float = 5e-7,
         target_velocity: float = 5.0,
@@ -131,16 +134,12 @@ class PistonEnv(ChainEnv):
         **options: Unpack[ChainOptions],
     ) -> None:
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
-        component = make_chain(
-            {**parameters, "velocity_scale": velocity_scale}, chain, options.get("randomise"), options.get("index", 0)
-        )
-        target = positive_number("target_velocity", target_velocity)
-        task = PistonTask(
-            target,
-            finite_number("work_price", work_price),
-            energy=0.5 * float(component.geometry.mass[-1]) * target**2,
-            clearance=_FREE_FLIGHT * float(component.geometry.radius[-1]),
-            velocity_scale=velocity_scale,
-            displacement_scale=1e-3,
-        )
+        component = make_chain({**stated(parameters), "velocity_scale": velocity_scale}, chain, options.get("randomise"))
+        target, price = positive_number("target_velocity", target_velocity), finite_number("work_price", work_price)
+
+        def task(made: Chain) -> PistonTask:
+            energy = 0.5 * float(made.geometry.mass[-1]) * target**2
+            clearance = _FREE_FLIGHT * float(made.geometry.radius[-1])
+            return PistonTask(target, price, energy, clearance, velocity_scale, displacement_scale=1e-3)
+
         super().__init__(component, task, **{"deadline": 600, **options})

@@ -1,4 +1,4 @@
-"""Protection-v0: hand a wall its impulse in time, and gently. Force-v0 is its older name."""
+"""Protection-v1: hand a wall its impulse in time, and gently."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ...components.profiles import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from .baselines import open_loops
-from .making import chosen, driven_chain, hertz_chain, timed
+from .making import CLOCK, chosen, driven_chain, hertz_chain, timed
 from .theory_drives import ramped_push
 
 FloatArray = npt.NDArray[np.float64]
@@ -162,7 +162,7 @@ class ProtectionTask(ChainTask):
     def baselines(self) -> Mapping[str, Policy]:
         """A ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""
         drive = ramped_push(self.chain, self.impulse, self.duration, max(self.steps, 1), next(iter(self.actions)))
-        policies = open_loops(self, "granular_env/Protection-v0", drive)
+        policies = open_loops(self, "granular_env/Protection-v1", drive)
         return policies if self.steps else {"nothing": policies["nothing"]}
 
 
@@ -179,8 +179,9 @@ class ProtectionEnv(ChainEnv):
     `action="piston"`: the velocity of the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
 
     ## Observation space
-    `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    `velocity_scale`, clipped to +-10; `observe` chooses sensors instead. `info` has both in SI units and float64
+    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
+    `velocity_scale`, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock`
+    and T the time of the deadline, in [-1, 1]. `info` has both in SI units and float64
     ("displacement", "velocity"), with "time" [s], the input, "delivered_impulse" [N s], "wall_force" and "peak_wall_force" [N].
 
     ## Rewards
@@ -194,16 +195,18 @@ class ProtectionEnv(ChainEnv):
     Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
 
     ## End of the episode
-    Terminated when the impulse is delivered. Truncated after `deadline` control steps.
+    Terminated when the impulse is delivered, or after `deadline` control steps; the agent sees the time. With `clock=0` it does
+    not, and the deadline truncates.
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain.
     * `action` ("force"): "force" or "piston". `action_scale` (None): 500 N or 2 m/s.
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step; a wave crosses 64 grains in some 450 us.
-    * `deadline` (700): control steps, 1.05 ms.
+    * `deadline` (700): control steps, 1.05 ms; None for no end and no clock. `clock` (8): readings of the clock.
     * `impulse` (.05 N s), `peak_scale` (1000.0 N), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`.
-    * What `ChainEnv` takes: `observe`, `noise`, `action_rate`, `control_delay`, `randomise`, `info`, `render_mode`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", a push that rises evenly over .29 of the time to the level at which
@@ -212,14 +215,15 @@ class ProtectionEnv(ChainEnv):
     with a piston.
 
     ## Version history
-    * v0: first version, as `granular_env/Force-v0`.
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
+    * v0: first version.
     """
 
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         action: str = "force",
         action_scale: float | None = None,
@@ -233,11 +237,12 @@ class ProtectionEnv(ChainEnv):
         arguments = chosen(ProtectionEnv, locals())
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
         parameters |= {"right": "rigid_plane", "velocity_scale": velocity_scale}
-        merged, internal_steps, deadline = timed(options, 3, 700, endless=True)
+        merged, internal_steps, deadline = timed(options, 3, 700, CLOCK, endless=True)
         scale = _SCALES.get(action) if action_scale is None and isinstance(action, str) else action_scale
         component, actions = driven_chain("left", action, scale, parameters, chain, options)
-        task = ProtectionTask(
-            component, impulse, peak_scale, internal_steps * component.step_size, deadline, actions,
-            {"displacement": 1e-3, "velocity": velocity_scale}, arguments,
-        )  # fmt: skip
+        duration, observations = internal_steps * component.step_size, {"displacement": 1e-3, "velocity": velocity_scale}
+
+        def task(chain: Chain) -> ProtectionTask:
+            return ProtectionTask(chain, impulse, peak_scale, duration, deadline, actions, observations, arguments)
+
         super().__init__(component, task, **merged)

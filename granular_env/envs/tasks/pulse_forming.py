@@ -1,4 +1,4 @@
-"""PulseForming-v0: at the deadline a wanted set of solitary waves stands in the chain, and nothing else."""
+"""PulseForming-v1: at the deadline a wanted set of solitary waves stands in the chain, and nothing else."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from ...components.jit import jit
 from ...components.profiles import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
+from .arrival import refuse_early
 from .baselines import open_loops
-from .making import chosen, driven_chain, hertz_chain, numbers, observed, timed
-from .theory_drives import passing_waves
+from .making import CLOCK, chosen, driven_chain, hertz_chain, numbers, observed, timed
+from .theory_drives import passing_waves, wave_velocities
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -107,7 +108,8 @@ class PulseFormingTask(ChainTask):
         super().__init__()
         self.arguments = arguments or {}
         self.actions, self.observations = actions, observed()
-        grains, (mass, stiffness, rest) = chain.parameters.grains, hertz_chain(self.name, chain)
+        self.grains = grains = chain.parameters.grains
+        mass, stiffness, rest = hertz_chain(self.name, chain)
         if np.any(amplitudes <= 0.0):
             raise ParameterError(f"amplitude: got {amplitudes.tolist()} m/s, expected more than 0")
         if len(amplitudes) != len(places) or not np.all((places >= 0.0) & (places <= grains - 1)):
@@ -118,6 +120,7 @@ class PulseFormingTask(ChainTask):
         self.waves = np.column_stack([amplitudes, places, speeds])
         self.energy = float(shape_energies(self.shapes, amplitudes).sum())
         self.duration, self.steps = duration, steps
+        refuse_early(self.shapes, self.waves, duration, steps)
         head = [duration * steps, self.energy, positive_number("window", window), float(len(self.waves)), duration, 0.0]
         self.constants, self.way = np.concatenate([head, self.waves.reshape(-1), self.shapes]), 0.0
 
@@ -132,12 +135,16 @@ class PulseFormingTask(ChainTask):
         constants[_WAY] = self.way
         return Objective(_note, _value, _pull, constants, description=text)
 
+    def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
+        """Return that of the wanted waves on their way."""
+        return wave_velocities(self.shapes, self.waves, self.duration * (self.steps - elapsed), self.grains)
+
     def baselines(self) -> Mapping[str, Policy]:
         """What passing waves would do to the left end; and the best known drive."""
         drive = passing_waves(
             self.shapes, self.waves, self.duration * self.steps, self.duration, self.steps, next(iter(self.actions))
         )
-        return open_loops(self, "granular_env/PulseForming-v0", drive)
+        return open_loops(self, "granular_env/PulseForming-v1", drive)
 
 
 class PulseFormingEnv(ChainEnv):
@@ -153,8 +160,9 @@ class PulseFormingEnv(ChainEnv):
     the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
 
     ## Observation space
-    `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    10 m/s; `observe` chooses sensors instead. `info` has "time" [s], the input, and the counters "distance" (D below),
+    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
+    10 m/s, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock` and T the
+    time of the deadline, in [-1, 1]. `info` has "time" [s], the input, and the counters "distance" (D below),
     "energy_outside" (energy further than `window` grains from every wanted crest, over the energy put in) and "amplitude_error"
     (relative error of the fastest grain about each crest, the largest over the waves).
 
@@ -171,7 +179,8 @@ class PulseFormingEnv(ChainEnv):
     Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
 
     ## End of the episode
-    Truncated after `deadline` control steps, at which the waves are due.
+    Terminated after `deadline` control steps, at which the waves are due; the agent sees the time. With `clock=0` it does not,
+    and the episode is truncated.
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
@@ -179,9 +188,11 @@ class PulseFormingEnv(ChainEnv):
     * `amplitude` (5.0 m/s), `place` (40): of the crest at the deadline, the first grain is 0; lists for several waves.
     * `window` (5.0 grains): half width of what counts as a wave.
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (180) control steps an episode
-      of 270 us, 26 us more than the wave takes from end to place.
+      of 270 us, 26 us more than the wave takes from end to place. A deadline that no wave can meet is refused.
+    * `clock` (8): readings of the clock.
     * `chain`: further parameters of the chain component, e.g. `{"precompression": 10.0}`; Hertz contacts.
-    * What `ChainEnv` takes: `observe`, `noise`, `action_rate`, `control_delay`, `randomise`, `info`, `render_mode`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the exact
@@ -190,14 +201,15 @@ class PulseFormingEnv(ChainEnv):
     piston: theory does not know that its input is held over a control step; the last is the error of the shape's table.
 
     ## Version history
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
 
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         action: str = "force",
         action_scale: float | None = None,
@@ -210,10 +222,12 @@ class PulseFormingEnv(ChainEnv):
     ) -> None:
         arguments = chosen(PulseFormingEnv, locals())
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 180)
+        merged, internal_steps, deadline = timed(options, 3, 180, CLOCK)
         component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
         duration = internal_steps * component.step_size
-        task = PulseFormingTask(
-            component, numbers("amplitude", amplitude), numbers("place", place), duration, deadline, window, actions, arguments
-        )
+        heights, places = numbers("amplitude", amplitude), numbers("place", place)
+
+        def task(chain: Chain) -> PulseFormingTask:
+            return PulseFormingTask(chain, heights, places, duration, deadline, window, actions, arguments)
+
         super().__init__(component, task, **merged)

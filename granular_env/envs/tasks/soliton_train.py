@@ -1,4 +1,4 @@
-"""SolitonTrain-v0: solitary waves on demand, whose number, heights and places are drawn for each episode and told."""
+"""SolitonTrain-v1: solitary waves on demand, whose number, heights and places are drawn for each episode and told."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ from ...components.chain.wanted_waves import (
     shape_energies,
     wave_shapes,
 )
+from ...components.elementary import root
 from ...components.errors import ParameterError, shortened
 from ...components.jit import jit
 from ...components.profiles import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from ..policies import Constant
-from .making import between, driven_chain, hertz_chain, observed, timed, whole
-from .theory_drives import passing_waves
+from .arrival import refuse_early
+from .baselines import held
+from .making import CLOCK, between, driven_chain, hertz_chain, observed, timed, whole
+from .theory_drives import passing_waves, wave_velocities
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -122,7 +125,7 @@ class SolitonTrainTask(ChainTask):
         self.grains, (mass, stiffness, rest) = chain.parameters.grains, hertz_chain(self.name, chain)
         if rest > 0.0:
             raise ParameterError(
-                "precompression: waves of many heights have one shape only in a chain without it; take PulseForming-v0"
+                "precompression: waves of many heights have one shape only in a chain without it; take PulseForming-v1"
             )
         self.shapes, speeds = wave_shapes(mass, stiffness, 0.0, np.ones(1))
         self.speed, self.duration, self.steps = float(speeds[0]), duration, steps
@@ -132,6 +135,8 @@ class SolitonTrainTask(ChainTask):
         unit = float(shape_energies(self.shapes, np.ones(1))[0])
         head = [duration * steps, unit, positive_number("window", window), float(waves)]
         self.head, self.constants = head, np.concatenate([head, self.shapes])
+        slowest, farthest = amplitude[0], front[1]
+        refuse_early(self.shapes, self._rows(np.array([[slowest, farthest]]))[None, :COLUMNS], duration, steps)
         self.demand = self.goal(np.random.default_rng(0))
 
     def goal(self, random: Generator) -> FloatArray:
@@ -158,12 +163,14 @@ class SolitonTrainTask(ChainTask):
             raise ParameterError(
                 f"options.goal: got {rows.tolist()}, expected amplitudes above 0 m/s and places from 0 to {self.grains - 1}"
             )
-        return self._rows(rows)
+        goal = self._rows(rows)
+        refuse_early(self.shapes, goal.reshape(-1, COLUMNS), self.duration, self.steps, "options.goal")
+        return goal
 
     def _rows(self, rows: FloatArray) -> FloatArray:
         goal = np.zeros((self.waves, COLUMNS))
         goal[: len(rows), [AMPLITUDE, PLACE]] = rows
-        goal[: len(rows), 2] = self.speed * rows[:, 0] ** 0.2
+        goal[: len(rows), 2] = self.speed * root(rows[:, 0], 5)
         return goal.reshape(-1)
 
     def objective(self, chain: Chain, steps: int) -> Objective:
@@ -173,6 +180,11 @@ class SolitonTrainTask(ChainTask):
         """
         text = "square of the distance to the demanded waves at the end, in the energy norm, over their energy"
         return Objective(_note, _value, _pull, np.concatenate([self.head, self.demand, self.shapes]), description=text)
+
+    def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
+        """Return that of the demanded waves on their way."""
+        goal = counters[: COLUMNS * self.waves].reshape(-1, COLUMNS)
+        return wave_velocities(self.shapes, goal, self.duration * (self.steps - elapsed), self.grains)
 
     def baselines(self) -> Mapping[str, Policy]:
         """Doing nothing, and what the demanded waves would do to the left end as they pass."""
@@ -201,7 +213,8 @@ class PassingTrain:
             numbers = [info[one] for one in task.counter_names[: COLUMNS * task.waves]]
             goal = np.array(numbers).reshape(-1, COLUMNS)
             horizon = task.duration * task.steps
-            self.drive = passing_waves(task.shapes, goal, horizon, task.duration, task.steps, name) / scale
+            drive = passing_waves(task.shapes, goal, horizon, task.duration, task.steps, name)
+            self.drive = held(drive, task.hold) / scale
         self.step += 1
         return np.array([self.drive[self.step - 1]])
 
@@ -209,7 +222,7 @@ class PassingTrain:
 class SolitonTrainEnv(ChainEnv):
     """Drive the left end so that at the deadline the solitary waves that were asked for stand in the chain.
 
-    `PulseForming-v0` on demand: how many waves, how high and where, is drawn for each episode, and the agent is told.
+    `PulseForming-v1` on demand: how many waves, how high and where, is drawn for each episode, and the agent is told.
 
     ## Action space
     `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
@@ -217,15 +230,16 @@ class SolitonTrainEnv(ChainEnv):
     the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
 
     ## Observation space
-    `Box(-10, 10, (2 grains + 3 waves,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in
+    `Box((2 grains + 3 waves + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in
     units of 10 m/s (`observe` chooses sensors instead), then the goal, without noise: of each wave, foremost first, its height
     in units of 10 m/s, the place of its crest at the deadline over the number of grains, and its speed in units of that of a
-    wave of 1 m/s; zeros for waves that are not asked for. `info` has "time" [s], the input, the goal as "amplitude_1" [m/s],
+    wave of 1 m/s; zeros for waves that are not asked for; all clipped to +-10. Last comes the clock, cos(pi k t / T) with k = 1
+    to `clock` and T the time of the deadline, in [-1, 1]. `info` has "time" [s], the input, the goal as "amplitude_1" [m/s],
     "place_1", "speed_1" [grains/s] and so on, and the counters "distance", "energy_outside" and "amplitude_error" of
-    `PulseForming-v0`.
+    `PulseForming-v1`.
 
     ## Rewards
-    As in `PulseForming-v0`: the return is minus the square of the distance to the demanded waves at the deadline, in the energy
+    As in `PulseForming-v1`: the return is minus the square of the distance to the demanded waves at the deadline, in the energy
     norm, over their energy. Doing nothing returns -1, 0 is perfect. A step that would break the physics gives -10 and ends the
     episode.
 
@@ -235,7 +249,8 @@ class SolitonTrainEnv(ChainEnv):
     20.0]]})` asks for these (amplitude, place); other options give start values, as `Component.reset` takes them.
 
     ## End of the episode
-    Truncated after `deadline` control steps, at which the waves are due.
+    Terminated after `deadline` control steps, at which the waves are due; the agent sees the time. With `clock=0` it does not,
+    and the episode is truncated.
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
@@ -243,9 +258,11 @@ class SolitonTrainEnv(ChainEnv):
     * `waves` (3): the largest number. `amplitude` ((3.0, 6.0) m/s), `spacing` ((11.0, 14.0) grains), `front` ((36.0, 40.0)).
     * `window` (5.0 grains): half width of what counts as a wave.
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (200) control steps an episode
-      of 300 us.
+      of 300 us. A deadline that the slowest wave cannot meet is refused.
+    * `clock` (8): readings of the clock.
     * `chain`: further parameters of the chain component; Hertz contacts, no precompression.
-    * What `ChainEnv` takes: `observe`, `noise`, `action_rate`, `control_delay`, `randomise`, `info`, `render_mode`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the demanded
@@ -254,14 +271,15 @@ class SolitonTrainEnv(ChainEnv):
     "best" is missing; the gradient of `objective` finds it for each `demand` (-1e-9 or better).
 
     ## Version history
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
 
     def __init__(
         self,
         grains: int = 64,
-        radius: float = 3e-3,
-        material: Any = "steel",
+        radius: Any = None,
+        material: Any = None,
         *,
         action: str = "force",
         action_scale: float | None = None,
@@ -275,7 +293,7 @@ class SolitonTrainEnv(ChainEnv):
         **options: Unpack[ChainOptions],
     ) -> None:
         parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 200)
+        merged, internal_steps, deadline = timed(options, 3, 200, CLOCK)
         component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
         count, gaps, first = whole("waves", waves, 16), between("spacing", spacing), between("front", front)
         if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > component.parameters.grains - 1:
@@ -283,8 +301,9 @@ class SolitonTrainEnv(ChainEnv):
                 f"front: got {shortened(front)}, expected places up to {component.parameters.grains - 1} that leave room for "
                 f"{count} waves with up to {gaps[1]:g} grains between them"
             )
-        task = SolitonTrainTask(
-            component, count, between("amplitude", amplitude), gaps, first, internal_steps * component.step_size, deadline,
-            window, actions,
-        )  # fmt: skip
+        heights, duration = between("amplitude", amplitude), internal_steps * component.step_size
+
+        def task(chain: Chain) -> SolitonTrainTask:
+            return SolitonTrainTask(chain, count, heights, gaps, first, duration, deadline, window, actions)
+
         super().__init__(component, task, **merged)

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
 from ...components.chain import Chain
 from ...components.chain.wanted_waves import AMPLITUDE, DENSITY, GRAIN_MASS, PLACE, POINTS, REACH, SHAPES, SPEED, TABLES
+from ...components.elementary import exponential, root, spline_through
 
 FloatArray = npt.NDArray[np.float64]
 
-_FINE = 16
+_FINE, _FINER = 16, 32
 _RISE = 0.29
+# What a wall feels of a front's force, 2^(6/5).
+_SHARE = 2.2973967099940698
+# Pushes that are tried, over the mean one: the logarithms of 1e-3 and 1e6.
+_LEAST, _MOST = -6.907755278982137, 13.815510557964274
 
 
 def passing_waves(shapes: FloatArray, goal: FloatArray, horizon: float, duration: float, steps: int, action: str) -> FloatArray:
@@ -48,6 +55,24 @@ def passing_waves(shapes: FloatArray, goal: FloatArray, horizon: float, duration
     return total
 
 
+def wave_velocities(shapes: FloatArray, goal: FloatArray, left: float, grains: int) -> FloatArray:
+    """Return the velocities of the grains in waves that are on their way, shape (grains,) [m/s].
+
+    Args:
+        shapes: of the waves, see `components.chain.wanted_waves`.
+        goal: rows (amplitude [m/s], place, speed [grains/s]).
+        left: time until they are due [s].
+        grains: how many.
+    """
+    total = np.zeros(grains)
+    for row, wave in enumerate(goal):
+        if wave[AMPLITUDE] > 0.0:
+            place, values = _velocity_shape(shapes, row)
+            crest = wave[PLACE] - wave[SPEED] * left
+            total += wave[AMPLITUDE] * np.interp(np.arange(grains) - crest, place, values, left=0.0, right=0.0)
+    return total
+
+
 def ramped_push(chain: Chain, impulse: float, duration: float, steps: int, action: str) -> FloatArray:
     """A push that rises evenly to a level F and stays, which gives a wall its impulse in time, shape (steps,).
 
@@ -71,10 +96,10 @@ def ramped_push(chain: Chain, impulse: float, duration: float, steps: int, actio
         float(chain.geometry.stiffness[1:-1].mean()),
         len(chain.geometry.mass),
     )
-    force = np.geomspace(1e-3, 1e6, 20_000) * impulse / (duration * steps)
-    speed = (force * stiffness**2) ** (1.0 / 6.0) / mass**0.5
+    force = exponential(np.linspace(_LEAST, _MOST, 20_000)) * impulse / (duration * steps)
+    speed = root(force * (stiffness * stiffness), 6) / math.sqrt(mass)
     rise = _RISE * duration * steps
-    delivered = 2.0**1.2 * force * (duration * steps - grains / speed - 0.5 * rise)
+    delivered = _SHARE * force * (duration * steps - grains / speed - 0.5 * rise)
     enough = np.flatnonzero(delivered >= impulse)
     chosen = enough[0] if len(enough) else int(np.argmax(delivered))
     level = force[chosen] if action.endswith("force") else force[chosen] / (mass * speed[chosen])
@@ -83,10 +108,8 @@ def ramped_push(chain: Chain, impulse: float, duration: float, steps: int, actio
 
 def _velocity_shape(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
     """Fine table of a wave's velocity over the distance to its crest: cubics through the points of the shape."""
-    from scipy.interpolate import CubicSpline
-
     count, density = int(shapes[POINTS]), shapes[DENSITY]
     table = TABLES + 2 * count * min(row, int(shapes[SHAPES]) - 1)
     place = (np.arange(count) - 1.0) / density - shapes[REACH]
-    fine = np.linspace(place[0], place[-1], 32 * (count - 1) + 1)
-    return fine, CubicSpline(place, shapes[table : table + count])(fine)
+    fine = np.linspace(place[0], place[-1], _FINER * (count - 1) + 1)
+    return fine, spline_through(shapes[table : table + count], _FINER)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,10 @@ class Gradient(MethodTable):
     trial: int = Field(default=20, ge=1, description="iterations from each start before the best goes on")
     iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
     rounds: int | None = Field(default=None, ge=1, description="rounds of such starts; default: until the budget is spent")
+    way: list[float] = Field(
+        default=[],
+        description="of an objective with a weight of the way to its goal: values to begin and go on with, at last its own, 0",
+    )
     sharpness: list[list[float]] = Field(
         default=[], description="of an objective with a smooth peak: values to go on with, one after the other, from the best"
     )
@@ -50,26 +54,28 @@ class Gradient(MethodTable):
         try:
             self._search(search)
         finally:
-            self._sharpen(search, None)
+            search.problem.stage = None
 
     def _search(self, search: Search) -> None:
         shape, number = search.shape, 0
         middle = search.baseline(self.begin) if self.begin else np.full(shape.size, self.start)
         while self.rounds is None or number < self.rounds:
             starts = [self._start(search, middle, number * self.starts + place) for place in range(self.starts)]
+            first, *later = self._stages()
+            search.problem.stage = first
             found = [self._descend(search, start, self.trial) for start in starts]
             # Equal values: the first.
             _, best = min(found, key=lambda pair: pair[0])
             _, best = self._descend(search, best, self.iterations)
-            for stage in self.sharpness:
-                self._sharpen(search, stage)
+            for stage in later:
+                search.problem.stage = stage
                 _, best = self._descend(search, best, self.iterations)
-            self._sharpen(search, None)
             number += 1
 
-    def _sharpen(self, search: Search, stage: list[float] | None) -> None:
-        if self.sharpness:
-            search.problem.sharpness = stage
+    def _stages(self) -> list[dict[str, Any] | None]:
+        """Return the objective that the starts are compared by, and those to go on with from the best."""
+        way: list[dict[str, Any] | None] = [{"way": weight} for weight in self.way]
+        return [*(way or [None]), *({"sharpness": tuple(stage)} for stage in self.sharpness)]
 
     def _start(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
         """The start of that number, about the middle; the first one of all lies on a baseline."""

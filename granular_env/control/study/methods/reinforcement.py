@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from granular_env.envs.observing import clock_readings
+
 from .method import MethodTable
 from .policy_search import Single
 
@@ -65,9 +67,9 @@ class Reinforcement(MethodTable):
                 if search.left < self.decisions() * self.environments * self.hold:
                     self._evaluate(model, search)
                     raise BudgetSpentError
-                before = env.control_steps
                 model.learn(self.decisions() * self.environments, reset_num_timesteps=False, log_interval=None)
-                search.track.add(TRAINING, None, 0.0, env.control_steps - before)
+                # An action that the end of an episode cuts short counts in full.
+                search.track.add(TRAINING, None, 0.0, self.decisions() * self.environments * self.hold)
                 search.track.agent = arrays_of(model)
                 rounds += 1
                 search.watch(search.track)
@@ -95,7 +97,7 @@ class Reinforcement(MethodTable):
     def _batch(self, problem: Problem, count: int) -> Any:
         from ...sb3 import Sb3VecEnv
 
-        return Sb3VecEnv(problem.vector(count), self.hold, self.clock, problem.steps)
+        return Sb3VecEnv(problem.vector(count, self.hold, self.clock))
 
     def _policy(self, model: Any, problem: Problem) -> HeldPolicy:
         return HeldPolicy(model.policy, self.hold, self.clock, problem.steps)
@@ -172,9 +174,10 @@ class HeldPolicy:
     def __call__(self, observations: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Actions, shape (environments, entries)."""
         if self._step % self._hold == 0:
-            from ...sb3 import clocked
-
-            seen = clocked(np.asarray(observations), self._step / self._steps, self._clock)
+            seen = np.asarray(observations)
+            if self._clock:
+                times = clock_readings(self._step, self._steps, self._clock)
+                seen = np.hstack([seen, np.broadcast_to(times, (len(seen), self._clock))])
             with one_thread():
                 # One at a time: in a batch the sums of a network have other last bits.
                 decided = [self._policy.predict(one, deterministic=True)[0] for one in seen]

@@ -1,0 +1,347 @@
+"""A measured history, time and value, from a CSV file.
+
+    # drop hammer, load cell 3       lines that begin with # are comments
+    time [us],force [kN]             units here ("time (us)" will do), or declared by the caller, or both where they agree
+    0.0,0.0
+    0.5,0.12
+
+Every fault is named by its line: a gap, a hole in the sampling, NaN, text, a row that is too short or too long, times that do
+not increase. Nothing is filled in or sorted: what was measured is what runs. Only with ``gaps = "bridge"`` a straight line
+leads across a hole.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import json
+import math
+import os
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import ParameterError, nearest, shortened
+from .files import read_bounded
+
+FloatArray = npt.NDArray[np.float64]
+Row = tuple[int, list[str]]
+Header = list[tuple[str, str | None]]
+
+LARGEST_FILE = 256 * 2**20
+_DELIMITERS = (",", ";", "\t")
+# A step so many times the median one is a hole in the sampling.
+_HOLE = 10.0
+_DECIMALS = {mark: re.compile(rf"[+-]?(\d+{re.escape(mark)}?\d*|{re.escape(mark)}\d+)([eE][+-]?\d+)?") for mark in ".,"}
+_BRACKETS = re.compile(r"(?P<name>[^\[\]]*?)\s*\[(?P<unit>[^\[\]]*)\]")
+_PARENTHESES = re.compile(r"(?P<name>.*?)\s*\((?P<unit>[^()]*)\)")
+
+# Unit -> (SI unit, multiply by, divide by). Both are whole numbers that floats hold exactly, so that 3 us is 3e-6 s to the bit.
+UNITS: dict[str, tuple[str, float, float]] = {
+    "s": ("s", 1.0, 1.0), "ms": ("s", 1.0, 1e3), "us": ("s", 1.0, 1e6), "ns": ("s", 1.0, 1e9),
+    "N": ("N", 1.0, 1.0), "kN": ("N", 1e3, 1.0), "MN": ("N", 1e6, 1.0), "mN": ("N", 1.0, 1e3), "uN": ("N", 1.0, 1e6),
+    "m/s": ("m/s", 1.0, 1.0), "km/s": ("m/s", 1e3, 1.0), "cm/s": ("m/s", 1.0, 1e2), "mm/s": ("m/s", 1.0, 1e3),
+    "um/s": ("m/s", 1.0, 1e6),
+    "m": ("m", 1.0, 1.0), "cm": ("m", 1.0, 1e2), "mm": ("m", 1.0, 1e3), "um": ("m", 1.0, 1e6), "nm": ("m", 1.0, 1e9),
+    "m/s^2": ("m/s^2", 1.0, 1.0), "mm/s^2": ("m/s^2", 1.0, 1e3),
+    "Pa": ("Pa", 1.0, 1.0), "kPa": ("Pa", 1e3, 1.0), "MPa": ("Pa", 1e6, 1.0), "GPa": ("Pa", 1e9, 1.0),
+    "K": ("K", 1.0, 1.0),
+    "V": ("V", 1.0, 1.0), "kV": ("V", 1e3, 1.0), "mV": ("V", 1.0, 1e3), "uV": ("V", 1.0, 1e6),
+}  # fmt: skip
+# What a sensor gives; a scale turns it into the quantity that is wanted.
+_SIGNAL = "V"
+
+
+def read_history(
+    path: str | os.PathLike[str],
+    *,
+    time_column: str | int = 0,
+    value_column: str | int = 1,
+    time_unit: str | None = None,
+    value_unit: str | None = None,
+    unit: str | None = None,
+    delimiter: str = ",",
+    decimal: str = ".",
+    skip: int = 0,
+    gaps: str = "refuse",
+    scale: float | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the times [s], increasing, and the values [`unit`], both of shape (rows,).
+
+    Args:
+        path: the file, UTF-8; comments and the header may be Latin-1.
+        time_column: a name from the header, with or without its unit, or a number from 0.
+        value_column: likewise.
+        time_unit: s, ms, us or ns; None where the header says it.
+        value_unit: any of `UNITS` that measures the same quantity as `unit`, or V, mV, ... with a `scale`; None where the
+            header says it.
+        unit: SI unit that is wanted; None for that of the file's quantity.
+        delimiter: what separates the columns: a comma, a semicolon or a tab.
+        decimal: the decimal mark, a point or a comma.
+        skip: how many lines at the beginning are left out, such as the preamble of an oscilloscope.
+        gaps: "bridge" to accept holes in the sampling; a straight line leads across each.
+        scale: the values are multiplied by it: a number, or `unit` for each volt.
+
+    Raises:
+        ParameterError: the file and the line, what stands there, and what was expected.
+    """
+    path = _checked_path(path)
+    _check_choices(delimiter=(delimiter, _DELIMITERS), decimal=(decimal, (".", ",")), gaps=(gaps, ("refuse", "bridge")))
+    if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
+        raise ParameterError(f"skip: got {shortened(skip)}, expected how many lines to leave out, a whole number from 0 on")
+    rows = list(_rows(path, delimiter, decimal, skip))
+    if not rows:
+        raise ParameterError(f"{path}: it holds no rows; expected a header such as 'time [us],force [kN]' and samples")
+    try:
+        samples, width, places, conversions = _understand_header(
+            path, rows, (time_column, value_column), (time_unit, value_unit), unit, delimiter, decimal, scale is not None
+        )
+        times, values = _numbers(path, samples, width, places, decimal)
+    except ParameterError as error:
+        raise ParameterError(f"{error}{_preamble_advice(rows, decimal, skip)}") from None
+    to_seconds, to_value = conversions
+    with np.errstate(over="ignore"):  # told of below, with the line
+        times, values = times * to_seconds[0] / to_seconds[1], values * to_value[0] / to_value[1]
+        values = values * scale if scale is not None and scale != 1.0 else values
+    _check_order(path, samples, times)
+    if gaps == "refuse":
+        _refuse_holes(path, samples, times)
+    if not np.isfinite(values).all():
+        where = int(np.argmin(np.isfinite(values)))
+        raise ParameterError(f"{path}: line {samples[where][0]}: the value overflows{f' in {unit}' if unit else ''}")
+    return times, values
+
+
+def _checked_path(path: str | os.PathLike[str]) -> Path:
+    try:
+        return Path(path)
+    except TypeError:
+        raise ParameterError(f"path: got {shortened(path)}, expected the path of a CSV file") from None
+
+
+def _check_choices(**choices: tuple[str, Sequence[str]]) -> None:
+    for name, (chosen, known) in choices.items():
+        if chosen not in known:
+            raise ParameterError(f"{name}: got {shortened(chosen)}, expected {' or '.join(map(json.dumps, known))}")
+
+
+def _understand_header(
+    path: Path,
+    rows: list[Row],
+    columns: tuple[str | int, str | int],
+    units: tuple[str | None, str | None],
+    unit: str | None,
+    delimiter: str,
+    decimal: str,
+    scaled: bool,
+) -> tuple[list[Row], int, tuple[int, int], list[tuple[float, float]]]:
+    """Return the samples, the number of columns, the places of time and value among them, and the conversions of both."""
+    _check_delimiter(path, *rows[0], delimiter)
+    header = _header(rows[0][1], decimal)
+    first, second = (
+        _column(path, rows[0], header, key, column)
+        for key, column in zip(("time_column", "value_column"), columns, strict=True)
+    )
+    if first == second:
+        raise ParameterError(f"{path}: time_column and value_column both name column {first}; give two different ones")
+    line, written = rows[0][0], [header[place][1] if header else None for place in (first, second)]
+    conversions = [
+        _conversion(path, line, "time_unit", units[0], written[0], "s", False),
+        _conversion(path, line, "value_unit", units[1], written[1], unit, scaled),
+    ]
+    samples = rows[1:] if header else rows
+    if len(samples) < 2:
+        raise ParameterError(f"{path}: it holds {len(samples)} samples, expected at least 2")
+    return samples, len(rows[0][1]), (first, second), conversions
+
+
+def _preamble_advice(rows: list[Row], decimal: str, skip: int) -> str:
+    """Return what to do where lines of text stand before the header: oscilloscopes write such."""
+    number = _DECIMALS[decimal]
+
+    def holds_numbers(cells: list[str]) -> bool:
+        return len(cells) > 1 and all(map(number.fullmatch, filter(None, cells)))
+
+    place = next((place for place, (_, cells) in enumerate(rows) if holds_numbers(cells)), 0)
+    if skip or place < 2:
+        return ""
+    return f"; numbers begin in line {rows[place][0]}: if lines stand before the header, set skip = {rows[place - 1][0] - 1}"
+
+
+def _refuse_holes(path: Path, samples: Sequence[Row], times: FloatArray) -> None:
+    """A step far above the median one is a hole in the measurement: a straight line across it would be made up."""
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    holes = np.flatnonzero(steps > _HOLE * usual)
+    if len(holes):
+        before = int(holes[0])
+        more = f"; it is the first of {len(holes)} holes" if len(holes) > 1 else ""
+        raise ParameterError(
+            f"{path}: line {samples[before + 1][0]}: a hole from {times[before]:g} s (line {samples[before][0]}) to "
+            f'{times[before + 1]:g} s, where the median step is {usual:g} s{more}; fill it in, or set gaps = "bridge" '
+            "to go across in a straight line"
+        )
+
+
+def _check_delimiter(path: Path, line: int, cells: list[str], delimiter: str) -> None:
+    if len(cells) > 1:
+        return
+    other = next((mark for mark in _DELIMITERS if mark != delimiter and mark in cells[0]), None)
+    advice = "the columns are to be separated by commas, semicolons or tabs" if other is None else _set_delimiter(other)
+    raise ParameterError(f"{path}: line {line}: there is one column only, with delimiter = {json.dumps(delimiter)}; {advice}")
+
+
+def _set_delimiter(mark: str) -> str:
+    return f"set delimiter = {json.dumps(mark)}"
+
+
+def _rows(path: Path, delimiter: str, decimal: str, skip: int) -> Iterator[Row]:
+    """Line number and cells of every row that is no comment; empty lines may stand before and after the samples only."""
+    gap, begun = 0, False
+    for number, line in enumerate(_content(path).split(b"\n"), start=1):
+        if number <= skip:
+            continue
+        text = _decoded(path, number, line, begun).strip()
+        if text.startswith("#"):
+            continue
+        if not text:
+            gap = number
+            continue
+        try:
+            cells = [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter, strict=True, skipinitialspace=True))]
+        except csv.Error:
+            long = len(text) > csv.field_size_limit()
+            fault = "a cell is too long" if long else "a quotation mark is not closed, or does not enclose a whole cell"
+            raise ParameterError(f"{path}: line {number}: {fault}") from None
+        if gap and begun:
+            raise ParameterError(f"{path}: line {gap}: it is empty, between samples; a gap is not filled in")
+        gap, begun = 0, begun or bool(_DECIMALS[decimal].fullmatch(cells[0]))
+        yield number, cells
+
+
+def _decoded(path: Path, number: int, line: bytes, begun: bool) -> str:
+    """Return a line as text: UTF-8, or Latin-1 (a micro sign, names) in a comment or before the first sample."""
+    try:
+        return line.decode("utf-8")
+    except UnicodeDecodeError:
+        if b"\0" not in line and (not begun or line.lstrip().startswith(b"#")):
+            return line.decode("latin-1")
+        raise ParameterError(f"{path}: line {number}: it is not UTF-8 text; save the file as plain CSV") from None
+
+
+def _content(path: Path) -> bytes:
+    try:
+        data = read_bounded(path, LARGEST_FILE, "thin the samples out")
+    except ParameterError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise ParameterError(
+            f"{path}: the CSV file cannot be read: {reason}; paths are relative to the experiment file, from Python to the "
+            "current folder"
+        ) from None
+    # Some programs end lines by a carriage return alone.
+    return data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+
+
+def _header(cells: list[str], decimal: str) -> Header | None:
+    """(name, unit or None) for each column; None where the first row already holds numbers."""
+    if any(_DECIMALS[decimal].fullmatch(cell) for cell in cells):
+        return None
+    header: Header = []
+    for cell in cells:
+        match = _BRACKETS.fullmatch(cell)
+        if match is None and (in_parentheses := _PARENTHESES.fullmatch(cell)) and _plain_unit(in_parentheses["unit"]) in UNITS:
+            match = in_parentheses
+        header.append((cell, None) if match is None else (match["name"].strip(), match["unit"]))
+    return header
+
+
+def _plain_unit(unit: str) -> str:
+    return unit.strip().replace("\u00b5", "u").replace("\u03bc", "u")
+
+
+def _column(path: Path, row: Row, header: Header | None, key: str, column: str | int) -> int:
+    line, cells = row
+    if isinstance(column, int):
+        if not 0 <= column < len(cells):
+            raise ParameterError(f"{path}: line {line}: {key} = {column}, and there are columns 0 to {len(cells) - 1}")
+        return column
+    if header is None:
+        raise ParameterError(
+            f"{path}: line {line}: {key} = {column!r}, and the file has no header line; "
+            f"give the column's number from 0, or write a header such as 'time [us],force [kN]'"
+        )
+    names = [name for name, _ in header]
+    if column not in names and column in cells:
+        names = cells
+    if names.count(column) != 1:
+        advice = "it stands there more than once" if column in names else nearest(column, names)
+        raise ParameterError(f"{path}: line {line}: {key} = {column!r} is no column of the header; {advice}")
+    return names.index(column)
+
+
+def _conversion(
+    path: Path, line: int, key: str, declared: str | None, written: str | None, wanted: str | None, scaled: bool
+) -> tuple[float, float]:
+    """(multiply by, divide by) to get to the SI unit that is wanted, or to volts where these are scaled."""
+    spoken = [_plain_unit(unit) for unit in (declared, written) if unit is not None]
+    if not spoken:
+        raise ParameterError(f"{path}: line {line}: no unit; set {key}, or write the header like 'time [us],force [kN]'")
+    if len(set(spoken)) > 1:
+        raise ParameterError(f"{path}: line {line}: the header says {spoken[1]!r}, and {key} = {spoken[0]!r} was given")
+    base, multiply, divide = UNITS.get(spoken[0], (spoken[0] if spoken[0] == wanted else "", 1.0, 1.0))
+    if base == wanted or (base and wanted is None and base != _SIGNAL) or (base == _SIGNAL and scaled):
+        return multiply, divide
+    fitting = [name for name, (of, _, _) in UNITS.items() if of == wanted or (wanted is None and of != _SIGNAL)]
+    if base == _SIGNAL and key == "value_unit":
+        came = f"{spoken[0]!r} is a sensor's signal; set scale, in {wanted or 'the SI unit of the quantity'} for each volt, or"
+        raise ParameterError(f"{path}: line {line}: {key}: {came} give {', '.join(fitting) or wanted}")
+    came = f"{spoken[0]!r} measures something else" if base else f"{spoken[0]!r} is unknown"
+    raise ParameterError(f"{path}: line {line}: {key}: {came}, expected {', '.join(fitting) or wanted}")
+
+
+def _numbers(
+    path: Path, samples: list[Row], width: int, places: tuple[int, int], decimal: str
+) -> tuple[FloatArray, FloatArray]:
+    times, values = np.empty(len(samples)), np.empty(len(samples))
+    for place, (line, cells) in enumerate(samples):
+        if len(cells) != width:
+            raise ParameterError(f"{path}: line {line}: it has {len(cells)} cells, expected {width} as in the first row")
+        times[place] = _number(path, line, "time", cells[places[0]], decimal)
+        values[place] = _number(path, line, "value", cells[places[1]], decimal)
+    return times, values
+
+
+def _number(path: Path, line: int, what: str, cell: str, decimal: str) -> float:
+    if not cell:
+        raise ParameterError(f"{path}: line {line}: the {what} is empty; a gap is not filled in")
+    if _DECIMALS[decimal].fullmatch(cell):
+        number = float(cell.replace(decimal, "."))
+        if math.isfinite(number):
+            return number
+    expected = f"expected a finite number such as 1{decimal}5e-3{_mark_advice(cell, decimal)}"
+    raise ParameterError(f"{path}: line {line}: the {what} is {cell[:40]!r}, {expected}")
+
+
+def _mark_advice(cell: str, decimal: str) -> str:
+    other = "," if decimal == "." else "."
+    if _DECIMALS[other].fullmatch(cell):
+        points = "write decimal points, or " if other == "," else ""
+        return f"; {points}set decimal = {json.dumps(other)}"
+    mark = next((mark for mark in _DELIMITERS if mark in cell), None)
+    return "" if mark is None else "; write decimal points" if mark == "," else f"; {_set_delimiter(mark)}"
+
+
+def _check_order(path: Path, samples: list[Row], times: FloatArray) -> None:
+    late = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(late):
+        place = int(late[0]) + 1
+        how = "repeats" if times[place] == times[place - 1] else "goes back behind"
+        raise ParameterError(
+            f"{path}: line {samples[place][0]}: the time {times[place]:g} s {how} that of line {samples[place - 1][0]} "
+            f"({times[place - 1]:g} s); times must increase"
+        )

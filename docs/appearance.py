@@ -1,0 +1,83 @@
+"""Pictures for light and for dark pages: one figure, saved twice, as ``NAME.png`` and ``NAME-dark.png``."""
+
+import colorsys
+import io
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Colormap, ListedColormap, to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
+from PIL import Image
+
+from granular_env.viewing import figures
+
+# What is black or white on a light page, and what it is on a dark one.
+DARK = {"#000000": "#e2e4e9", "#ffffff": "#1e2129", "#cccccc": "#4a4d57"}
+
+
+def save(figure: Figure, path: Path, dots_per_inch: int = 130, colours: int | None = None) -> None:
+    """Write a figure for light pages to `path`, and for dark ones beside it.
+
+    Args:
+        figure: drawn in black on white; its colours are those of dark pages afterwards.
+        path: ends in ``.png``.
+        dots_per_inch: resolution.
+        colours: reduce the picture to so many colours, for a small file.
+    """
+    _write(figure, path, dots_per_inch, colours)
+    darken(figure)
+    _write(figure, path.with_stem(f"{path.stem}-dark"), dots_per_inch, colours)
+
+
+def darken(figure: Figure) -> None:
+    """Exchange black and white in all that is drawn in them."""
+    figure.set_facecolor(DARK["#ffffff"])
+    for text in figure.findobj(Text):
+        text.set_color(_dark(text.get_color()))
+    for line in figure.findobj(Line2D):
+        for part in ("color", "markeredgecolor", "markerfacecolor"):
+            getattr(line, f"set_{part}")(_dark(getattr(line, f"get_{part}")()))
+    for patch in figure.findobj(Patch):
+        patch.set(facecolor=_dark(patch.get_facecolor()), edgecolor=_dark(patch.get_edgecolor()))
+    for axes in figure.findobj(Axes):
+        axes.set_facecolor(_dark(axes.get_facecolor()))
+        axes.tick_params(color=DARK["#000000"], labelcolor=DARK["#000000"], which="both")
+    for image in figure.findobj(AxesImage):
+        image.set_cmap(_dark_map(image.get_cmap()))
+    for legend in figure.findobj(Legend):
+        legend.get_frame().set_facecolor(DARK["#ffffff"])
+
+
+def _dark(colour: object) -> object:
+    if isinstance(colour, str) and colour in ("none", "auto"):
+        return colour
+    if isinstance(colour, tuple) and len(colour) == 4 and colour[3] == 0.0:
+        return colour
+    return DARK.get(to_hex(colour), colour)
+
+
+def _dark_map(colours: Colormap) -> ListedColormap:
+    """Invert the lightness of a colour map, from white to that of the dark page, and keep its hues."""
+    floor = max(to_rgb(DARK["#ffffff"]))
+    inverted = []
+    for red, green, blue, _ in colours(np.linspace(0.0, 1.0, 256)):
+        hue, lightness, saturation = colorsys.rgb_to_hls(red, green, blue)
+        dark = floor + (1.0 - floor) * (1.0 - lightness)
+        # Keep the chroma, not the saturation, which means little near white.
+        chroma = saturation * (1.0 - abs(2.0 * lightness - 1.0))
+        inverted.append(colorsys.hls_to_rgb(hue, dark, min(1.0, chroma / max(1.0 - abs(2.0 * dark - 1.0), 1e-9))))
+    return ListedColormap(inverted, f"{colours.name}-dark")
+
+
+def _write(figure: Figure, path: Path, dots_per_inch: int, colours: int | None) -> None:
+    data = figures.png(figure, dots_per_inch)
+    if colours is None:
+        path.write_bytes(data)
+    else:
+        Image.open(io.BytesIO(data)).convert("RGB").quantize(colours).save(path, optimize=True)

@@ -1,0 +1,7 @@
+// Typeset the formulas that pymdownx.arithmatex marked.
+document.addEventListener("DOMContentLoaded", () => {
+  for (const element of document.querySelectorAll(".arithmatex")) {
+    const source = element.textContent.trim();
+    katex.render(source.slice(2, -2), element, { displayMode: source.startsWith("\\["), throwOnError: false });
+  }
+});

@@ -1,0 +1,180 @@
+"""Makes the pages of the environments and their moving pictures: ``python docs/environment_pages.py``.
+
+``--pages`` writes the pages alone. Each page is the docstring of the environment, with tables of its spaces.
+"""
+
+import re
+import sys
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+
+import granular_env  # noqa: F401 - registers the environments
+from granular_env.components.chain.table import U, V
+from granular_env.envs import ChainEnv, drawing
+from granular_env.envs.policies import OpenLoop
+from granular_env.envs.registration import ENVIRONMENTS
+
+DOCS = Path(__file__).resolve().parent
+PAGES, IMAGES = DOCS / "environments", DOCS / "images" / "environments"
+FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
+SIZE = (720, 270)  # pixels
+# What is shown: the seed of the episode, and which baseline plays; Piston-v1 has none but this drive.
+PLAYS = {
+    "Piston-v1": (0, OpenLoop([0.24] * 12)),
+    "PulseForming-v1": (0, "best"),
+    "Protection-v1": (0, "best"),
+    "Absorption-v1": (1, "theory"),
+    "EnergyDelivery-v1": (0, "best"),
+    "SolitonTrain-v1": (2, "theory"),
+}
+
+
+def main() -> None:
+    """Write all pages, and the pictures unless ``--pages`` is given."""
+    PAGES.mkdir(exist_ok=True)
+    for name in ENVIRONMENTS:
+        short = name.rpartition("/")[2]
+        (PAGES / f"{slug(short)}.md").write_text(page(name), encoding="utf-8")
+        if "--pages" not in sys.argv:
+            write_picture(name, IMAGES / f"{slug(short)}.gif")
+
+
+def slug(short: str) -> str:
+    """`PulseForming-v1` as a file name: `pulse-forming`."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", short.partition("-v")[0]).lower()
+
+
+def page(name: str) -> str:
+    """Return the page of an environment."""
+    env, short = gymnasium.make(name).unwrapped, name.rpartition("/")[2]
+    assert isinstance(env, ChainEnv)
+    spec, sections = gymnasium.spec(name), docstring_sections(type(env))
+    lines = [f"# {short}", "", sections.pop(""), ""]
+    lines += [f"![{caption(short)}](../images/environments/{slug(short)}.gif)", "", f"*{caption(short)}*", ""]
+    lines += ["| | |", "|---|---|"]
+    lines += [f"| make | `gymnasium.make({name!r})` |", f"| action space | `{env.action_space}` |"]
+    lines += [f"| observation space | `{shown_box(env)}` |"]
+    lines += [f"| control steps | {env.deadline:g} of {env.duration * 1e6:g} us; {env.internal_steps} internal steps each |"]
+    lines += [f"| reward threshold | {spec.reward_threshold:g}, what theory returns, rounded down |"]
+    for title, text in sections.items():
+        lines += ["", f"## {title}", ""]
+        if title == "Action space":
+            lines += [*action_table(env), ""]
+        if title == "Observation space":
+            lines += [*observation_table(env), ""]
+        lines += [text]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def docstring_sections(kind: type) -> dict[str, str]:
+    """Return the sections of a docstring, title -> text; what comes before the first has no title."""
+    first, _, rest = (kind.__doc__ or "").partition("\n")
+    parts = re.split(r"^## (.*)$", f"{first}\n{textwrap.dedent(rest)}", flags=re.MULTILINE)
+    named = zip(parts[1::2], parts[2::2], strict=True)
+    return {"": parts[0].strip(), **{title.strip(): escaped(text.strip()) for title, text in named}}
+
+
+def escaped(text: str) -> str:
+    """Return a text whose stars mean stars, but for those of lists and code."""
+    pieces = re.split(r"(`[^`]*`|^ *\* )", text, flags=re.MULTILINE)
+    return "".join(piece if place % 2 else piece.replace("*", r"\*") for place, piece in enumerate(pieces))
+
+
+def shown_box(env: ChainEnv) -> str:
+    """Return the observation space in a line."""
+    low, high = env.observation_space.low, env.observation_space.high
+    same = np.ptp(low) == 0.0 and np.ptp(high) == 0.0
+    return (
+        f"Box({low[0]:g}, {high[0]:g}, {env.observation_space.shape}, float32)"
+        if same
+        else (f"Box({env.observation_space.shape}, float32), limits in the table")
+    )
+
+
+def action_table(env: ChainEnv) -> list[str]:
+    """Return the lines of the table of an action."""
+    lines = ["| index | quantity | 1 stands for | min | max |", "|---|---|---|---|---|"]
+    for index, (name, scale) in enumerate(env.task.actions.items()):
+        unit, space = env.component.variables[name].unit, env.action_space
+        lines.append(f"| {index} | `{name}` | {scale:g} {unit} | {space.low[index]:g} | {space.high[index]:g} |")
+    return lines
+
+
+def observation_table(env: ChainEnv) -> list[str]:
+    """Return the lines of the table of an observation."""
+    lines = ["| index | quantity | 1 stands for | min | max |", "|---|---|---|---|---|"]
+    for first, last, quantity, unit in observation_rows(env):
+        place = str(first) if first == last else f"{first} to {last}"
+        low, high = env.observation_space.low[first], env.observation_space.high[first]
+        lines.append(f"| {place} | {quantity} | {unit} | {low:g} | {high:g} |")
+    return lines
+
+
+def observation_rows(env: ChainEnv) -> Iterator[tuple[int, int, str, str]]:
+    """Yield first and last index, quantity and unit of each part of an observation."""
+    task, grains, place = env.task, env.component.parameters.grains, 0
+    for (kind, first, count), factor in zip(env.observing.blocks.tolist(), env.observing.factors.tolist(), strict=True):
+        what, unit = {U: ("displacement", "m"), V: ("velocity", "m/s")}.get(kind, ("force", "N"))
+        where = f"grain {first - 1}" if count == 1 else f"grains {first - 1} to {first + count - 2}"
+        if kind == -1:
+            where = f"the contact of grains {first - 1} and {first}"
+        yield place, place + count - 1, f"{what} of {where}" if kind != -1 else f"{what} in {where}", f"{1.0 / factor:g} {unit}"
+        place += count
+    for name, scale in zip(task.counter_names, task.goal_scales, strict=False):
+        unit = {"amplitude": "m/s", "place": "grains", "speed": "grains/s"}[name.partition("_")[0]]
+        yield place, place, f"`{name}` of the goal", f"{scale:g} {unit}"
+        place += 1
+    for k in range(1, env.clock + 1):
+        yield place, place, f"clock: cos({'' if k == 1 else k} pi t / T)".replace("( ", "("), "1"
+        place += 1
+    assert place == env.observation_space.shape[0] and grains > 0
+
+
+def caption(short: str) -> str:
+    """Return what a moving picture shows."""
+    policy = PLAYS[short][1]
+    who = (
+        {"best": "the best known drive", "theory": "the baseline of theory"}[policy]
+        if isinstance(policy, str)
+        else ("2.4 m/s for 18 us, then rest")
+    )
+    return f"{short}: {who}"
+
+
+def write_picture(name: str, path: Path) -> None:
+    """Play an episode and write it as a GIF."""
+    from PIL import Image
+
+    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), PLAYS[name.rpartition("/")[2]]
+    player = env.unwrapped.task.baselines()[policy] if isinstance(policy, str) else policy
+    player.reset()
+    observation, info = env.reset(seed=seed)
+    frames, over = [env.render()], False
+    while not over:
+        observation, _, terminated, truncated, info = env.step(player(observation, info))
+        over = terminated or truncated
+        frames.append(env.render())
+    chosen = [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, FRAMES).round().astype(int))]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    images = [Image.fromarray(one).resize(SIZE, Image.Resampling.LANCZOS) for one in chosen]
+    palette = Image.fromarray(palette_strip()).quantize(COLOURS, dither=Image.Dither.NONE)
+    small = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in images]
+    durations = [SECONDS_A_FRAME * 1000.0] * (len(small) - 1) + [1500.0]
+    small[0].save(path, save_all=True, append_images=small[1:], duration=durations, loop=0, optimize=True)
+    print(path.name, path.stat().st_size // 1000, "kB")
+
+
+def palette_strip() -> np.ndarray:
+    """Return a picture that holds the colours of all others in equal parts: paper, ink, and blue to red; shape (8, n, 3)."""
+    velocities = drawing._colours(np.linspace(-1.0, 1.0, 25) ** 3)
+    greys = np.linspace(0, 255, 12).astype(np.uint8)[:, None].repeat(3, axis=1)
+    colours = np.concatenate([velocities, velocities // 2, greys])
+    return np.broadcast_to(colours, (8, *colours.shape)).copy()
+
+
+if __name__ == "__main__":
+    main()

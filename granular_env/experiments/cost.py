@@ -1,0 +1,61 @@
+"""What a run will cost: its wall time, measured on a few ticks, and the numbers that it records."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+from granular_env.components.errors import StepError
+from granular_env.recording.estimate import estimated_bytes
+from granular_env.writing import readable_bytes
+
+from .prepare import Prepared
+
+# What lasts longer, or writes more, is told of.
+_LONG, LARGE_LOG = 60.0, 200_000_000  # s, bytes
+_MEASURED = 0.02  # s of stepping that the speed is read off
+_UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
+
+
+def cost_note(ready: Prepared) -> str:
+    """Return a sentence on the wall time and the size of the log where these are large; "" else. Steps the component."""
+    seconds, size = ready.ticks * _seconds_per_tick(ready), recorded_bytes(ready)
+    if seconds < _LONG and size < LARGE_LOG:
+        return ""
+    return f"this takes about {_duration(seconds)} on this machine, and records up to {readable_bytes(size)} before compression"
+
+
+def _seconds_per_tick(ready: Prepared) -> float:
+    component, inputs, ticks, begin = ready.component, dict(ready.inputs), 1, perf_counter()
+    first = component.tick
+    while perf_counter() - begin < _MEASURED and component.tick < ready.ticks:
+        ticks = min(2 * ticks, ready.ticks - component.tick)
+        try:
+            component.step(ticks * component.step_size, **inputs)
+        except StepError:
+            break
+        inputs = {}
+    return (perf_counter() - begin) / max(component.tick - first, 1)
+
+
+def size_note(ready: Prepared) -> str:
+    """Return a sentence on the size of the log where that is large; "" else."""
+    size = recorded_bytes(ready)
+    if size < LARGE_LOG:
+        return ""
+    return (
+        f"the log takes up to {readable_bytes(size)} before compression; record less often (record.every) or fewer variables "
+        "(record.variables) for a smaller one"
+    )
+
+
+def recorded_bytes(ready: Prepared) -> int:
+    """Return how many bytes the log of an experiment takes at most, before compression."""
+    experiment = ready.experiment
+    return estimated_bytes(
+        ready.component, ready.ticks, experiment={"duration": experiment.duration}, **experiment.record.model_dump()
+    )
+
+
+def _duration(seconds: float) -> str:
+    length, unit = next((pair for pair in _UNITS if seconds >= pair[0]), _UNITS[-1])
+    return f"{seconds / length:.2g} {unit}"

@@ -1,0 +1,60 @@
+"""The MCAP Metadata record of a log, which Foxglove, rerun and the `mcap` tool show; derived from the header, never read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel
+
+from ..toml_text import toml_document, toml_value
+
+METADATA_NAME = "granular-env"
+# Longer texts, such as the radius of each of many grains, are cut: the header has them whole.
+_LONGEST = 2000
+
+
+def metadata_of(header: Mapping[str, Any], parameters: type[BaseModel] | None = None) -> dict[str, str]:
+    """Return the texts of the record, by key.
+
+    Args:
+        header: the log's header, as `facts.header_of` makes it.
+        parameters: the component's parameter model, which knows the units of the parameters.
+    """
+    experiment = header.get("experiment")
+    versions = header.get("versions") or {}
+    found = {
+        "name": title_of(header),
+        "component": f"{header.get('component')}, version {header.get('version')}",
+        "created": header.get("created"),
+        "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
+        "step_size": f"{header.get('step_size')!r} s",
+        "experiment": toml_document(experiment) if isinstance(experiment, Mapping) else "recorded from a script",
+    }
+    for name, value in (header.get("parameters") or {}).items():
+        if value is not None:
+            found[f"parameter {name}"] = _with_unit(toml_value(value), _unit(parameters, name))
+    for variable in [*(header.get("variables") or ()), *(header.get("inputs") or ())]:
+        found[f"unit of {variable['name']}"] = variable["unit"]
+    return {name: _shortened(str(text)) for name, text in found.items()}
+
+
+def title_of(header: Mapping[str, Any]) -> str:
+    """Return the name of the experiment, else of the component."""
+    experiment = header.get("experiment")
+    named = experiment.get("name") if isinstance(experiment, Mapping) else None
+    return str(named or header.get("component") or "run")
+
+
+def _unit(parameters: type[BaseModel] | None, name: str) -> str:
+    field = None if parameters is None else parameters.model_fields.get(name)
+    extra = None if field is None else field.json_schema_extra
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
+def _with_unit(value: str, unit: str) -> str:
+    return value if unit in ("", "1") else f"{value} {unit}"
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "\u2026"

@@ -1,0 +1,401 @@
+"""What stock viewers draw of a log: derived data, a pure function from the frames of a run to messages.
+
+    messages = list(preview_messages(facts, frames))
+
+`facts` follow from the header (or from the component), `frames` are those that a `track.Track` has kept of the recorded ones:
+whoever runs a log again, shows a track each recorded frame, and calls this function, has to find the same bytes in the log.
+Nothing else enters: no clock of the machine, no random number, no size of a batch.
+
+A run of a wave lasts microseconds and moves grains by microns, so the messages have two clocks and show the grains twice:
+
+- `log_time` is a **slow clock**: the whole run lasts about 10 s. Viewers play it by default. `publish_time` and the time stamps
+  inside the messages are the simulated time.
+- ``/particles``: every particle at its true place, a ``foxglove.PointCloud``.
+- ``/preview``: beside it, displacements multiplied by a stated factor; over each grain a column as high as the colouring
+  quantity. ``/preview/grains``: the same grains as spheres of their sizes, a ``foxglove.SceneUpdate``.
+- one topic for each unit, such as ``/energy[J]``: a ROS 2 ``Float64MultiArray``, which stock rerun plots; and ``/scalars``: the
+  same numbers as named fields (``kinetic_energy_J``) for Foxglove and PlotJuggler. What is zero all the time is left out.
+- ``/about``: factor, clocks, colours and the order of the numbers, in words.
+
+Messages are single precision, thinned and rounded to what can be seen: never read back.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+
+import numpy as np
+
+from ..components.contract import Particles
+from . import cdr, schemas
+from .exaggeration import chosen_exaggeration
+
+# About so long lasts the whole run on the slow clock [s].
+_SHOWN_SECONDS = 10.0
+_SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+# Bounds of what is drawn: moving pictures, grains beside the true particles, grains drawn as spheres or with columns.
+_MOST_PICTURES = 100
+_MOST_GRAINS, _MOST_SPHERES = 500, 200
+# Parts of the picture's length: how far the preview is lifted beside the true particles, the highest column. With less,
+# the camera that rerun chooses stands so near that it sees half the chain.
+_LIFT, _HEIGHT = 0.55, 0.22
+_COLUMN_POINTS = 8
+# Steps to which heights, displacements (per radius) and shades are rounded: unchanged grains then cost next to no bytes.
+_HEIGHT_STEPS, _PLACES_PER_RADIUS, _SHADES = 64, 32, 31
+_NEGATIVE, _ZERO, _POSITIVE = np.array([[40.0, 90.0, 220.0], [190.0, 190.0, 190.0], [220.0, 50.0, 40.0]])
+
+PARTICLES_TOPIC, PREVIEW_TOPIC, GRAINS_TOPIC = "/particles", "/preview", "/preview/grains"
+SCALARS_TOPIC, ABOUT_TOPIC = "/scalars", "/about"
+
+QUANTITIES = {
+    "J": "energy", "kg m/s": "momentum", "N": "force", "m/s": "velocity", "m": "position", "m/s^2": "acceleration",
+    "kg": "mass", "Pa": "pressure", "K": "temperature", "s": "time",
+}  # fmt: skip
+_SUPERSCRIPTS = str.maketrans("0123456789-", "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079\u207b")
+_DIMENSIONLESS = ("", "1")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class PreviewFacts:
+    """What the preview needs to know beside the frames.
+
+    Attributes:
+        title: name of the experiment, else of the component.
+        particles: what is drawn, or None.
+        colour_unit: unit of the quantity that colours the particles.
+        units: unit of each scalar, by name, in the order of `PreviewFrame.scalars`.
+    """
+
+    title: str
+    particles: Particles | None
+    colour_unit: str
+    units: Mapping[str, str]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class PreviewFrame:
+    """One instant.
+
+    Attributes:
+        number: how many frames were recorded before it.
+        nanoseconds: simulated time since the log began [ns].
+        scalars: one value for each of the facts' units.
+        displacement: shape (n,) along x or (n, 3) [m], single precision; None without particles.
+        colour: shape (n,), single precision; None without particles.
+    """
+
+    number: int
+    nanoseconds: int
+    scalars: Sequence[float]
+    displacement: np.ndarray | None
+    colour: np.ndarray | None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Topic:
+    """A channel of the log: its name, and schema, encoding and definition of its messages."""
+
+    name: str
+    schema: str
+    encoding: str
+    definition: bytes
+
+    @property
+    def message_encoding(self) -> str:
+        """What MCAP calls the encoding of the messages."""
+        return "cdr" if self.encoding == "ros2msg" else self.encoding
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class PreviewMessage:
+    """One message, in parts: `log_time` on the slow clock, `publish_time` simulated [ns]."""
+
+    topic: Topic
+    log_time: int
+    publish_time: int
+    parts: Sequence[bytes | memoryview]
+
+
+def preview_messages(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> Iterator[PreviewMessage]:
+    """Yield the whole preview of a run, in the order of time.
+
+    Args:
+        facts: what is drawn, and the units.
+        frames: in the order of time.
+    """
+    if not frames:
+        return
+    clock = SlowClock.of(frames)
+    scalars = _Scalars.of(facts, frames)
+    scene = Scene.of(facts, frames)
+    yield _about(facts, clock, scene, scalars)
+    pictures = set(_evenly(len(frames), _MOST_PICTURES))
+    for place, frame in enumerate(frames):
+        times = clock.at(frame.nanoseconds), frame.nanoseconds
+        for topic, encoded in scalars.topics:
+            yield PreviewMessage(topic, *times, [encoded[place]])
+        if scene is not None and place in pictures:
+            for topic, parts in scene.pictures(frame):
+                yield PreviewMessage(topic, *times, parts)
+
+
+def _evenly(available: int, wanted: int) -> list[int]:
+    """Return places of evenly spaced items, the first and the last among them."""
+    if available <= wanted:
+        return list(range(available))
+    return [round(place * (available - 1) / (wanted - 1)) for place in range(wanted)]
+
+
+# -- time ------------------------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class SlowClock:
+    """Simulated time as viewers play it: `unit` simulated nanoseconds take one second; it starts at `start` with 0."""
+
+    start: int
+    end: int
+    unit: float
+
+    @staticmethod
+    def of(frames: Sequence[PreviewFrame]) -> SlowClock:
+        """Return the clock for frames: the unit has a single digit (or 1.5, 2.5), so that the ticks of a plot can be read."""
+        start, end = frames[0].nanoseconds, frames[-1].nanoseconds
+        return SlowClock(start, end, _single_digit((end - start) / _SHOWN_SECONDS) if end > start else 1e9)
+
+    def at(self, nanoseconds: int) -> int:
+        """Return the time on this clock [ns]."""
+        return round((nanoseconds - self.start) / self.unit * 1e9)
+
+
+def _single_digit(value: float) -> float:
+    decade = float(f"1e{f'{value:e}'.partition('e')[2]}")
+    return min((digit * decade for digit in _SINGLE_DIGITS), key=lambda unit: max(unit / value, value / unit))
+
+
+# -- scalars ---------------------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Scalars:
+    """Topics with one encoded message for each frame, and the names behind the numbers of each topic."""
+
+    topics: list[tuple[Topic, list[bytes]]]
+    names: dict[str, list[str]]
+
+    @staticmethod
+    def of(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> _Scalars:
+        rows = np.array([frame.scalars for frame in frames], dtype=np.float64).reshape(len(frames), -1)
+        names = list(facts.units)
+        acting = [place for place in range(len(names)) if np.any(rows[:, place] != 0.0)]
+        groups: dict[str, list[int]] = {}
+        for place in acting:
+            groups.setdefault(topic_name(facts.units[names[place]]), []).append(place)
+        topics, told = [], {}
+        for name, places in groups.items():
+            told[name] = [names[place] for place in places]
+            topic = Topic(name, cdr.NUMBERS_NAME, "ros2msg", cdr.NUMBERS.encode())
+            topics.append((topic, cdr.encode_numbers(", ".join(told[name]), rows[:, places])))
+        fields = [field_name(names[place], facts.units[names[place]]) for place in acting]
+        topic = Topic(SCALARS_TOPIC, "granular.Scalars", "protobuf", schemas.scalars_schema(fields))
+        topics.append((topic, schemas.encode_scalars([frame.nanoseconds for frame in frames], rows[:, acting])))
+        return _Scalars(topics, told)
+
+
+def topic_name(unit: str) -> str:
+    """Return the topic of the scalars of a unit, such as ``/velocity[m\u00b7s\u207b\u00b9]``.
+
+    There is no slash or space in the unit: viewers would split the name there.
+    """
+    quantity = QUANTITIES.get(unit, "value")
+    return f"/{quantity}" if unit in _DIMENSIONLESS else f"/{quantity}[{_as_product(unit)}]"
+
+
+def _as_product(unit: str) -> str:
+    """Return ``kg m/s`` as a product of powers, with dots and superscripts."""
+    above, _, below = unit.partition("/")
+    factors = [_power(part, 1) for part in above.split()] + [_power(part, -1) for part in below.split()]
+    return "\u00b7".join(factor for factor in factors if factor)
+
+
+def _power(factor: str, sign: int) -> str:
+    symbol, _, exponent = factor.partition("^")
+    exponent = ("" if sign > 0 else "-") + (exponent or "1")
+    if symbol == "1" or exponent == "1":
+        return "" if symbol == "1" else symbol
+    return symbol + (exponent.translate(_SUPERSCRIPTS) if "." not in exponent else f"^{exponent}")
+
+
+def field_name(name: str, unit: str) -> str:
+    """Return the field of ``/scalars`` for a scalar, such as ``left_velocity_m_per_s``."""
+    if unit in _DIMENSIONLESS:
+        return name
+    words = unit.replace("/", " per ").replace("^", "").replace(".", "p").replace("%", "percent")
+    return "_".join([name, *("".join(c if c.isalnum() and c.isascii() else "_" for c in words).split("_"))]).replace("__", "_")
+
+
+# -- particles -------------------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Scene:
+    """The grains beside the true particles: which, where at rest, how much their displacements and heights are multiplied.
+
+    Attributes:
+        particles: all of them.
+        blocks: first particle of each block that one grain stands for, shape (n,); each alone where there are few.
+        reference, radius: of the grains drawn, lifted; shapes (n, 3), (n,) [m].
+        exaggeration: factor of the displacements.
+        lift: height above the true particles [m].
+        largest: magnitude of the colouring quantity that gives the fullest colour and the highest column.
+        height: of that column [m].
+    """
+
+    particles: Particles
+    blocks: np.ndarray
+    reference: np.ndarray
+    radius: np.ndarray
+    exaggeration: float
+    lift: float
+    largest: float
+    height: float
+
+    @staticmethod
+    def of(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> Scene | None:
+        """Return the scene of frames; None without particles."""
+        particles = facts.particles
+        seen = [frame for frame in frames if frame.displacement is not None and frame.colour is not None]
+        if particles is None or not seen or not len(particles.radius):
+            return None
+        blocks = np.arange(0, len(particles.radius), -(-len(particles.radius) // _MOST_GRAINS))
+        reference, radius = particles.reference[blocks], particles.radius[blocks]
+        moved = np.stack([_vectors(frame.displacement, blocks) for frame in seen])  # type: ignore[arg-type]
+        lift, height = _lift_and_height(*_extent(particles))
+        largest = max(float(np.abs(frame.colour).max(initial=0.0)) for frame in seen)  # type: ignore[arg-type]
+        factor = chosen_exaggeration(reference, radius, moved)
+        return Scene(particles, blocks, reference + [0.0, 0.0, lift], radius, factor, lift, largest or 1.0, height)
+
+    def pictures(self, frame: PreviewFrame) -> Iterator[tuple[Topic, list[bytes | memoryview]]]:
+        """Yield the messages of one frame."""
+        if frame.displacement is None or frame.colour is None:
+            return
+        time = frame.nanoseconds
+        true = positions_of(self.particles, frame.displacement)
+        yield _cloud_topic(PARTICLES_TOPIC), schemas.encode_point_cloud(time, true, colours_of(frame.colour, self.largest))
+        part = self._part(frame.colour)
+        places, colours = self._places(frame.displacement), colours_of(part, 1.0)
+        yield _cloud_topic(PREVIEW_TOPIC), schemas.encode_point_cloud(time, *self._with_columns(places, part, colours))
+        if len(places) <= _MOST_SPHERES:
+            yield _grains_topic(), schemas.encode_spheres(time, places, self.radius, colours)
+
+    def _part(self, colour: np.ndarray) -> np.ndarray:
+        """Return the extreme of each block as a part of the largest, -1 to 1, in steps."""
+        high, low = np.maximum.reduceat(colour, self.blocks), np.minimum.reduceat(colour, self.blocks)
+        extreme = np.where(high >= -low, high, low) / self.largest
+        return np.rint(extreme * _HEIGHT_STEPS) / _HEIGHT_STEPS
+
+    def _places(self, displacement: np.ndarray) -> np.ndarray:
+        return self._rounded(self.reference + self.exaggeration * _vectors(displacement, self.blocks))
+
+    def _rounded(self, lengths: np.ndarray) -> np.ndarray:
+        """Return lengths in steps of a power of two: numbers of few digits compress well."""
+        step = 2.0 ** math.frexp(self.radius.min() / _PLACES_PER_RADIUS)[1]
+        return np.rint(lengths / step) * step
+
+    def _with_columns(self, places: np.ndarray, part: np.ndarray, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the grains, and the points over (or under) them, one on top."""
+        owners, heights = [np.arange(len(places))], [np.zeros(len(places))]
+        if len(places) <= _MOST_SPHERES:
+            for rung in range(1, _COLUMN_POINTS):
+                owner = np.flatnonzero(np.abs(part) * _COLUMN_POINTS > rung)
+                owners.append(owner)
+                heights.append(np.sign(part[owner]) * (rung / _COLUMN_POINTS))
+        tops = np.flatnonzero(part)
+        owner = np.concatenate([*owners, tops])
+        points = places[owner]
+        points[:, 2] += self._rounded(np.concatenate([*heights, part[tops]]) * self.height)
+        return points, colours[owner]
+
+
+@cache
+def _cloud_topic(name: str) -> Topic:
+    return Topic(name, "foxglove.PointCloud", "protobuf", schemas.point_cloud_schema())
+
+
+@cache
+def _grains_topic() -> Topic:
+    return Topic(GRAINS_TOPIC, "foxglove.SceneUpdate", "protobuf", schemas.scene_update_schema())
+
+
+def picture_box(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest corner of all that is drawn, with the particles at rest; shape (3,) each [m]."""
+    low, high = _extent(particles)
+    return low, high + [0.0, 0.0, sum(_lift_and_height(low, high))]
+
+
+def _extent(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
+    radius = particles.radius[:, None]
+    return (particles.reference - radius).min(axis=0), (particles.reference + radius).max(axis=0)
+
+
+def _lift_and_height(low: np.ndarray, high: np.ndarray) -> tuple[float, float]:
+    length = float((high - low).max())
+    return float(high[2] - low[2]) + _LIFT * length, _HEIGHT * length
+
+
+def _vectors(displacement: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    """Return displacements of some particles as vectors, shape (n, 3), double precision."""
+    chosen = displacement[blocks].astype(np.float64)
+    if chosen.ndim == 2:
+        return chosen
+    vectors = np.zeros((len(chosen), 3))
+    vectors[:, 0] = chosen
+    return vectors
+
+
+def positions_of(particles: Particles, displacement: np.ndarray) -> np.ndarray:
+    """Return reference plus displacement (along x where it is one number a particle), shape (n, 3) [m], single precision."""
+    positions = particles.reference.astype(np.float32)
+    if displacement.ndim == 1:
+        positions[:, 0] = particles.reference[:, 0] + displacement
+    else:
+        positions[:] = particles.reference + displacement
+    return positions
+
+
+def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
+    """Return blue below 0, grey at 0, red above, full at `largest`; shape (n, 4) uint8."""
+    shades = np.clip(values * np.float32(_SHADES / (largest or 1.0)), -_SHADES, _SHADES)
+    return _palette()[np.rint(shades).astype(np.int16) + _SHADES]
+
+
+@cache
+def _palette() -> np.ndarray:
+    part = np.linspace(-1.0, 1.0, 2 * _SHADES + 1)[:, None]
+    shade = np.where(part < 0.0, _ZERO + (_ZERO - _NEGATIVE) * part, _ZERO + (_POSITIVE - _ZERO) * part)
+    return np.concatenate([shade, np.full_like(part, 255.0)], axis=1).round().astype(np.uint8)
+
+
+# -- words -----------------------------------------------------------------------------------------------------------------
+
+
+def _about(facts: PreviewFacts, clock: SlowClock, scene: Scene | None, scalars: _Scalars) -> PreviewMessage:
+    lines = [facts.title, "", f"Slow clock: 1 s here = {clock.unit / 1e9:.3g} s simulated."]
+    lines += ["Simulated time: the timeline message_publish_time, and the messages' time stamps.", ""]
+    if scene is not None and facts.particles is not None:
+        full = f"{scene.largest:.4g} {facts.colour_unit}"
+        lines += [
+            f"/preview: displacements {scene.exaggeration:g} x as large as they are.",
+            f"Columns and colours: {facts.particles.colour}, from -{full} (blue) through 0 (grey) to +{full} (red).",
+            f"/particles, {scene.lift:.3g} m below: true places.",
+            "",
+        ]
+        if len(scene.blocks) < len(facts.particles.radius):
+            lines += [f"/preview has {len(scene.blocks)} grains for {len(facts.particles.radius)} particles.", ""]
+    for topic, names in scalars.names.items():
+        lines.append(f"{topic}: " + ", ".join(f"[{place}] {name}" for place, name in enumerate(names)))
+    topic = Topic(ABOUT_TOPIC, cdr.TEXT_NAME, "ros2msg", cdr.TEXT.encode())
+    return PreviewMessage(topic, 0, clock.start, [cdr.encode_text("\n".join(lines))])

@@ -1,0 +1,37 @@
+"""What comes with the package: components, experiments, plans of sweeps, studies; found without importing what runs them."""
+
+from __future__ import annotations
+
+import tomllib
+from itertools import takewhile
+from pathlib import Path
+
+from granular_env.components import catalogue
+
+_ROOT = Path(__file__).resolve().parent
+_FOLDERS = {"experiments": "experiments", "plans of sweeps": "sweep/plans", "studies": "control/studies"}
+
+
+def shipped_files(kind: str) -> dict[str, Path]:
+    """Return name -> file of the experiments, the plans of sweeps or the studies, in the names' order."""
+    folder = _ROOT / _FOLDERS[kind]
+    found = {path.relative_to(folder).as_posix().removesuffix(".toml"): path for path in folder.rglob("*.toml")}
+    return dict(sorted(found.items()))
+
+
+def overview() -> dict[str, dict[str, str]]:
+    """Return kind -> name -> one line, of everything that comes with the package."""
+    found = {"components": {name: catalogue.summary(name) for name in catalogue.names()}}
+    return found | {kind: {name: _title(path) for name, path in shipped_files(kind).items()} for kind in _FOLDERS}
+
+
+def _title(path: Path) -> str:
+    """Return the first sentence of the comment that a file begins with, or of its description."""
+    text = path.read_text(encoding="utf-8")
+    comment = [line.removeprefix("#") for line in takewhile(lambda line: line.startswith("#"), text.splitlines())]
+    return first_sentence(" ".join(comment) if comment else tomllib.loads(text)["description"])
+
+
+def first_sentence(text: str) -> str:
+    """Return a text up to its first full stop."""
+    return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."

@@ -1,0 +1,29 @@
+"""Units of a sweep's columns: of the keys that it varies, and of its measures."""
+
+from __future__ import annotations
+
+from granular_env.components.contract import Component
+
+from .plan import Plan
+
+_SECONDS = ("duration", "record.every", "record.key_every")
+# Keys of an input's profile that are times; the others have the input's unit.
+_TIMES = ("duration", "rise", "start", "offset_time")
+
+
+def units_of(plan: Plan, component: Component) -> dict[str, str]:
+    """Return the unit of each key and measure that has one, by its column; "1" where it is a plain number."""
+    found = {key: _of_key(key, component) for key in (*plan.grid, *plan.distributions)}
+    found |= {name: measure.unit(component) for name, measure in plan.measures.items()}
+    return {name: unit for name, unit in found.items() if unit}
+
+
+def _of_key(key: str, component: Component) -> str:
+    table, _, rest = key.partition(".")
+    name, *inner = (part.strip("\"'") for part in rest.split("."))
+    if key in _SECONDS or (table == "input" and inner and inner[-1] in _TIMES):
+        return "s"
+    if table == "component" and inner:  # a field of a law or an arrangement
+        return ""
+    variable = component.variables.get(name)
+    return variable.unit if variable is not None and table in ("component", "start", "input") else ""

@@ -1,0 +1,85 @@
+"""Text for a terminal: strangers' words made harmless, tables and sentences that wrap at words at its width."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import textwrap
+from collections.abc import Iterable, Sequence
+
+_NARROWEST = 30  # the last column of a table gets this width at least, or a line of its own
+_GAP = 2
+
+
+def printable(text: object) -> str:
+    """Return a text whose control characters are written as escapes, so that no terminal obeys them.
+
+    Names out of files may hold escape sequences, changes of the writing direction, or bytes that are no text.
+    """
+    return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in str(text))
+
+
+def output_width() -> int | None:
+    """Return the width of the terminal that standard output goes to; None where it goes elsewhere: nothing is wrapped there."""
+    return shutil.get_terminal_size().columns if sys.stdout is not None and sys.stdout.isatty() else None
+
+
+def wrapped(text: str, hanging: int = 2) -> str:
+    """Return a sentence wrapped at words, further lines set in by `hanging` places; as it is where there is no terminal."""
+    width = output_width()
+    return text if width is None else "\n".join(_lines(text, width, " " * hanging))
+
+
+def columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
+    """Return rows of cells, aligned; the last cell of a row wraps at words where the terminal is too narrow for it."""
+    table = [tuple(row) for row in rows]
+    if not table:
+        return ""
+    widths = _widths(table)
+    width = output_width()
+    begin = len(indent) + sum(widths[:-1]) + _GAP * (len(widths) - 1)
+    if width is None or begin + widths[-1] <= width:
+        return "\n".join(_aligned(row, widths, indent) for row in table)
+    lines: list[str] = []
+    for row in table:
+        head = _aligned(row[:-1], widths[:-1], indent)
+        if width - begin >= _NARROWEST:
+            first, *rest = _lines(row[-1], width - begin, "") or [""]
+            lines += [f"{head.ljust(begin - _GAP)}{' ' * _GAP}{first}".rstrip(), *(" " * begin + line for line in rest)]
+        else:
+            own = " " * (len(indent) + 4)
+            lines += [*_lines(head, width, own), *(own + line for line in _lines(row[-1], width - len(own), ""))]
+    return "\n".join(lines)
+
+
+def table(rows: Iterable[Sequence[str]]) -> str:
+    """Return a table with a line of headings; on narrow terminals in blocks, each of which begins with the first column."""
+    cells = [tuple(row) for row in rows]
+    if not cells:
+        return ""
+    widths, width = _widths(cells), output_width()
+    blocks: list[list[int]] = [[]]
+    for place in range(1, len(widths)):
+        wanted = widths[0] + sum(_GAP + widths[one] for one in (*blocks[-1], place))
+        if width is not None and wanted > width and blocks[-1]:
+            blocks.append([])
+        blocks[-1].append(place)
+    drawn = []
+    for block in blocks:
+        own = [0, *block]
+        drawn.append("\n".join(_aligned([row[one] for one in own], [widths[one] for one in own], "") for row in cells))
+    return "\n\n".join(drawn)
+
+
+def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
+    return [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
+
+
+def _aligned(row: Sequence[str], widths: Sequence[int], indent: str) -> str:
+    return indent + (" " * _GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+
+
+def _lines(text: str, width: int, further: str) -> list[str]:
+    return textwrap.wrap(
+        text, max(width, 10), subsequent_indent=further, break_long_words=False, break_on_hyphens=False, drop_whitespace=True
+    )

@@ -1,0 +1,136 @@
+"""A layout for Foxglove: the preview of a log from the side, what it shows in words, and a plot for each unit.
+
+Foxglove hides every topic of a file that it does not know, and its camera stands 20 m away from a chain of a few centimetres.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+from granular_env.components.errors import LogError
+from granular_env.recording import cdr
+from granular_env.recording.preview import ABOUT_TOPIC, GRAINS_TOPIC, PARTICLES_TOPIC, PREVIEW_TOPIC, picture_box
+from granular_env.recording.reader import Log
+from granular_env.recording.schemas import FRAME
+from granular_env.writing import replacing
+
+from .colours import PALETTE
+
+_DRAWN = {PARTICLES_TOPIC: 4, PREVIEW_TOPIC: 5}
+# Vertical opening of the camera [degrees], and the width of its picture in heights, at least.
+_OPENING, _ASPECT = 45.0, 1.6
+_TANGENT = math.tan(math.radians(_OPENING / 2))
+_SIDE_VIEW = {"phi": 80.0, "thetaOffset": 0.0, "perspective": True, "fovy": _OPENING}
+
+
+def save_foxglove_layout(log: Log, path: str | os.PathLike[str]) -> Path:
+    """Write the layout for a log as a JSON file; in Foxglove: Layouts, Import from file.
+
+    Args:
+        log: a complete log.
+        path: the file to write; one that exists is replaced.
+
+    Returns:
+        The path.
+
+    Raises:
+        LogError: the log has no preview, because it was not closed; or the file cannot be written.
+    """
+    text = json.dumps(foxglove_layout(log), indent=1) + "\n"
+    with replacing(path, LogError) as part:
+        part.write_text(text, encoding="utf-8")
+    return Path(path)
+
+
+def foxglove_layout(log: Log) -> dict[str, Any]:
+    """Return the layout for a log as Foxglove exports one; `LogError` where the log has no preview."""
+    plots = {f"Plot!{place}": _plot(topic, names, place) for place, (topic, names) in enumerate(_numbers_of(log).items())}
+    about = {"RawMessages!about": {"topicPath": f"{ABOUT_TOPIC}.data", "diffEnabled": False}}
+    scene = {"3D!preview": _scene(log)} if log.particles is not None else {}
+    below = _row([*about, *plots])
+    layout: Any = {"direction": "column", "first": "3D!preview", "second": below, "splitPercentage": 60} if scene else below
+    return {
+        "configById": {**scene, **about, **plots},
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": layout,
+    }
+
+
+def _numbers_of(log: Log) -> dict[str, list[str]]:
+    """Return the names behind the numbers of each topic of numbers, from the end of the file, where the preview lies."""
+    found: dict[str, list[str]] = {}
+    container = log._container
+    for chunk in reversed(range(container.chunk_count)):
+        messages = container.messages(chunk)
+        for message in messages:
+            if message.topic.startswith("/") and message.data[:4] == cdr.HEAD and message.topic not in (ABOUT_TOPIC, *found):
+                found[message.topic] = cdr.label_of_numbers(bytes(message.data)).split(", ")
+        if any(message.topic == ABOUT_TOPIC for message in messages):
+            return found
+    raise LogError(
+        f"log {str(log.path)!r} has no preview for stock viewers: it was not closed, or an older version wrote it; "
+        "`granular-env recover` makes a log that has one"
+    )
+
+
+def _scene(log: Log) -> dict[str, Any]:
+    low, high = picture_box(log.particles)  # type: ignore[arg-type]
+    middle, width, height = (low + high) / 2, float(high[0] - low[0]), float(high[2] - low[2])
+    # With the chain across the picture, the height of what the camera sees at the chain's distance.
+    seen = 1.1 * max(height, width / _ASPECT)
+    distance = seen / 2 / _TANGENT
+    topics: dict[str, Any] = {GRAINS_TOPIC: {"visible": True}}
+    for topic, size in _DRAWN.items():
+        topics[topic] = {"visible": True, "pointSize": size, "colorMode": "rgba", "colorField": "rgba"}
+    camera = {
+        **_SIDE_VIEW,
+        "distance": distance,
+        "target": [0.0, 0.0, 0.0],
+        "targetOffset": middle.tolist(),
+        "targetOrientation": [0.0, 0.0, 0.0, 1.0],
+        "near": distance / 100,
+        "far": distance * 100,
+    }
+    # Foxglove draws the axes of each frame some centimetres long, over the grains.
+    hidden = {f"frame:{FRAME}": {"visible": False}}
+    followed = {"followMode": "follow-none", "followTf": FRAME}
+    return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}
+
+
+def _plot(topic: str, names: list[str], place: int) -> dict[str, Any]:
+    path = json.dumps(topic, ensure_ascii=False)
+    paths = [
+        {
+            "value": f"{path}.data[{number}]",
+            "label": name,
+            "enabled": True,
+            "timestampMethod": "receiveTime",
+            "color": PALETTE[(place + number) % len(PALETTE)],
+        }
+        for number, name in enumerate(names)
+    ]
+    return {
+        "paths": paths,
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "showLegend": True,
+        "legendDisplay": "floating",
+        "showPlotValuesInLegend": False,
+        "isSynced": True,
+        "xAxisVal": "timestamp",
+        "sidebarDimension": 240,
+        "foxglovePanelTitle": topic.removeprefix("/"),
+    }
+
+
+def _row(panels: list[str]) -> Any:
+    """Return a mosaic of panels side by side, all of one width."""
+    if len(panels) == 1:
+        return panels[0]
+    return {"direction": "row", "first": panels[0], "second": _row(panels[1:]), "splitPercentage": 100 / len(panels)}

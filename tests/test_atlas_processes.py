@@ -1,0 +1,181 @@
+"""The atlas' processes and its folder: what ends with what, and who may write where."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+from atlas_toys import toy
+
+from granular_env import atlas
+from granular_env.atlas.context import Context
+from granular_env.atlas.folder import open_folder
+from granular_env.atlas.model import Entry, Findings
+from granular_env.components.errors import GranularError
+
+# Two entries that compute for a minute each, one in each of two processes.
+SCRIPT = """
+import sys
+sys.path[:0] = [{tests!r}]
+from endless import endless
+from atlas_toys import toy
+from granular_env import atlas
+from granular_env.atlas import papers
+from granular_env.atlas.model import Entry
+from granular_env.cli import main
+
+paper = toy(fails=False)
+paper.entries[:] = [Entry(name, "1", "Endless", "Text.", endless) for name in ("first", "second")]
+atlas.paper = papers.paper = lambda name: paper
+if __name__ == "__main__":
+    sys.exit(main(["atlas", "toy-2000", "--out", sys.argv[1], "--processes", sys.argv[2], "--quiet"]))
+"""
+ENDLESS = """
+from atlas_toys import experiment
+from granular_env.atlas.model import Findings
+
+def endless(context):
+    context.run(experiment(64, 5e9) | {"duration": 6000.0, "record": {"every": 1.0, "variables": ["velocity"]}})
+    return Findings()
+"""
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Start the command on an endless paper, and wait until each process has begun its log."""
+    (tmp_path / "script.py").write_text(SCRIPT.format(tests=str(Path(__file__).parent)))
+    (tmp_path / "endless.py").write_text(ENDLESS)
+    started = []
+
+    def starting(processes):
+        out = tmp_path / "out"
+        program = subprocess.Popen(
+            [sys.executable, str(tmp_path / "script.py"), str(out), str(processes)],
+            env={**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{Path(__file__).parent}"},
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        )  # fmt: skip
+        started.append(program)
+        wait_until(lambda: len(parts(out)) == processes or program.poll() is not None, 60.0)
+        assert program.poll() is None, program.communicate()
+        children = psutil.Process(program.pid).children(recursive=True)
+        assert len(children) >= processes if processes > 1 else not children
+        return program, children, out
+
+    yield starting
+    for program in started:
+        program.kill()
+        program.communicate()
+
+
+def parts(out):
+    return list((out / "logs").glob(".*.part"))
+
+
+def wait_until(holds, seconds):
+    end = time.monotonic() + seconds
+    while not holds() and time.monotonic() < end:
+        time.sleep(0.05)
+    return holds()
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGKILL", "SIGINT"])
+def test_no_process_outlives_the_command(start, name):
+    program, children, out = start(2)
+    program.send_signal(getattr(signal, name))
+    # Whoever reads its output comes to the end of it: nobody keeps the pipe open.
+    told, errors = program.communicate(timeout=10)
+    assert wait_until(lambda: not any(child.is_running() for child in children), 10.0)
+    if name == "SIGINT":
+        assert program.returncode == 130 and parts(out) == []
+        assert "Traceback" not in errors
+    else:
+        assert program.returncode == -getattr(signal, name)
+        with open_folder(out):  # the next atlas there
+            assert parts(out) == []
+
+
+def test_an_interrupt_ends_a_single_process_as_well(start):
+    program, _, out = start(1)
+    program.send_signal(signal.SIGINT)
+    program.communicate(timeout=10)
+    assert program.returncode == 130 and parts(out) == []
+
+
+def test_one_process_computes_in_a_folder_at_a_time(start):
+    program, _, out = start(1)
+    (half,) = parts(out)
+    with pytest.raises(GranularError, match="another process computes an atlas there; wait for it, or choose another folder"):
+        atlas.compute(toy(fails=False), out)
+    assert half.exists() and program.poll() is None
+    program.kill()
+    program.communicate()
+    done = atlas.compute(toy(fails=False), out)
+    assert parts(out) == []
+    atlas.write(done, out)
+    assert json.loads((out / "atlas.json").read_text())["logs"]
+
+
+def test_logs_stay_while_another_process_computes(tmp_path):
+    done = atlas.compute(toy(fails=False), tmp_path, only=["struck"])
+    atlas.write(done, tmp_path)
+    before = set((tmp_path / "logs").iterdir())
+    other = atlas.compute(toy(fails=False), tmp_path, {"N": 6}, only=["struck"])
+    with open_folder(tmp_path):
+        atlas.write(other, tmp_path)
+        assert before < set((tmp_path / "logs").iterdir())
+
+
+@pytest.mark.parametrize(
+    "content", ["[" * 100_000, '{"a":' * 100_000, "nonsense", "[1]", '{"logs": 5}', "{}", '"\\ud800', "\x00"]
+)
+def test_what_is_no_atlas_is_refused_before_anything_is_computed(tmp_path, content):
+    computed = []
+
+    def spy(context):
+        computed.append(context)
+        return Findings()
+
+    paper = toy(fails=False)
+    paper.entries[:] = [Entry("spy", "1", "Spy", "Text.", spy)]
+    (tmp_path / "atlas.json").write_text(content)
+    with pytest.raises(GranularError, match="is not the data of an atlas.*remove it, or choose another folder"):
+        atlas.compute(paper, tmp_path)
+    assert not computed and (tmp_path / "atlas.json").read_text() == content
+
+
+def test_a_stranger_s_data_that_came_meanwhile_is_kept(tmp_path):
+    done = atlas.compute(toy(fails=False), tmp_path, only=["struck"])
+    (tmp_path / "atlas.json").write_text("[" * 100_000)
+    with pytest.raises(GranularError, match="is not the data of an atlas"):
+        atlas.write(done, tmp_path)
+    assert (tmp_path / "atlas.json").read_text() == "[" * 100_000 and not (tmp_path / "index.html").exists()
+
+
+# -- progress --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_an_entry_tells_of_its_begin_of_each_run_and_of_its_end(tmp_path, processes):
+    told = []
+    atlas.compute(toy(), tmp_path, processes=processes, told=lambda entry, share: told.append((entry.name, share)))
+    shares = {name: [share for other, share in told if other == name] for name, _ in told}
+    assert set(shares) == {entry.name for entry in toy().entries}
+    assert shares["struck"] == [0.0, 0.5, 1.0] and shares["strange"] == [0.0, 1.0]
+
+
+def test_a_context_counts_the_runs_of_an_entry(tmp_path):
+    from atlas_toys import experiment
+
+    context, seen = Context(tmp_path, {}), []
+    context.begin(seen.append)
+    for _ in range(2):
+        context.run(experiment(4, 5e9))
+    context.watch(experiment(4, 5e9), 1e-6, recorded=False)
+    assert seen == [1, 2, 3] and len(context.used()) == 1
+    context.begin(seen.append)
+    assert context.used() == []

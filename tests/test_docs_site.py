@@ -1,0 +1,124 @@
+"""The documentation as a site: it builds without a warning, typesets its formulas, finds names, and lists every public one."""
+
+import importlib
+import importlib.util
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import browser
+import pytest
+
+import granular_env as ge
+
+ROOT = Path(__file__).resolve().parent.parent
+TEXTS = {".md", ".py", ".toml", ".yml", ".cff", ".css", ".js", ""}
+CONFLICT = re.compile(r"^(<<<<<<< |=======$|>>>>>>> )", re.MULTILINE)
+ENTRY = re.compile(r"^::: (\S+)$", re.MULTILINE)
+
+
+def reference_entries() -> set[str]:
+    return {entry for page in (ROOT / "docs" / "reference").glob("*.md") for entry in ENTRY.findall(page.read_text())}
+
+
+def tracked_texts() -> list[Path]:
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
+    if listed.returncode != 0:
+        pytest.skip("this is no git checkout")
+    paths = [ROOT / line for line in listed.stdout.splitlines()]
+    return [path for path in paths if path.suffix in TEXTS and path.is_file()]
+
+
+def test_no_file_holds_markers_of_a_merge_conflict():
+    assert [str(path) for path in tracked_texts() if CONFLICT.search(path.read_text(errors="replace"))] == []
+
+
+def test_every_public_name_is_in_the_reference():
+    entries, missing = reference_entries(), []
+    for name in ge.__all__:
+        thing = getattr(ge, name)
+        path = thing.__name__ if type(thing).__name__ == "module" else f"{thing.__module__}.{thing.__qualname__}"
+        if not any(path == entry or path.startswith(f"{entry}.") for entry in entries):
+            missing.append(name)
+    assert missing == []
+
+
+def test_every_entry_of_the_reference_exists():
+    for entry in reference_entries():
+        module, _, name = entry.rpartition(".")
+        parent = importlib.import_module(module)
+        assert hasattr(parent, name) or importlib.util.find_spec(entry) is not None, entry
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    pytest.importorskip("mkdocstrings", reason="the site needs the extra 'docs'")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-d", str(folder)]
+    built = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    return folder
+
+
+@pytest.mark.parametrize("word", ["open_log", "to_xarray", "VectorEnv", "Material", "licence"])
+def test_the_search_finds_names(site, word):
+    index = json.loads((site / "search" / "search_index.json").read_text())
+    separator = re.compile(index["config"]["separator"])
+    texts = (re.sub("<[^>]*>", " ", entry["title"] + " " + entry["text"]) for entry in index["docs"])
+    terms = {term.lower() for text in texts for term in separator.split(text)}
+    assert any(term.endswith(word.lower()) for term in terms)
+    if word != "VectorEnv":
+        assert word.lower() in terms
+
+
+# The worker of the search takes a while to start, so the key is pressed again and again.
+SEARCH = """
+new Promise((done) => {
+  const field = document.querySelector("[data-md-component=search-query]");
+  field.focus();
+  field.value = "WORD";
+  const began = Date.now();
+  const look = () => {
+    field.dispatchEvent(new KeyboardEvent("keyup", { bubbles: true }));
+    const found = [...document.querySelectorAll(".md-search-result__item")].map((item) => item.textContent);
+    found.some((text) => text.includes("WORD")) || Date.now() - began > 10000 ? done(found) : setTimeout(look, 200);
+  };
+  look();
+})
+"""
+
+
+def test_the_search_works_from_a_folder(site):
+    if browser.found() is None:
+        pytest.skip("no Chromium here")
+    with browser.Browser() as opened:
+        opened.open(site / "index.html")
+        for word in ("open_log", "to_xarray", "ChainVectorEnv"):
+            assert any(word in item for item in opened.evaluate(SEARCH.replace("WORD", word))), word
+
+
+def test_the_site_ships_no_scripts_of_python(site):
+    assert [path.name for path in site.rglob("*.py")] == []
+
+
+def test_formulas_are_typeset_and_no_code_is_cut_off(site):
+    if browser.found() is None:
+        pytest.skip("no Chromium here")
+    with browser.Browser() as opened:
+        for name in ("theory.html", "laws/elastic-plastic.html", "reference/runs.html"):
+            for width in (1280, 390):
+                opened.open(site / name, width=width)
+                marked = opened.evaluate("document.querySelectorAll('.arithmatex').length")
+                assert opened.evaluate("document.querySelectorAll('.arithmatex .katex').length") == marked
+                assert opened.evaluate("document.querySelectorAll('.katex-error').length") == 0
+                cut = "[...document.querySelectorAll('pre > code')].filter(c => c.scrollWidth > c.clientWidth + 1).length"
+                assert opened.evaluate(cut) == 0, (name, width)
+                assert opened.evaluate("document.documentElement.scrollWidth") <= width
+                assert [address for address in opened.requests() if address.startswith("http")] == []
+                assert opened.complaints() == []
+        opened.open(site / "theory.html")
+        displayed = (ROOT / "docs" / "theory.md").read_text().count("$$") // 2
+        assert displayed > 0
+        assert opened.evaluate("document.querySelectorAll('.katex-display').length") == displayed

@@ -1,0 +1,192 @@
+"""Slips in the kernels of a task of one's own are refused by name before they run; the shipped tasks have none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from env_toys import MAKERS, Swing
+
+from granular_env.components.chain import Chain, features
+from granular_env.components.chain.table import U, V
+from granular_env.components.errors import ParameterError
+from granular_env.components.jit import jit
+from granular_env.components.oscillator import Oscillator
+from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv, ComponentEnv, check_task
+from granular_env.envs.registration import ENVIRONMENTS
+from granular_env.envs.task_check import refuse_incomplete
+
+DEADLINE = 20
+
+
+@jit
+def begin(a, counters, constants):  # noqa: ANN001, ANN201
+    counters[0] = 1.0
+
+
+@jit
+def judge(a, inputs, counters, constants, duration, elapsed, steps):  # noqa: ANN001, ANN201
+    counters[0] += 1.0
+    return -abs(a[U, 1]) + constants[0], False
+
+
+@jit
+def far(a, place):  # noqa: ANN001, ANN201
+    return a[U, place]
+
+
+def environment(judge: Callable[..., Any] = judge, begin: Callable[..., Any] = begin, **attributes: Any) -> ChainEnv:
+    """Eight grains; each call is a class of its own."""
+    given = {
+        "name": "own", "actions": {"left_force": 100.0}, "observations": {"displacement": 1e-5, "velocity": 0.1},
+        "counter_names": ("steps",), "begin_kernel": staticmethod(begin), "judge_kernel": staticmethod(judge),
+    } | attributes  # fmt: skip
+    return ChainEnv(Chain(grains=8), type("Own", (ChainTask,), given)(), deadline=DEADLINE)
+
+
+SLIPS: dict[str, tuple[Callable[..., Any], str]] = {
+    "counter": (lambda a, i, c, k, d, e, s: (c[1], False), r"reads counters\[1\].*declares 1 \(steps\)"),
+    "constant": (lambda a, i, c, k, d, e, s: (k[7], False), r"reads constants\[7\], but the task has 1"),
+    "input": (lambda a, i, c, k, d, e, s: (i[2], False), r"reads inputs\[2\]"),
+    "far column": (lambda a, i, c, k, d, e, s: (a[U, 500], False), r"reads a\[U, 500\], but the chain has 8 grains"),
+    "column behind the chain": (lambda a, i, c, k, d, e, s: (a[V, 10], False), r"reads a\[V, 10\]"),
+    "last grain as in Python": (lambda a, i, c, k, d, e, s: (a[V, -1], False), r"reads a\[V, -1\]"),
+    "in a function it calls": (lambda a, i, c, k, d, e, s: (far(a, 12), False), r"reads a\[U, 12\]"),
+    "in a function of the package": (
+        lambda a, i, c, k, d, e, s: (features.kinetic_energy(a, 0, 9), False), r"reads a\[MASS, 10\]",
+    ),
+    "at the deadline only": (lambda a, i, c, k, d, e, s: (c[5] if e == s else 0.0, False), r"reads counters\[5\]"),
+}  # fmt: skip
+
+
+@jit
+def writes_physics(a, inputs, counters, constants, duration, elapsed, steps):  # noqa: ANN001, ANN201
+    a[V, 1] = 99.0
+    return 0.0, False
+
+
+@jit
+def writes_row(a, inputs, counters, constants, duration, elapsed, steps):  # noqa: ANN001, ANN201
+    row = a[V]
+    row[1] += 1.0
+    return 0.0, False
+
+
+@jit
+def writes_constants(a, inputs, counters, constants, duration, elapsed, steps):  # noqa: ANN001, ANN201
+    constants[0] = 1.0
+    return 0.0, False
+
+
+@jit
+def writes_far(a, inputs, counters, constants, duration, elapsed, steps):  # noqa: ANN001, ANN201
+    counters[3] += 1.0
+    return 0.0, False
+
+
+@pytest.mark.parametrize("name", SLIPS)
+def test_a_slip_is_refused_by_name_before_it_runs(name: str) -> None:
+    function, said = SLIPS[name]
+    with pytest.raises(ParameterError, match=f"'own': judge_kernel {said}"):
+        environment(function)
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        (writes_physics, r"writes into a\[V, 1\], but it may write into counters alone"),
+        (writes_row, "write"),
+        (writes_constants, r"writes into constants\[0\]"),
+        (writes_far, r"reads counters\[3\]"),
+    ],
+)
+def test_a_kernel_writes_into_its_counters_alone(function: Callable[..., Any], said: str) -> None:
+    with pytest.raises(ParameterError, match=said):
+        environment(function)
+
+
+def test_forgotten_counters_are_refused_in_single_environments_and_batches() -> None:
+    """The kernel used to write into the actuator's memory, and in a batch into the next environment's clock."""
+    with pytest.raises(ParameterError, match=r"begin_kernel writes into counters\[0\], but counter_names declares 0"):
+        environment(counter_names=())
+    with pytest.raises(ParameterError, match="counter_names declares 0"):
+        ChainVectorEnv(lambda **options: environment(counter_names=()), num_envs=3)
+
+
+def test_the_environment_is_untouched_by_its_check() -> None:
+    one, other = environment(), environment()
+    for env in (one, other):
+        env.reset(seed=3)
+        env.step([0.5])
+    assert check_task(one, steps=7) == 7 and check_task(one, steps=100) == DEADLINE
+    for env in (one, other):
+        env.step([-0.5])
+    assert one.save().to_bytes() == other.save().to_bytes()
+
+
+def test_the_check_finds_what_an_episode_enters_later() -> None:
+    late = environment(lambda a, i, c, k, d, e, s: (c[9] if e == 5 else 0.0, False))
+    with pytest.raises(ParameterError, match=r"reads counters\[9\]"):
+        check_task(late)
+    assert check_task(late, steps=4) == 4
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+def test_a_reward_that_is_not_finite_is_refused(value: float) -> None:
+    env = environment(lambda a, i, c, k, d, e, s: (value, False))
+    env.reset(seed=1)
+    with pytest.raises(ParameterError, match=f"its reward is {value} after control step 1"):
+        env.step([0.1])
+    with pytest.raises(ParameterError, match=f"its reward is {value}"):
+        check_task(env)
+    batch = ChainVectorEnv(lambda **options: environment(lambda a, i, c, k, d, e, s: (value, False)), num_envs=2)
+    batch.reset(seed=1)
+    with pytest.raises(ParameterError, match=f"its reward is {value} in environment 0"):
+        batch.step(np.full((2, 1), 0.1))
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((float("nan"), False), "its reward is nan"),
+        ((float("inf"), False), "its reward is inf"),
+        (0.5, "expected .reward, done"),
+    ],
+)
+def test_what_a_task_in_python_returns_is_looked_at(given: Any, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Swing, "judge", lambda self, component, seen, duration: given)
+    env = ComponentEnv(Oscillator(step_size=0.01), Swing())
+    env.reset(seed=1)
+    with pytest.raises(ParameterError, match=f"'swing': .*{said}"):
+        env.step([0.0])
+
+
+@pytest.mark.parametrize("name", ["name", "actions", "observations"])
+def test_a_task_that_lacks_something_is_told_what(name: str) -> None:
+    given: dict[str, Any] = {"name": None, "actions": None, "observations": None} | {name: None}
+    with pytest.raises(ParameterError, match=f"has no {name}"):
+        environment(**{name: given[name]})
+    with pytest.raises(ParameterError, match="task.actions: got .*expected a mapping"):
+        environment(actions=["left_force"])
+    with pytest.raises(ParameterError, match="expected an object of a class made from Task"):
+        refuse_incomplete(None)
+
+
+def test_an_environment_of_a_chain_wants_a_chain() -> None:
+    with pytest.raises(ParameterError, match="expected a Chain"):
+        ChainEnv(Oscillator(), environment().task)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", sorted(ENVIRONMENTS))
+def test_the_shipped_tasks_have_no_slip(name: str) -> None:
+    env = gymnasium.make(f"granular_env/{name}" if "/" not in name else name)
+    assert check_task(env, steps=3) == 3
+
+
+def test_a_component_with_a_task_in_python_is_played() -> None:
+    assert check_task(MAKERS["swing"](), steps=5) == 5
+    with pytest.raises(ParameterError, match="expected the environment of one task"):
+        check_task(None)  # type: ignore[arg-type]

@@ -1,0 +1,196 @@
+"""Time in environments: the clock, held actions, deadlines and how they end, Gymnasium's own time limit."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from env_toys import MAKERS
+
+from granular_env.components.errors import GranularWarning, ParameterError
+from granular_env.control.policies import play
+from granular_env.envs import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv, register_all
+from granular_env.envs.policies import Constant
+from granular_env.envs.registration import ENVIRONMENTS
+
+register_all()
+# Where the reward speaks of a time, the agent is shown it.
+TIMED = {"PulseForming", "Protection", "EnergyDelivery", "SolitonTrain"}
+
+
+@pytest.mark.parametrize("maker", sorted(MAKERS))
+def test_the_clock_tells_the_time_and_makes_the_deadline_an_end(maker: str) -> None:
+    env, without = MAKERS[maker](deadline=6, clock=3), MAKERS[maker](deadline=6, clock=0)
+    size = without.observation_space.shape[0]
+    assert env.observation_space.shape == (size + 3,)
+    assert env.observation_space.high[size:].tolist() == [1.0] * 3 == (-env.observation_space.low[size:]).tolist()
+    observation, _ = env.reset(seed=1)
+    expected, _ = without.reset(seed=1)
+    for elapsed in range(7):
+        times = [math.cos(math.pi * k * elapsed / 6) for k in (1, 2, 3)]
+        np.testing.assert_allclose(observation[size:], times, atol=1e-6)
+        np.testing.assert_array_equal(observation[:size], expected)
+        if elapsed < 6:
+            observation, reward, terminated, truncated, _ = env.step([0.1])
+            expected, same, _, cut, _ = without.step([0.1])
+            assert reward == same and (terminated, truncated, cut) == (elapsed == 5, False, elapsed == 5)
+
+
+@pytest.mark.parametrize("maker", sorted(MAKERS))
+def test_a_held_action_is_that_action_for_several_control_steps(maker: str) -> None:
+    env, single = MAKERS[maker](deadline=10, hold=4), MAKERS[maker](deadline=10)
+    env.reset(seed=1)
+    single.reset(seed=1)
+    for action, count in ((0.5, 4), (-0.2, 4), (0.7, 2)):
+        observation, reward, terminated, truncated, info = env.step([action])
+        rewards = []
+        for _ in range(count):
+            seen, gained, over, cut, told = single.step([action])
+            rewards.append(float(gained))
+        np.testing.assert_array_equal(observation, seen)
+        assert reward == sum(rewards) and (terminated, truncated) == (over, cut)
+        assert info["time"] == told["time"]
+    assert truncated
+
+
+def test_rates_and_delays_count_control_steps_while_an_action_is_held() -> None:
+    arguments = {"grains": 5, "action_rate": 0.1, "control_delay": 2, "noise": 0.1}
+    env, single = PistonEnv(hold=3, **arguments), PistonEnv(**arguments)
+    for one in (env, single):
+        one.reset(seed=1)
+    for action in (1.0, -1.0):
+        told = env.step([action])
+        for _ in range(3):
+            expected = single.step([action])
+        np.testing.assert_array_equal(told[0], expected[0])
+        assert told[4]["left_velocity"] == expected[4]["left_velocity"]
+
+
+def test_a_step_that_breaks_while_it_is_held_keeps_what_went_before() -> None:
+    arguments: dict[str, Any] = {"grains": 3, "impulse": 10.0, "action_scale": 2e5, "chain": {"overlap_limit": 0.005}}
+    held, single = ProtectionEnv(hold=50, **arguments), ProtectionEnv(**arguments)
+    batch = ChainVectorEnv(ProtectionEnv, 1, hold=50, autoreset_mode="Disabled", **arguments)
+    for one in (held, single, batch):
+        one.reset(seed=1)
+    _, reward, terminated, _, info = held.step([1.0])
+    total, over = 0.0, False
+    while not over:
+        _, gained, over, _, told = single.step([1.0])
+        total += float(gained)
+    assert terminated and info["step_error"] == told["step_error"] and reward == total
+    assert batch.step([[1.0]])[1].tolist() == [reward]
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_the_clock_is_on_where_the_goal_has_a_time(name: str) -> None:
+    env, short = gymnasium.make(name), name.rpartition("/")[2].partition("-")[0]
+    timed = short in TIMED
+    assert (env.unwrapped.clock > 0) == timed
+    spec, steps = gymnasium.spec(name), int(env.unwrapped.deadline)
+    assert spec.max_episode_steps == env.spec.max_episode_steps == steps + 1 and spec.reward_threshold is not None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env.reset(seed=1)
+        for count in range(steps):
+            _, _, terminated, truncated, _ = env.step([0.0])
+            assert (terminated or truncated) == (count == steps - 1)
+        env.reset()
+    assert (terminated, truncated) == (timed, not timed), "one flag, and the environment's own"
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_gymnasiums_own_clock_works(name: str) -> None:
+    env = gymnasium.wrappers.TimeAwareObservation(gymnasium.make(name), normalize_time=True)
+    env.reset(seed=1)
+    first, second = (env.step([0.0])[0][-1] for _ in range(2))
+    assert second == pytest.approx(2 * first) and first > 0.0
+
+
+def test_a_longer_deadline_than_the_registered_limit_is_told_of_when_it_is_cut() -> None:
+    name, made = "granular_env/Piston-v1", {"grains": 4, "deadline": 700, "chain": {"right": "plane"}}
+    env = gymnasium.make(name, **made)
+    env.reset(seed=1)
+    assert [env.step([0.0])[3] for _ in range(601)].index(True) == 600
+    with pytest.warns(GranularWarning, match="max_episode_steps=-1"):
+        env.reset()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gymnasium.make(name, max_episode_steps=-1, **made)
+        env.reset(seed=1)
+        assert [env.step([0.0])[3] for _ in range(700)].index(True) == 699
+        env.reset()
+        batch = gymnasium.make_vec(name, 2, max_episode_steps=700, **made)
+    batch.reset(seed=1)
+    assert not any(batch.step(np.zeros((2, 1)))[3].any() for _ in range(699))
+
+
+def test_a_time_limit_of_the_batch_is_that_of_the_single_environments() -> None:
+    made: dict[str, Any] = {"grains": 4, "max_episode_steps": 5, "hold": 2}
+    native, sync = (
+        gymnasium.make_vec("granular_env/Protection-v1", 3, vectorization_mode=mode, **made)
+        for mode in ("vector_entry_point", "sync")
+    )
+    native.reset(seed=1)
+    sync.reset(seed=1)
+    for step in range(14):
+        action = np.full((3, 1), 0.1 * (step % 3), np.float32)
+        for one, other in zip(native.step(action)[:4], sync.step(action)[:4], strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize(
+    "arguments", [{"clock": -1}, {"clock": 1.5}, {"clock": True}, {"hold": 0}, {"hold": None}, {"clock": 101}]
+)
+def test_clocks_and_holds_that_are_none_are_refused(arguments: Any) -> None:
+    with pytest.raises(ParameterError, match=next(iter(arguments))):
+        PistonEnv(grains=4, **arguments)
+
+
+def test_a_clock_needs_a_deadline() -> None:
+    with pytest.raises(ParameterError, match="there is no deadline"):
+        ProtectionEnv(grains=4, deadline=None, clock=2)
+    assert ProtectionEnv(grains=4, deadline=None).clock == 0
+
+
+def test_baselines_hold_as_the_environment_does() -> None:
+    # Theory's push lasts some 30 control steps. Held for 3 each it is still that push; played three times slower it is not.
+    for environment in (PulseFormingEnv, SolitonTrainEnv):
+        env = environment(hold=3)
+        assert play(env, env.task.baselines()["theory"], seed=1)[0] > -0.1
+        assert "best" not in env.task.baselines()
+
+
+# -- deadlines that no wave can meet -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("place", "deadline"), [(60, 50), (16, 60), (40, 160), ([40, 60], 180)])
+def test_a_wave_that_would_have_to_be_there_already_is_refused_with_the_least_deadline(place: Any, deadline: int) -> None:
+    heights = [5.0] * len(np.atleast_1d(place))
+    with pytest.raises(ParameterError, match=r"deadline: .* give deadline=\d+ or more") as caught:
+        PulseFormingEnv(place=place, amplitude=heights, deadline=deadline)
+    least = int(str(caught.value).partition("give deadline=")[2].partition(" ")[0])
+    env = PulseFormingEnv(place=place, amplitude=heights, deadline=least)
+    assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(-1.0, abs=2e-3), "doing nothing is not paid for"
+    with pytest.raises(ParameterError):
+        PulseFormingEnv(place=place, amplitude=heights, deadline=least - 1)
+
+
+def test_trains_are_asked_for_in_time() -> None:
+    with pytest.raises(ParameterError, match="deadline: a wave of 3 m/s"):
+        SolitonTrainEnv(deadline=150)
+    env = SolitonTrainEnv()
+    with pytest.raises(ParameterError, match=r"options.goal: a wave of 3 m/s .* to grain 60"):
+        env.reset(options={"goal": [[3.0, 60.0]]})
+    for seed in range(20):
+        assert play(env, Constant(0.0), seed=seed)[0] == pytest.approx(-1.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("deadline", [20, 100, 400])
+@pytest.mark.parametrize("name", ["Protection", "EnergyDelivery", "Absorption", "Piston"])
+def test_doing_nothing_earns_nothing_whatever_the_deadline(name: str, deadline: int) -> None:
+    env = gymnasium.make(f"granular_env/{name}-v1", deadline=deadline)
+    assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(0.0, abs=1e-3)

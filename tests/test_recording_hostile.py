@@ -1,0 +1,241 @@
+"""Logs made to fill the memory, to run without end, or to bring the reader out of its own errors: refused, and cheaply."""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+import time
+import tracemalloc
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import lz4.frame
+import numpy as np
+import pytest
+from recording_helpers import chain_log, changed, oscillator_log, rewrite
+
+import granular_env.components.catalogue as catalogue
+from granular_env.components.errors import GranularError, LogError
+from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording.chunks import ChunkWriter
+from granular_env.recording.format import CLOSED, EVENTS, FRAMES, HEADER, PROFILE, STEPS, Record
+from granular_env.recording.index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
+
+ACTIONS: dict[str, Callable[[Path], object]] = {
+    "verify": verify,
+    "series": lambda path: [open_log(path).series(name) for name in open_log(path).variables],
+    "inputs": lambda path: open_log(path).inputs,
+    "particles": lambda path: open_log(path).particles,
+    "xarray": lambda path: open_log(path).to_xarray(),
+    "recover": lambda path: recover(path, path.with_suffix(".out"), overwrite=True),
+    "branch": lambda path: open_log(path).branch(0.0).run(path.with_suffix(".child"), overwrite=True),
+}
+
+
+def refused_by_the_family(path: Path) -> int:
+    """How many actions were refused; any other exception fails the test."""
+    refused = 0
+    for act in ACTIONS.values():
+        try:
+            act(path)
+        except GranularError:
+            refused += 1
+    return refused
+
+
+# -- sizes -------------------------------------------------------------------------------------------------------------
+
+
+def _measured(act: Callable[[], object]) -> tuple[int, float]:
+    """Peak of the memory [bytes] and time [s] that a refusal takes."""
+    tracemalloc.start()
+    begun = time.perf_counter()
+    with pytest.raises(LogError):
+        act()
+    seconds, peak = time.perf_counter() - begun, tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak, seconds
+
+
+def _bomb(path: Path, profile: str, content: bytes) -> int:
+    """A file of one chunk that unfolds to `content`; its size."""
+    with path.open("wb") as file:
+        ChunkWriter(file, profile, "")
+        head = struct.pack("<QQQI", 0, 0, len(content), zlib.crc32(content)) + struct.pack("<I", 3) + b"lz4"
+        packed = lz4.frame.compress(content)
+        body = head + struct.pack("<Q", len(packed)) + packed
+        file.write(b"\x06" + struct.pack("<Q", len(body)) + body)
+    return path.stat().st_size
+
+
+def _empty_messages(number: int) -> bytes:
+    channel = struct.pack("<HHI", 1, 0, 1) + b"x" + struct.pack("<I", 0) + struct.pack("<I", 0)
+    message = b"\x05" + struct.pack("<Q", 22) + struct.pack("<HIQQ", 1, 0, 0, 0)
+    return b"\x04" + struct.pack("<Q", len(channel)) + channel + message * number
+
+
+@pytest.mark.parametrize("act", [open_log, verify, lambda path: recover(path, path.with_suffix(".out"))])
+def test_a_chunk_full_of_empty_messages_is_refused_cheaply(tmp_path: Path, act: Callable[[Path], object]) -> None:
+    """It unfolds two hundredfold; each message would become an object, which takes ten times as much once more."""
+    content = _empty_messages(600_000)
+    size = _bomb(tmp_path / "a.mcap", PROFILE, content)
+    peak, seconds = _measured(lambda: act(tmp_path / "a.mcap"))
+    assert size < len(content) / 100
+    assert peak < 2 * len(content) + (8 << 20) and seconds < 10.0
+
+
+def test_another_programs_file_is_refused_before_it_is_unpacked(tmp_path: Path) -> None:
+    content = _empty_messages(600_000)
+    _bomb(tmp_path / "a.mcap", "ros2", content)
+    peak, _ = _measured(lambda: open_log(tmp_path / "a.mcap"))
+    assert peak < 1 << 20
+
+
+def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """JSON of 1.5 MB that a file of 20 kB unfolds to would take forty times as much once it is parsed."""
+    from granular_env.recording import caps
+
+    oscillator_log(tmp_path / "a.mcap")
+
+    def change(old: Record) -> Record:
+        return dataclasses.replace(old, header={**old.header, "experiment": [[]] * 500_000}) if old.kind == HEADER else old
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    assert (tmp_path / "b.mcap").stat().st_size < 100_000
+    monkeypatch.setattr(caps, "_TEXT_BYTES", 1 << 20)
+    peak, _ = _measured(lambda: open_log(tmp_path / "b.mcap"))
+    assert peak < 12 << 20
+    assert len(open_log(tmp_path / "b.mcap", allow_large=True).metadata["experiment"]) == 500_000
+
+
+def test_a_log_of_many_small_records_is_not_refused(tmp_path: Path) -> None:
+    """The limit on records for each byte is far from what is honestly written; here each reset makes a handful."""
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap", every=0.01, variables=["position"]):
+        for _ in range(400):
+            component.reset()
+            component.step(0.01)
+    assert verify(tmp_path / "a.mcap").identical and len(open_log(tmp_path / "a.mcap").segments) == 400
+
+
+# -- an index that lies, and other contents with every checksum right --------------------------------------------------
+
+
+def _with_index(tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]) -> Path:
+    chain_log(tmp_path / "a.mcap", steps=20, every=6e-7, overwrite=True)
+
+    def changed_index(old: Record) -> Record:
+        if old.kind != EVENTS or old.detail != CLOSED:
+            return old
+        return changed(old, index=change(old.arrays["index"].copy()))
+
+    rewrite_index(tmp_path / "a.mcap", tmp_path / "b.mcap", changed_index)
+    return tmp_path / "b.mcap"
+
+
+def rewrite_index(path: Path, out: Path, change: Callable[[Record], Record]) -> None:
+    """As `rewrite`, but the index is what `change` says."""
+    from granular_env.recording.sink import Sink
+
+    class Lying(Sink):
+        def add(self, record: Record, nanoseconds: int) -> None:
+            super().add(change(record), nanoseconds)
+
+    import recording_helpers
+
+    honest, recording_helpers.Sink = recording_helpers.Sink, Lying  # type: ignore[misc]
+    try:
+        rewrite(path, out)
+    finally:
+        recording_helpers.Sink = honest  # type: ignore[misc]
+
+
+def _set(column: int, row: int, value: int) -> Callable[[np.ndarray], np.ndarray]:
+    def change(rows: np.ndarray) -> np.ndarray:
+        rows[row, column] = value
+        return rows
+
+    return change
+
+
+def _all_counts(rows: np.ndarray) -> np.ndarray:
+    """Their sum wraps to a small number."""
+    frames = rows[:, KIND] == FRAMES
+    rows[frames, COUNT] = 2**62
+    return rows
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda rows: rows[::-1],
+        lambda rows: np.concatenate([rows[:1], rows[:0:-1]]),
+        _set(CHUNK, 3, 0),
+        _set(KIND, 4, 99),
+        _set(SEGMENT, 4, 5),
+        _set(LAST, 2, 2**61),
+        _set(FIRST, 2, -1),
+        _set(COUNT, -1, 2**62),
+        _all_counts,
+    ],
+)
+def test_an_index_that_lies_is_refused(tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]) -> None:
+    path = _with_index(tmp_path, change)
+    assert refused_by_the_family(path) >= 2
+    with pytest.raises(LogError):
+        verify(path)
+
+
+def test_random_lies_of_the_index_are_refused_or_harmless(tmp_path: Path) -> None:
+    chance = np.random.default_rng(3)
+    for _ in range(60):
+        column = int(chance.integers(0, 8))
+        value = int(chance.choice([-1, 0, 1, 2, 7, 100, 2**31, 2**53, 2**61, 2**63 - 1]))
+        refused_by_the_family(_with_index(tmp_path, _set(column, int(chance.integers(0, 12)), value)))
+
+
+@pytest.mark.parametrize("shape", [(), (1,), (12, 1), (3, 4)])
+@pytest.mark.parametrize("array", ["radius", "reference"])
+def test_an_array_of_the_header_of_another_shape_is_refused(tmp_path: Path, array: str, shape: tuple[int, ...]) -> None:
+    chain_log(tmp_path / "a.mcap", steps=4)
+
+    def change(old: Record) -> Record:
+        return changed(old, **{array: np.full(shape, 1e-3)}) if old.kind == HEADER else old
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    with pytest.raises(LogError, match="particles"):
+        _ = open_log(tmp_path / "b.mcap").particles
+    assert refused_by_the_family(tmp_path / "b.mcap") >= 1
+
+
+@pytest.mark.parametrize("last", [2**54, 2**61])
+def test_ticks_that_no_run_reaches_are_refused(tmp_path: Path, last: int) -> None:
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap"):
+        component.step(0.5)
+
+    def change(old: Record) -> Record:
+        if old.kind != STEPS:
+            return old
+        return dataclasses.replace(old, last=last, arrays={**old.arrays, "durations": np.array([last], dtype=np.int64)})
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    assert refused_by_the_family(tmp_path / "b.mcap") == len(ACTIONS)
+
+
+def test_frames_at_different_times_are_no_data_set(tmp_path: Path) -> None:
+    oscillator_log(tmp_path / "a.mcap", every=0.1)
+
+    def change(old: Record) -> Record:
+        if old.kind != FRAMES or old.detail != 1 or old.count < 3:
+            return old
+        ticks = old.arrays["ticks"].copy()
+        ticks[1] += 1
+        return changed(old, ticks=ticks)
+
+    pytest.importorskip("xarray")
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    with pytest.raises(LogError, match="at other times"):
+        open_log(tmp_path / "b.mcap").to_xarray()
+    assert refused_by_the_family(tmp_path / "b.mcap") >= 1

@@ -1,0 +1,316 @@
+"""What a verification says: identical only of a closed log that was run again; of all else, what differs or is missing."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
+
+import granular_env.components.catalogue as catalogue
+from granular_env.cli import main
+from granular_env.components.contract import Snapshot
+from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording.format import CLOSED, EVENTS, HASHES, HEADER, KEY, SNAPSHOTS, START, STEPS, Record
+
+
+def said(path: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
+    """The exit status of the command, and what it prints."""
+    capsys.readouterr()
+    status = main(["replay", str(path), "--verify"])
+    return status, capsys.readouterr().out
+
+
+# -- complete or not ---------------------------------------------------------------------------------------------------
+
+
+def test_a_complete_log_is_identical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    log, result = open_log(tmp_path / "a.mcap"), verify(tmp_path / "a.mcap")
+    instants = len(np.unique(log.ticks("velocity")))
+    assert result.identical and bool(result) and result.frames == instants
+    assert (result.calls, result.ticks) == (62, 260) == (log.calls, log.end_tick)
+    status, text = said(tmp_path / "a.mcap", capsys)
+    assert status == 0 and text.startswith(f"identical: 62 calls of step, 260 ticks ({instants} frames, ")
+
+
+def test_a_log_that_was_not_closed_is_incomplete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    data = (tmp_path / "a.mcap").read_bytes()
+    (tmp_path / "b.mcap").write_bytes(data[:-60])
+    result = verify(tmp_path / "b.mcap")
+    assert result.outcome == "incomplete" and not result.identical and not result and result.calls == 62
+    status, text = said(tmp_path / "b.mcap", capsys)
+    assert status == 3 and text.startswith("incomplete: ") and "was not closed" in text and "identical" not in text
+
+
+def test_a_log_of_which_only_the_start_is_left_was_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    whole = open_log(tmp_path / "a.mcap")
+    offset, length = whole._container._places[0]
+    (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
+    result = verify(tmp_path / "b.mcap")
+    assert result.outcome == "nothing was compared" and not result.identical and result.ticks == 0
+    status, text = said(tmp_path / "b.mcap", capsys)
+    assert status == 3 and "nothing was compared" in text and "identical" not in text
+
+
+def test_a_closed_log_without_a_step_was_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with record(catalogue.make("oscillator"), tmp_path / "a.mcap"):
+        pass
+    status, text = said(tmp_path / "a.mcap", capsys)
+    assert status == 3 and text.startswith("nothing was compared: the log holds no call of step")
+
+
+def test_help_states_the_exit_status(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["replay", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "0 identical" in text and "1 different" in text and "3 incomplete" in text
+
+
+# -- what is compared --------------------------------------------------------------------------------------------------
+
+
+def _header(name: str, value: Any) -> Callable[[Record], Record]:
+    return lambda old: dataclasses.replace(old, header={**old.header, name: value}) if old.kind == HEADER else old
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("experiment", {"name": "another"}),
+        ("created", "1983-01-01T00:00:00+00:00"),
+        ("command", "by hand"),
+        ("version", 7),
+        ("platform_bound", True),
+        ("state_words", 3),
+        ("parent", {"log": "0123456789abcdef"}),
+        ("machine", {"cpu": "another"}),
+        ("options", {"frame_every": 1, "doubling": 64, "hash_every": 4096, "key_every": 0}),
+        ("state", ["velocity"]),
+        ("particles", {"displacement": "velocity", "colour": "velocity"}),
+    ],
+)
+def test_a_changed_entry_of_the_header_is_named(tmp_path: Path, name: str, value: Any) -> None:
+    chain_log(tmp_path / "a.mcap", experiment={"name": "mine"})
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap")
+    assert verify(tmp_path / "b.mcap").identical, "rewriting alone changes nothing"
+    rewrite(tmp_path / "a.mcap", tmp_path / "c.mcap", _header(name, value))
+    result = verify(tmp_path / "c.mcap")
+    assert not result.identical and result.variable == name and name in result.message
+
+
+@pytest.mark.parametrize(("key", "value"), [("unit", "km/s"), ("description", "something else"), ("axes", ["node"])])
+def test_a_changed_declaration_is_named(tmp_path: Path, key: str, value: Any) -> None:
+    chain_log(tmp_path / "a.mcap")
+
+    def change(old: Record) -> Record:
+        if old.kind != HEADER:
+            return old
+        variables = [{**facts, key: value} if facts["name"] == "velocity" else facts for facts in old.header["variables"]]
+        return dataclasses.replace(old, header={**old.header, "variables": variables})
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable == "variables"
+
+
+def _without_digests(old: Record) -> Record:
+    """The digests of the header removed: only what the re-run itself gives is left to compare with."""
+    return dataclasses.replace(old, header={"parameters": old.header["parameters"]}) if "header" in old.header else old
+
+
+@pytest.mark.parametrize("array", ["reference", "radius"])
+@pytest.mark.parametrize("digests", [True, False])
+def test_a_changed_array_of_the_header_is_named(tmp_path: Path, array: str, digests: bool) -> None:
+    """Viewers draw them as the true radii and places."""
+    chain_log(tmp_path / "a.mcap")
+
+    def change(old: Record) -> Record:
+        if old.kind == HASHES and not digests:
+            return _without_digests(old)
+        if old.kind != HEADER:
+            return old
+        values = old.arrays[array].copy()
+        values.reshape(-1)[3] = np.nextafter(values.reshape(-1)[3], 1.0)
+        return changed(old, **{array: values})
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and f"'{array}'" in result.message
+    assert result.variable == array or not digests
+
+
+@pytest.mark.parametrize(("name", "value"), [("report", {}), ("cautions", ["all is well"])])
+def test_a_changed_end_is_named(tmp_path: Path, name: str, value: Any) -> None:
+    chain_log(tmp_path / "a.mcap")
+
+    def change(old: Record) -> Record:
+        closed = old.kind == EVENTS and old.detail == CLOSED
+        return dataclasses.replace(old, header={**old.header, name: value}) if closed else old
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable == name and f"the {name} at the end" in result.message
+
+
+def test_one_changed_bit_of_the_film_is_noticed(tmp_path: Path) -> None:
+    chain_log(tmp_path / "a.mcap")
+    count = 0
+
+    def change(data: bytes) -> bytes:
+        nonlocal count
+        count += 1
+        return data[:-1] + bytes([data[-1] ^ 1]) if count == 30 else data
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change_film=change)
+    result = verify(tmp_path / "b.mcap")
+    assert count > 60 and not result.identical and result.variable == "film"
+
+
+def test_messages_at_other_times_are_noticed(tmp_path: Path) -> None:
+    chain_log(tmp_path / "a.mcap")
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", shift=1000)
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and "1000 ns" in result.message
+
+
+@pytest.mark.parametrize("cut", [60, 0])
+def test_a_recovered_log_is_compared_too_film_and_all(tmp_path: Path, cut: int) -> None:
+    chain_log(tmp_path / "a.mcap", variables=["displacement", "velocity"])
+    data = (tmp_path / "a.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(data[: len(data) - cut])
+    recover(tmp_path / "cut.mcap", tmp_path / "b.mcap").close()
+    assert verify(tmp_path / "b.mcap").identical
+    rewrite(tmp_path / "b.mcap", tmp_path / "c.mcap", change_film=lambda data: data[:-1] + bytes([data[-1] ^ 1]))
+    assert verify(tmp_path / "c.mcap").variable == "film"
+
+
+def test_what_a_recovered_log_lost_is_named(tmp_path: Path) -> None:
+    chain_log(tmp_path / "a.mcap")
+    whole = open_log(tmp_path / "a.mcap")
+    offset, _ = whole._container._places[-1]
+    (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:offset])
+    recover(tmp_path / "cut.mcap", tmp_path / "b.mcap").close()
+    result = verify(tmp_path / "b.mcap")
+    assert result.identical and result.missing == ["the report", "the cautions"] and "the report" in result.message
+
+
+def test_a_run_with_failed_and_empty_histories_is_identical(tmp_path: Path) -> None:
+    """Resets without a step, a step that fails, and one whose parts had been written: the film is made again all the same."""
+    component = catalogue.make("chain", **CHAIN)
+    h = component.step_size
+    with record(component, tmp_path / "a.mcap", every=h):
+        component.reset(velocity={0: 1.0})
+        time.sleep(0.2)
+        component.reset(velocity={0: 2.0})
+        component.step(90 * h)
+        with pytest.raises(ArithmeticError):
+            component.step(3000 * h, left_force=1e9)
+        component.step(200 * h)
+        component.reset(velocity={0: 0.5})
+    result = verify(tmp_path / "a.mcap")
+    assert result.identical, result.message
+    assert result.ticks == 290
+
+
+# -- how it is said ----------------------------------------------------------------------------------------------------
+
+
+def test_a_difference_is_told_once_in_one_vocabulary(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    chain_log(tmp_path / "a.mcap", steps=20)
+
+    def change(old: Record) -> Record:
+        if old.kind != STEPS or old.first > 0:
+            return old
+        values = old.arrays["0.values"].copy()
+        values[0] += 1.0
+        return changed(old, **{"0.values": values})
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    status, text = said(tmp_path / "b.mcap", capsys)
+    lines = text.splitlines()
+    assert status == 1 and lines[0].startswith("different: ") and len(lines) == len(set(lines))
+    assert text.count("left_force' is not what was recorded") == 1 and "tick" in text
+    assert "internal step" not in text and " steps" not in text
+    assert " steps" not in repr(open_log(tmp_path / "a.mcap")) + repr(verify(tmp_path / "a.mcap"))
+
+
+def _with_other_snapshot(why: int) -> Callable[[Record], Record]:
+    def change(old: Record) -> Record:
+        if old.kind != SNAPSHOTS or old.detail != why:
+            return old
+        snapshot = Snapshot.from_bytes(old.arrays["snapshot"].tobytes())
+        memory = snapshot.memory.copy()
+        words = memory.view(np.int64)
+        words[np.flatnonzero(words)[0]] ^= 1
+        other = Snapshot(snapshot.identity, snapshot.tick, memory.tobytes(), snapshot.inputs)
+        return changed(old, snapshot=np.frombuffer(other.to_bytes(), dtype=np.uint8))
+
+    return change
+
+
+def test_a_changed_start_state_is_called_that(tmp_path: Path) -> None:
+    oscillator_log(tmp_path / "a.mcap")
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(START))
+    assert "start state" in verify(tmp_path / "b.mcap").message
+
+
+def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:
+    oscillator_log(tmp_path / "a.mcap", key_every=0.5)
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(KEY))
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and "the snapshot at " in result.message
+
+
+def test_changed_durations_are_called_that(tmp_path: Path) -> None:
+    component = catalogue.make("oscillator")
+    with record(component, tmp_path / "a.mcap"):
+        for number in range(40):
+            component.step(0.01 + 0.01 * (number % 2))
+
+    def change(old: Record) -> Record:
+        if old.kind != STEPS:
+            return old
+        durations = old.arrays["durations"].copy()
+        durations[:2] = durations[:2][::-1]
+        return changed(old, durations=durations)
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    result = verify(tmp_path / "b.mcap")
+    assert result.variable == "duration" and "the durations of the calls of step are not what was recorded" in result.message
+
+
+def test_warnings_of_the_re_run_are_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    component = catalogue.make("chain", **CHAIN, integrator="hamming", step_size=1e-6)
+    with pytest.warns(UserWarning), record(component, tmp_path / "a.mcap"):
+        component.reset(velocity={0: 5.0})
+        component.step(1e-4)
+    capsys.readouterr()
+    assert main(["replay", str(tmp_path / "a.mcap"), "--verify"]) == 0
+    output = capsys.readouterr()
+    assert "note: " in output.out and "GranularWarning" not in output.err
+
+
+def test_the_command_shows_how_far_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import granular_env.recording
+
+    oscillator_log(tmp_path / "a.mcap")
+    parts: list[float] = []
+
+    def watched(*arguments: Any, progress: Callable[[float], None], **options: Any) -> Any:
+        def tell(part: float) -> None:
+            parts.append(part)
+            progress(part)
+
+        return verify(*arguments, progress=tell, **options)
+
+    monkeypatch.setattr(granular_env.recording, "verify", watched)
+    assert main(["replay", str(tmp_path / "a.mcap"), "--verify"]) == 0
+    assert len(parts) > 10 and parts == sorted(parts) and parts[-1] == 1.0
