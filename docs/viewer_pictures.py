@@ -14,16 +14,15 @@ from granular_env.recording.reader import Log
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
 EXPERIMENT = "nesterenko-1983/3.4-piston"
-_COLOURS = 128
 
 sys.path.insert(0, str(DOCS.parent / "tests"))
 
 
 def small(picture: bytes, width: int) -> Image.Image:
-    """Return a PNG at this width, in few colours."""
+    """Return a PNG at this width, in 256 colours."""
     drawn = Image.open(io.BytesIO(picture)).convert("RGB")
     drawn = drawn.resize((width, round(drawn.height * width / drawn.width)), Image.Resampling.LANCZOS)
-    return drawn.quantize(_COLOURS, dither=Image.Dither.NONE)
+    return drawn.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
 
 def take_viewer(log: Log, folder: Path) -> None:
@@ -53,10 +52,8 @@ def take_report(log: Log, folder: Path) -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        recorded = ["displacement", "velocity", "contact_force"]
-        result = ge.run(
-            EXPERIMENT, log=Path(name) / "piston.mcap", overrides=[f"record.variables={recorded}".replace("'", '"')]
-        )
+        chosen = 'record.variables=["displacement", "velocity", "contact_force"]'
+        result = ge.run(EXPERIMENT, log=Path(name) / "piston.mcap", overrides=[chosen])
         assert result.log is not None
         with ge.open_log(result.log) as opened:
             take_viewer(opened, Path(name))

@@ -207,11 +207,14 @@ def recover_log(args: argparse.Namespace) -> int:
 def view_log(args: argparse.Namespace) -> int:
     """Look at a log in rerun, or write what rerun shows."""
     from granular_env import viewing
+    from granular_env.progress import progress_bar
     from granular_env.recording import open_log
 
     log = open_log(args.log, allow_large=args.allow_large)
     if args.save:
-        print(f"written: {viewing.save_rrd(log, args.save, exaggerate=args.exaggerate)}")
+        with progress_bar(f"scene of {Path(args.log).name}") as bar:
+            saved = viewing.save_rrd(log, args.save, exaggerate=args.exaggerate, progress=bar.update)
+        print(f"written: {saved}")
     elif args.screenshot:
         print(f"written: {viewing.screenshot(log, args.screenshot, exaggerate=args.exaggerate)}")
     elif args.foxglove_layout:
@@ -224,12 +227,15 @@ def view_log(args: argparse.Namespace) -> int:
 def report_log(args: argparse.Namespace) -> int:
     """A page with figures of a log."""
     from granular_env import viewing
+    from granular_env.progress import progress_bar
     from granular_env.recording import open_log
 
     with open_log(args.log, allow_large=args.allow_large) as log:
         folder = Path(args.out) if args.out else _report_folder(Path(args.log))
         chosen = {name: getattr(args, name) for name in ("variables", "times", "grains")}
-        print(f"written: {viewing.report(log, folder, **chosen)}")
+        with progress_bar(f"report of {Path(args.log).name}") as bar:
+            page = viewing.report(log, folder, **chosen, progress=bar.update)
+        print(f"written: {page}")
     return 0
 
 

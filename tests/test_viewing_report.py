@@ -14,11 +14,12 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import ParameterError
 from granular_env.experiments.load import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record
+from granular_env.toml_text import toml_document
 from granular_env.viewing import figures, plot, report
 from granular_env.viewing.drawing import page_svg
 from granular_env.viewing.fields import load_field
 from granular_env.viewing.footage import Curve, from_log
-from granular_env.viewing.report_tables import experiment_toml, file_size
+from granular_env.viewing.report_tables import file_size
 from granular_env.viewing.units import labelled, typeset
 
 pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
@@ -138,7 +139,7 @@ def test_every_shipped_experiment_is_printed_as_a_file_that_gives_it_again(name)
     from granular_env.experiments.load import experiment_path
 
     loaded = load_experiment(name)
-    again = load_experiment(tomllib.loads(experiment_toml(loaded.to_dict())), folder=experiment_path(name).parent)
+    again = load_experiment(tomllib.loads(toml_document(loaded.to_dict())), folder=experiment_path(name).parent)
     assert again.to_dict() == loaded.to_dict()
 
 

@@ -159,12 +159,12 @@ WRONG_PATHS = {
 @pytest.mark.parametrize("name", WRONG_PATHS.values(), ids=WRONG_PATHS)
 @pytest.mark.parametrize("suffix", [".rrd", ".png", ""], ids=["save", "screenshot", "report"])
 def test_a_path_that_cannot_be_written_is_told_before_any_work(chain_log, tmp_path, monkeypatch, name, suffix):
-    from granular_env.viewing import reporting
+    from granular_env.viewing import report_figures
 
     def work(*_, **__):
         raise AssertionError("the path was not looked at first")
 
-    for module in (viewer, reporting):
+    for module in (viewer, report_figures):
         monkeypatch.setattr(module, "from_log", work)
     monkeypatch.setattr(viewer, "rerun_process", work)
     (tmp_path / "taken").write_text("a file, no folder")

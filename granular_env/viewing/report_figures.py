@@ -72,7 +72,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     """
     choice.check(log)
     arrays = [name for name in field_names(log) if choice.holds(name)]
-    share = 0.9 / (1 + len(arrays))
+    share = 1.0 / (1 + len(arrays))
     footage = from_log(log, FRAMES, lambda part: progress(share * part))
     drawn: dict[str, Shown] = {}
     main = footage.motion.colour_variable.name if footage.motion is not None and footage.motion.colour is not None else None

@@ -6,13 +6,12 @@ import dataclasses
 import math
 import os
 import shlex
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from granular_env.components.errors import GranularError, LogError
-from granular_env.toml_text import toml_value
+from granular_env.toml_text import toml_document
 
 from . import page
 from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage
@@ -130,50 +129,11 @@ def experiment(log: Any) -> str:
     content = log.metadata.get("experiment")
     if not isinstance(content, dict) or "component" not in content:
         return ""
-    text = experiment_toml(content)
+    text = toml_document(content)
     words = "The experiment as it was run, as a file for `granular-env run`; data files that it names are not here."
     if len(text) > _LONGEST_TEXT:
         text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"
     return page.paragraph(words) + page.preformatted(text)
-
-
-def experiment_toml(content: Mapping[str, Any]) -> str:
-    """Return an experiment's content as the text of a TOML file that gives it again."""
-    plain = {key: value for key, value in content.items() if not isinstance(value, dict) and not _is_tables(value)}
-    lines = [f"{key} = {_toml(value)}" for key, value in plain.items() if value is not None]
-    for key, value in content.items():
-        if isinstance(value, dict):
-            lines += _table(key, value)
-        elif _is_tables(value):
-            for table in value:
-                lines += ["", f"[[{key}]]", *_lines(table)]
-    return "\n".join(lines) + "\n"
-
-
-def _table(head: str, table: Mapping[str, Any]) -> list[str]:
-    """Return the lines of a table; those of inputs are tables of their own, as they are in the files that people write."""
-    inner = {key: value for key, value in table.items() if head == "input" and isinstance(value, dict)}
-    rest = {key: value for key, value in table.items() if key not in inner and value is not None}
-    lines = ["", f"[{head}]", *_lines(rest)] if rest else []
-    for key, value in inner.items():
-        lines += ["", f"[{head}.{key}]", *_lines(value)]
-    return lines
-
-
-def _lines(table: Mapping[str, Any]) -> list[str]:
-    return [f"{key} = {_toml(value)}" for key, value in table.items() if value is not None]
-
-
-def _is_tables(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in value)
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, str) and "\n" in value and '"""' not in value and "\\" not in value:
-        return f'"""\n{value}"""'
-    if isinstance(value, dict):
-        return toml_value({key: part for key, part in value.items() if part is not None})
-    return toml_value(value)
 
 
 def environment(log: Any) -> str:

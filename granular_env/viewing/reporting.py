@@ -16,6 +16,8 @@ from .footage import Footage
 from .report_figures import Choice, Shown, draw_report
 
 _PAGE = "report.html"
+# Parts of the work that are done when the log is read, and when the pictures are drawn.
+_READING, _DRAWING = 0.6, 0.85
 
 
 def report(
@@ -53,8 +55,11 @@ def report(
         raise ParameterError(f"log: got {type(log).__name__}, expected an open log: open_log(path)")
     target = _target(folder)
     tell = progress or (lambda part: None)
-    footage, drawn = draw_report(log, Choice(variables, times, grains), tell)
-    files = {target.parent / f"{name}.png": figures.png(shown.figure) for name, shown in drawn.items()}
+    footage, drawn = draw_report(log, Choice(variables, times, grains), lambda part: tell(_READING * part))
+    files = {}
+    for name, shown in drawn.items():
+        files[target.parent / f"{name}.png"] = figures.png(shown.figure)
+        tell(_READING + (_DRAWING - _READING) * len(files) / len(drawn))
     html = page.page(f"Run report: {footage.title}", _lead(log, footage), _sections(log, footage, drawn))
     write_files({**files, target: html.encode("utf-8", "replace")})
     tell(1.0)

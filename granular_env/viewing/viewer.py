@@ -26,7 +26,12 @@ from .web_page import WebPage, web_arguments
 _SETTLE_SECONDS = 5.0
 
 
-def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = None) -> Path:
+def save_rrd(
+    log: Any,
+    path: str | os.PathLike[str],
+    exaggerate: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
     """Write a log's scene, with its layout, as a file for rerun.
 
     Args:
@@ -34,6 +39,7 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
         path: of the .rrd file; a rerun file that stands there is replaced, any other file is not.
         exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no grains
             pass one another. The factor is stated in the scene.
+        progress: told the part that is done, 0 to 1.
 
     Returns:
         The path.
@@ -45,15 +51,16 @@ def save_rrd(log: Any, path: str | os.PathLike[str], exaggerate: float | None = 
     """
     needed("rerun", "saving a rerun file")
     target = rerun_target(path)
-    write_files({target: scene_bytes(log, exaggerate)})
+    write_files({target: scene_bytes(log, exaggerate, progress)})
     return target
 
 
-def scene_bytes(log: Any, exaggerate: float | None = None) -> bytes:
+def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[float], None] | None = None) -> bytes:
     """Return the content of the file that `save_rrd` writes; errors as there."""
     _require_log(log)
     rr = needed("rerun", "the viewer")
-    footage = from_log(log)
+    tell = progress or (lambda part: None)
+    footage = from_log(log, progress=lambda part: tell(0.7 * part))
     scales = _scales(footage, exaggerate)
     # A file's name may hold bytes that are no text; rerun takes text only.
     name = Path(str(log.path)).name.encode("utf-8", "replace").decode()
@@ -65,6 +72,7 @@ def scene_bytes(log: Any, exaggerate: float | None = None) -> bytes:
         recording.send_blueprint(blueprint(footage, scales, log.duration), make_active=True)
         recording.send_recording_name(footage.title)
         send(recording, footage, scales)
+        tell(1.0)
         return kept.drain_as_bytes()
     except RuntimeError as error:
         raise GranularError(f"rerun cannot take the scene of {name!r}: {error}") from error
