@@ -358,6 +358,7 @@ def test_wrong_numbers_name_their_argument(bad: object) -> None:
         (lambda: Profile(np.zeros(1), np.zeros((1, 1, 1))), r"coefficients: got .*shape \(1, 1, 1\).*in 2 dimension"),
         (lambda: Profile(np.zeros(1), np.full((1, 2), NAN)), "coefficients: got NaN"),
         (lambda: Profile.total([]), "profiles: got none"),
+        (lambda: Profile.total(3), "profiles: got 3, expected a list of profiles"),
         (lambda: Profile.total([Profile.constant(1.0), 3.0]), r"profiles\[1\]: got 3.0"),
         (lambda: CompiledProfile(H, [0], [[1.0]]), "two arrays"),
         (lambda: CompiledProfile(H, np.array([0, 0]), np.zeros((2, 1))), "increasing ticks"),

@@ -641,6 +641,8 @@ def _refused(folder) -> bool:
         ({"overrides": "duration=1"}, "overrides: got 'duration=1'"),
         ({"overrides": [3]}, r"overrides\[0\]: got 3"),
         ({"engine": 3}, "engine: got 3"),
+        ({"overrides": {"duration": 1.0}}, "overrides: got {'duration': 1.0}, expected a list of texts"),
+        ({"engine": "ray", "address": 3}, "address: got 3"),
         ({"plan": None}, "plan None"),
         ({"plan": plan(measure={"outcome": "max velocity[2]"})}, "measure.outcome: the table has a column of this name"),
         ({"plan": plan(measure={"x": {"measurement": "waves_at", "take": ["speed"]}})}, r"measure.x.take: got \['speed'\]"),

@@ -74,7 +74,7 @@ class Sweep:
         Raises:
             SweepError: there is no such task, or it left no log.
         """
-        if not 0 <= task < self.size:
+        if isinstance(task, bool) or not isinstance(task, int) or not 0 <= task < self.size:
             raise SweepError(f"task: got {task}, the sweep has 0 to {self.size - 1}")
         path = self.folder / "logs" / f"{self.description['tasks'][task][-1]}.mcap"
         if not path.exists():
