@@ -222,6 +222,7 @@ def test_the_table_holds_what_runs_come_to(tmp_path):
         assert (row.amplitude, row.waves) == (waves[0].amplitude, len(waves))
         assert row.front == measurement.front_speed(history, 0.05, 1, 4)
         assert math.isnan(row.tenth) and "too far: " in row.notes
+    assert repr(sweep) == "<Sweep 'short': 4 tasks, 4 done, 0 failed, 0 pending>"
     assert np.isnan(table["too far"]).all() and (table["outcome"] == "done").all()
 
 

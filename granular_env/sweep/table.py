@@ -35,6 +35,11 @@ class Sweep:
         self._results = results
         self.interrupted = False
 
+    def __repr__(self) -> str:
+        pending = self.size - self.done - self.failed
+        counts = f"{self.size} tasks, {self.done} done, {self.failed} failed, {pending} pending"
+        return f"<Sweep {self.description['name']!r}: {counts}>"
+
     @property
     def size(self) -> int:
         """How many tasks there are."""
