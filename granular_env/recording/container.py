@@ -243,10 +243,10 @@ class Container:
             elif opcode == _MESSAGE_OP:
                 if len(body) < _MESSAGE.size:
                     raise self._damaged("a message")
-                channel, *times = _MESSAGE.unpack_from(body)
+                channel, sequence, *times = _MESSAGE.unpack_from(body)
                 if channel not in self._channels:
                     raise self._damaged("a message of an unknown channel")
-                messages.append(RawMessage(self._channels[channel], *times, body[_MESSAGE.size :]))
+                messages.append(RawMessage(self._channels[channel], sequence, times[0], times[1], body[_MESSAGE.size :]))
         return messages
 
     def _add_channel(self, body: memoryview) -> None:

@@ -121,7 +121,7 @@ class _Replay:
         if found is not None:
             self._differs(*found)
         if changed is not None:
-            self._differs(*changed, None)
+            self._differs(changed[0], changed[1], changed[2], None)
 
     def _compare_the_rest(self, ran_through: bool) -> None:
         """Compare what has no time of its own; what follows from the run only where that agreed."""
