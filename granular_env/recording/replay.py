@@ -14,7 +14,7 @@ from ..components.contract import Component, Held, Ledger, Snapshot, StepError
 from ..components.errors import GranularError, LogError
 from .accounts import changed_header, changed_input, changed_parameters
 from .batch import hash_row, held_word
-from .declarations import closing_differences, declaration_differences
+from .declarations import closing_differences, declaration_differences, metadata_differences
 from .film import FilmMaker
 from .format import FRAMES, HASHES, SNAPSHOTS, words
 from .index import DETAIL, FIRST, Segment
@@ -128,7 +128,7 @@ class _Replay:
         log, component, result = self.log, self.component, self.result
         for name in changed_header(log):
             self._add(name, f"{name} of the header is not what was recorded: it does not match its digest")
-        for name, reason in declaration_differences(log, component):
+        for name, reason in (*declaration_differences(log, component), *metadata_differences(log, component)):
             self._add(name, reason)
         if not ran_through:
             return

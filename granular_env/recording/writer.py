@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import dataclasses
+import json
 import threading
 import warnings
 import weakref
@@ -19,6 +20,7 @@ import numpy as np
 
 from ..components.contract import Component, GranularError, Held
 from ..components.errors import LogError
+from ..components.packing import canonical_json
 from .batch import Batch, Profiles, hash_row, header_digests, parameter_digests, write_batch
 from .facts import closing_facts, header_of
 from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record, nanoseconds
@@ -321,7 +323,8 @@ class Recorder:
         self._digests = {"parameters": parameter_digests(self._component), "header": header_digests(header, arrays)}
         self._sink.add(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays), 0)
         self._sink.flush()
-        self._sink.add_metadata(metadata_of(header, self._component.Parameters))
+        # As it will be read from the log, in the order of that: so a verification finds the same texts.
+        self._sink.add_metadata(metadata_of(json.loads(canonical_json(header)), self._component.Parameters))
 
     def _write_safely(self) -> bool:
         """Write what there is, and at the end the end; return whether that was all."""
