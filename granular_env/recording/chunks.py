@@ -30,6 +30,7 @@ from mcap.records import (
 )
 
 from .container import MAGIC
+from .log_file import LogFile
 
 Part = bytes | memoryview
 _MESSAGE_HEAD = struct.Struct("<BQHIQQ")
@@ -42,7 +43,7 @@ _SMALL = 1 << 16
 class ChunkWriter:
     """An MCAP file being written; `flush` ends a chunk, `finish` the file."""
 
-    def __init__(self, file: IO[bytes], profile: str, library: str) -> None:
+    def __init__(self, file: IO[bytes] | LogFile, profile: str, library: str) -> None:
         """Write the magic bytes and the header."""
         self._file, self._offset = file, 0
         self._schemas: list[Schema] = []
