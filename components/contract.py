@@ -564,16 +564,16 @@ class Component(metaclass=_Fixed):
                         observer.look(self)
         except BaseException as error:
             self._undo(start, held)
-            self._tell_observers(lambda observer: observer.failed(self, error))
+            self._tell_observers("failed", error)
             raise
-        self._tell_observers(lambda observer: observer.stepped(self, ticks, inputs))
+        self._tell_observers("stepped", ticks, inputs)
 
-    def _tell_observers(self, tell: Callable[[Observer], None]) -> None:
+    def _tell_observers(self, what: Literal["stepped", "failed"], *facts: Any) -> None:
         """Tell all of them, then raise what the first one raised: a recorder behind it must not miss a step."""
         faults: list[BaseException] = []
         for observer in self._observers:
             try:
-                tell(observer)
+                getattr(observer, what)(self, *facts)
             except BaseException as error:
                 faults.append(error)
         if faults:

@@ -15,7 +15,15 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.contract import Component, Observer
-from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError, ParameterError, caution, shortened
+from granular_env.components.errors import (
+    ExperimentError,
+    GranularError,
+    GranularWarning,
+    LogError,
+    ParameterError,
+    caution,
+    shortened,
+)
 from granular_env.components.memory import refuse_beyond
 from granular_env.components.profiles import CompiledProfile, Profile, finite_number
 from granular_env.experiments.load import Source, load_experiment
