@@ -157,7 +157,7 @@ def test_what_is_wrong_with_an_override_is_named(override, told):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ("task.name=forse", "task: name: got 'forse', which is no task; did you mean 'force'?"),
+        ("task.name=protecton", "task: name: got 'protecton', which is no task; did you mean 'protection'?"),
         ("task.grians=5", "task: grians: unknown; did you mean 'grains'?"),
         ("task.noize=0.1", "task: noize: unknown; did you mean 'noise'?"),
         ("task.grains=-5", "task: "),
@@ -502,12 +502,10 @@ def test_the_command_runs_a_study_and_tells_how_it_went(folder, capsys):
 def test_the_command_checks_lists_and_copies_studies(folder, capsys):
     assert main(["check", "small.toml"]) == 0
     told = capsys.readouterr().out
-    assert (
-        told
-        == "valid: small, task force of 60 control steps, 4 numbers to choose, 3000 control steps for each of random, cma\n"
-    )
-    assert main(["check", "small.toml", "--set", "task.name=farce"]) == 2
-    assert "did you mean 'force'?" in capsys.readouterr().err
+    found = "task protection of 60 control steps, 4 numbers to choose, 3000 control steps for each of random, cma"
+    assert told == f"valid: small, {found}\n"
+    assert main(["check", "small.toml", "--set", "task.name=protecton"]) == 2
+    assert "did you mean 'protection'?" in capsys.readouterr().err
     assert main(["study", "--list"]) == 0
     told = capsys.readouterr().out
     for name in shipped_studies():
