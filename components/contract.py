@@ -19,7 +19,6 @@ import dataclasses
 import hashlib
 import math
 import sys
-import threading
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter
@@ -220,8 +219,8 @@ class Component(metaclass=_Fixed):
         """What belongs to this one component alone, whose block is there."""
         self._readers: dict[str, Callable[[], Any]] = self._outputs()
         self._observers: list[Observer] = []
-        # Held while it steps: two threads at once would mix two steps into one.
-        self._turn = threading.Lock()
+        # Two threads at once would mix two steps into one.
+        self._stepping = False
         self._chunk_ticks = 256
         self._backup = self._block.memory.copy()
         # Assigning between byte views is the quickest copy there is from Python.
@@ -230,6 +229,9 @@ class Component(metaclass=_Fixed):
         # Whether any of them is a profile.
         self._profiled = False
         self._tick = 0
+
+    def __repr__(self) -> str:
+        return f"<{self.name} at {self.time:.9g} s (tick {self.tick})>"
 
     def __setattr__(self, name: str, value: Any) -> None:
         if self._closed and not name.startswith("_"):
@@ -359,12 +361,14 @@ class Component(metaclass=_Fixed):
             ticks = self._tick_counts[duration]
         except (KeyError, TypeError):
             ticks = self._whole_ticks(duration)
-        if not self._turn.acquire(False):
+        own = self.__dict__  # past `__setattr__`, which would cost a third of a short step
+        if own["_stepping"]:
             raise GranularError(
                 f"step: this {self.name} is in the middle of a step, of another thread or of an observer; "
                 "give each thread a component of its own"
             )
         try:
+            own["_stepping"] = True
             held = self._held
             if inputs:
                 bounds, numbers = self._bounds, not self._profiled
@@ -376,8 +380,7 @@ class Component(metaclass=_Fixed):
                     inputs, numbers = self._compiled(inputs), False
                     break
                 if numbers:
-                    # Past `__setattr__`, which would cost a third of a short step.
-                    self.__dict__["_held"] = inputs if len(inputs) == len(bounds) else {**held, **inputs}
+                    own["_held"] = inputs if len(inputs) == len(bounds) else {**held, **inputs}
                 else:
                     self._hold({**held, **inputs})
             if self._observers or ticks > self._chunk_ticks:
@@ -389,12 +392,12 @@ class Component(metaclass=_Fixed):
                 status = self._advance(ticks)
                 if status:
                     raise self._explain(status)
-                self.__dict__["_tick"] = before + ticks
+                own["_tick"] = before + ticks
             except BaseException:  # Ctrl-C too
                 self._undo(before, held)
                 raise
         finally:
-            self._turn.release()
+            own["_stepping"] = False
 
     def get(self, name: str) -> Any:
         """The present value of any variable: a number, or a fresh array of its shape."""

@@ -50,6 +50,9 @@ class Snapshot:
     def __init__(self, identity: str, tick: int, data: bytes, inputs: Mapping[str, Held]) -> None:
         self.identity, self.tick, self.data, self.inputs = identity, tick, data, inputs
 
+    def __repr__(self) -> str:
+        return f"<snapshot at tick {self.tick}, {len(self.data)} bytes, of {self.identity[:12]}>"
+
     @property
     def memory(self) -> FloatArray:
         """The state as 8-byte words, read-only, shape (words,)."""

@@ -59,7 +59,7 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
     if fault["type"] == "extra_forbidden":
         known = (field.alias or key for key, field in model.model_fields.items())
         advice = nearest(str(fault["loc"][-1]), known) if len(fault["loc"]) == 1 else "remove it"
-        return f"{name}: unknown; {advice}"
+        return f"{name}: unknown; {_owner(model, name, fault['input']) or advice}"
     if fault["type"] == "missing":
         return f"{name}: missing; {_meaning(model, place)}"
     if fault["msg"].startswith("Value error, "):
@@ -68,6 +68,18 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
         return f"{name}: {text}" if place else text
     expected = fault["msg"].removeprefix("Input should be ")
     return f"{name}: got {shortened(fault['input'])}, expected {expected}"
+
+
+def _owner(model: type[BaseModel], name: str, value: Any) -> str:
+    """Advice where a name belongs to a table that another parameter chooses by name; empty where it does not."""
+    from .named import tables
+
+    for parameter, choices in tables(model).items():
+        owners = [choice for choice, table in choices.items() if name in table.model_fields]
+        if owners:
+            example = f'{parameter} = {{"name": "{owners[0]}", "{name}": {shortened(value, 30)}}}'
+            return f"it belongs to {parameter} {' or '.join(map(repr, owners))}: give {example}"
+    return ""
 
 
 _TYPE_TAGS = {"float", "int", "str", "list", "constrained-str", "dict"}

@@ -10,6 +10,7 @@ import pytest
 from chain_tools import INTEGRATORS, advance, unit_chain
 
 import granular_env as ge
+from granular_env.components.materials.elastic import PRESETS
 from granular_env.components.profiles import Profile
 
 
@@ -334,3 +335,38 @@ def test_a_sampling_that_does_not_fit_is_told_a_step_that_does() -> None:
     with pytest.raises(ge.ParameterError, match=r"use 4e-07 s or 6e-07 s, or give step_size = 1e-07 \(s\)"):
         chain.ticks_in(5e-7, "every")
     assert ge.make("chain", grains=5, step_size=1e-7).ticks_in(5e-7) == 5
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"law": "viscous", "dissipation": 2.0}, """dissipation: unknown; it belongs to law 'viscous' or 'kuwabara_kono': give law = """
+         """{"name": "viscous", "dissipation": 2.0}"""),
+        ({"radius": {0: 6e-3}}, "radius: got {0: 0.006}, expected one value for all or a list with one each; only mass takes"),
+        ({"gap": {1: 1e-6}}, "gap: got {1: 1e-06}, expected one value for all or a list with one each"),
+    ],
+)  # fmt: skip
+def test_what_is_in_the_wrong_place_is_told_the_right_one(parameters: dict[str, object], said: str) -> None:
+    with pytest.raises(ge.ParameterError) as caught:
+        ge.make("chain", grains=4, **parameters)
+    assert said in str(caught.value)
+
+
+def test_millimetres_and_grams_are_noticed() -> None:
+    large = ge.make("chain", grains=2, radius=2.38)
+    assert any("radius of 2.38 m: radius is in metres" in said for said in large.cautions())
+    light = ge.make("chain", grains=2, material=ge.Material(density=7.8, young=2e11, poisson=0.29))
+    assert any("weighs 7.8 kg/m^3" in said for said in light.cautions())
+    assert ge.make("chain", grains=2, radius=0.1).cautions() == []
+
+
+def test_chains_and_snapshots_say_what_they_are() -> None:
+    chain = ge.make("chain", grains=4, left="piston")
+    assert repr(chain) == "<chain of 4 grains, law hertz, ends piston and free, at 0 s>"
+    assert repr(chain.save()).startswith("<snapshot at tick 0, ")
+
+
+def test_the_presets_are_told_with_their_constants() -> None:
+    told = ge.make("chain", grains=2).variables["material"].description
+    for name, one in PRESETS.items():
+        assert f"{name}: {one.density:g} kg/m^3, {one.young / 1e9:g} GPa, nu {one.poisson:g}" in told

@@ -398,3 +398,20 @@ def test_a_law_keeps_its_name_where_defaults_are_left_out(law: dict) -> None:
 def test_bad_laws_are_named(parameters: dict, said: str) -> None:
     with pytest.raises(ParameterError, match=said):
         ge.Chain(**{"grains": 4} | parameters)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1.1e-6])
+@pytest.mark.parametrize("step_size", [1e-6, 2e-7])
+def test_the_reference_controls_the_error_of_the_loss_too(step_size: float, gap: float) -> None:
+    """Where dissipation is cut off the contact carries nothing, but gives up its energy: grains alone do not tell that error."""
+
+    def lost(step: float, tolerance: float) -> float:
+        law = {"name": "kuwabara_kono", "dissipation": 2e3}
+        chain = ge.Chain(grains=2, law=law, integrator="dop853", step_size=step, tolerance=tolerance, gap=gap)
+        chain.reset(velocity={0: 1.0})
+        chain.step(1e-4)
+        return chain.ledger().dissipated_energy
+
+    exact = lost(1e-8, 1e-14)
+    assert lost(step_size, 1e-12) == pytest.approx(exact, rel=1e-7)
+    assert lost(step_size, 1e-14) == pytest.approx(exact, rel=1e-11)

@@ -28,6 +28,8 @@ _KINDS = {"free": table.FREE, "piston": table.PISTON} | dict.fromkeys(WALLS, tab
 _NO_PIECES = np.zeros((0, 2))
 # A status: a tick takes more work than is allowed.
 _EXHAUSTED = 2
+# Beyond these a unit is likely to be wrong [m, kg/m^3].
+_LARGE_RADIUS, _LIGHT_DENSITY = 0.1, 100.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
 _GEOMETRY_ROWS = 17
@@ -44,6 +46,10 @@ class Chain(Component):
     version = 2
     Parameters = ChainParameters
     parameters: ChainParameters
+
+    def __repr__(self) -> str:
+        p = self.parameters
+        return f"<chain of {p.grains} grains, law {p.law.name}, ends {p.left} and {p.right}, at {self.time:.9g} s>"
 
     # -- building ---------------------------------------------------------------------------------------------------
 
@@ -442,9 +448,24 @@ class Chain(Component):
 
     def cautions(self) -> list[str]:
         """A sentence for each assumption that the run so far has left behind."""
-        said = self.validity().cautions()
+        said = self._size_sentences() + self.validity().cautions()
         if self._stopped_in_a_step() > _STOPPED_IN_A_STEP and not self._scheme.adaptive:
             said.append(self._dissipation_sentence())
+        return said
+
+    def _size_sentences(self) -> list[str]:
+        """Slips of units run without a fault: millimetres as metres, g/cm^3 as kg/m^3."""
+        radius, said = self.geometry.radius, []
+        density = self.geometry.mass / (4.0 / 3.0 * np.pi * radius**3)
+        if radius.max() > _LARGE_RADIUS:
+            said.append(
+                f"grain {int(np.argmax(radius))} has a radius of {radius.max():.4g} m: radius is in metres, 2.38e-3 not 2.38"
+            )
+        if density.min() < _LIGHT_DENSITY:
+            said.append(
+                f"grain {int(np.argmin(density))} weighs {density.min():.4g} kg/m^3, less than any solid grain: density is in "
+                "kg/m^3, 7800 not 7.8"
+            )
         return said
 
     def _dissipation_sentence(self) -> str:

@@ -7,7 +7,8 @@ from typing import Any, Literal
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ..contract import Parameters
-from ..materials.elastic import Material
+from ..errors import shortened
+from ..materials.elastic import Material, preset_list
 from .arrangements import ChosenArrangement, Uniform, refuse_misfit
 from .fields import GrainIndex, NotNegative, Positive, Preset, UniformRadii
 from .fields import field as _field
@@ -28,7 +29,7 @@ class ChainParameters(Parameters):
     grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS)
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
     material: Preset | Material | list[Preset | Material] = _field(
-        "steel", "preset name or material: one for all, or one each", "1"
+        "steel", f"material, or the name of a preset ({preset_list()}): one for all, or one each", "1"
     )
     mass: Positive | list[Positive] | dict[GrainIndex, Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
@@ -56,6 +57,19 @@ class ChainParameters(Parameters):
     )
     tolerance: float = _field(1e-12, "relative error a step of dop853 may make", "1", ge=1e-15, le=1e-3)
     overlap_limit: float = _field(0.1, "overlap, as a part of the smaller radius, at which a step is refused", "1", gt=0.0)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_indices(cls, fields: Any) -> Any:
+        """{index: value} is understood of masses and start values only; say so, instead of what it is not."""
+        for name in ("radius", "material", "gap", "contact_stiffness"):
+            value = fields.get(name) if isinstance(fields, dict) else None
+            if isinstance(value, dict) and any(str(key).lstrip("-").isdigit() for key in value):
+                raise ValueError(
+                    f"{name}: got {shortened(value)}, expected one value for all or a list with one each; only mass takes "
+                    "{index: value}" + ("; or arrangement = impurity" if name in ("radius", "material") else "")
+                )
+        return fields
 
     @model_validator(mode="after")
     def _shapes(self) -> ChainParameters:

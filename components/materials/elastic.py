@@ -71,6 +71,15 @@ PRESETS = {
 }
 
 
+def preset_list() -> str:
+    """The presets and their constants, in one line."""
+    return "; ".join(
+        f"{name}: {one.density:g} kg/m^3, {one.young / 1e9:g} GPa, nu {one.poisson:g}, "
+        + (f"yield {one.yield_strength / 1e6:g} MPa" if one.yield_strength else "yield unknown")
+        for name, one in PRESETS.items()
+    )
+
+
 def material(value: str | Material) -> Material:
     """A preset by name, or the material itself."""
     if isinstance(value, Material):

@@ -179,8 +179,8 @@ def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int =
     c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3 - 1e-9, advice=advice))
     if c3 < _SMALLEST_SHOCK_C3:
         raise ParameterError(
-            f"c3: got {c3:g}, expected at least {_SMALLEST_SHOCK_C3:g}; below it nothing changes but the strain in front, as "
-            "C3^(5/4)"
+            f"c3: got {c3:g}, expected at least {_SMALLEST_SHOCK_C3:g}; below it nothing changes but the strain in front, "
+            "which goes as C3^(5/4)"
         )
     viscosity = number("viscosity", between("viscosity", viscosity, 0.0, 1e9))
     length = number("length", above("length", length, 0.0))
