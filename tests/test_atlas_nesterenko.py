@@ -142,7 +142,12 @@ def computed_twice(tmp_path_factory):
         folder = tmp_path_factory.mktemp("refined")
         found.append(
             atlas.compute(
-                paper, folder, only=only, refinement=refinement, told=lambda entry, share: told.append((entry.name, share))
+                paper,
+                folder,
+                only=only,
+                refinement=refinement,
+                processes=2,
+                told=lambda entry, share: told.append((entry.name, share)),
             )
         )
     return found, told
