@@ -19,6 +19,7 @@ import dataclasses
 import hashlib
 import math
 import sys
+import threading
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter
@@ -150,7 +151,10 @@ class Observer(Protocol):
         """At `next_tick`, perhaps inside a step; sets `next_tick` anew."""
 
     def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """After a whole step, with the inputs that were set by it (compiled)."""
+        """After a whole step, with the inputs that were set by it (compiled).
+
+        What is raised here reaches the caller once all observers have been told; the step stands.
+        """
 
     def failed(self, component: Component, error: BaseException) -> None:
         """After a step that failed or was interrupted: the component is back where that step began."""
@@ -216,6 +220,8 @@ class Component(metaclass=_Fixed):
         """What belongs to this one component alone, whose block is there."""
         self._readers: dict[str, Callable[[], Any]] = self._outputs()
         self._observers: list[Observer] = []
+        # Held while it steps: two threads at once would mix two steps into one.
+        self._turn = threading.Lock()
         self._chunk_ticks = 256
         self._backup = self._block.memory.copy()
         # Assigning between byte views is the quickest copy there is from Python.
@@ -346,40 +352,49 @@ class Component(metaclass=_Fixed):
         Raises:
             ParameterError: an input or the duration is not valid; nothing has changed.
             StepError: the physics would break down; the state is that from before the step.
+            GranularError: another thread, or an observer, steps it while it steps.
         """
         # This is the hot path of step-wise control: what is usual is looked up, everything else goes to a slower function.
         try:
             ticks = self._tick_counts[duration]
         except (KeyError, TypeError):
             ticks = self._whole_ticks(duration)
-        held = self._held
-        if inputs:
-            bounds, numbers = self._bounds, not self._profiled
-            for name, value in inputs.items():
-                if value.__class__ is float and name in bounds:
-                    low, high = bounds[name]
-                    if low <= value <= high:
-                        continue
-                inputs, numbers = self._compiled(inputs), False
-                break
-            if numbers:
-                # Past `__setattr__`, which would cost a third of a short step.
-                self.__dict__["_held"] = inputs if len(inputs) == len(bounds) else {**held, **inputs}
-            else:
-                self._hold({**held, **inputs})
-        if self._observers or ticks > self._chunk_ticks:
-            self._long_step(ticks, inputs, held)
-            return
-        before = self._tick
-        self._backup_bytes[:] = self._memory_bytes
+        if not self._turn.acquire(False):
+            raise GranularError(
+                f"step: this {self.name} is in the middle of a step, of another thread or of an observer; "
+                "give each thread a component of its own"
+            )
         try:
-            status = self._advance(ticks)
-            if status:
-                raise self._explain(status)
-            self.__dict__["_tick"] = before + ticks
-        except BaseException:  # Ctrl-C too
-            self._undo(before, held)
-            raise
+            held = self._held
+            if inputs:
+                bounds, numbers = self._bounds, not self._profiled
+                for name, value in inputs.items():
+                    if value.__class__ is float and name in bounds:
+                        low, high = bounds[name]
+                        if low <= value <= high:
+                            continue
+                    inputs, numbers = self._compiled(inputs), False
+                    break
+                if numbers:
+                    # Past `__setattr__`, which would cost a third of a short step.
+                    self.__dict__["_held"] = inputs if len(inputs) == len(bounds) else {**held, **inputs}
+                else:
+                    self._hold({**held, **inputs})
+            if self._observers or ticks > self._chunk_ticks:
+                self._long_step(ticks, inputs, held)
+                return
+            before = self._tick
+            self._backup_bytes[:] = self._memory_bytes
+            try:
+                status = self._advance(ticks)
+                if status:
+                    raise self._explain(status)
+                self.__dict__["_tick"] = before + ticks
+            except BaseException:  # Ctrl-C too
+                self._undo(before, held)
+                raise
+        finally:
+            self._turn.release()
 
     def get(self, name: str) -> Any:
         """The present value of any variable: a number, or a fresh array of its shape."""
@@ -549,11 +564,20 @@ class Component(metaclass=_Fixed):
                         observer.look(self)
         except BaseException as error:
             self._undo(start, held)
-            for observer in self._observers:
-                observer.failed(self, error)
+            self._tell_observers("failed", error)
             raise
+        self._tell_observers("stepped", ticks, inputs)
+
+    def _tell_observers(self, what: Literal["stepped", "failed"], *facts: Any) -> None:
+        """Tell all of them, then raise what the first one raised: a recorder behind it must not miss a step."""
+        faults: list[BaseException] = []
         for observer in self._observers:
-            observer.stepped(self, ticks, inputs)
+            try:
+                getattr(observer, what)(self, *facts)
+            except BaseException as error:
+                faults.append(error)
+        if faults:
+            raise faults[0]
 
     def _timed_advance(self, ticks: int) -> None:
         begin = perf_counter()

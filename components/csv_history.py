@@ -90,6 +90,9 @@ def read_history(
     """
     path = _checked_path(path)
     _check_choices(delimiter=(delimiter, _DELIMITERS), decimal=(decimal, (".", ",")), gaps=(gaps, ("refuse", "bridge")))
+    for name, given in (("time_unit", time_unit), ("value_unit", value_unit), ("unit", unit)):
+        if given is not None and not isinstance(given, str):
+            raise ParameterError(f"{name}: got {shortened(given)}, expected a unit such as 'us' or 'kN'")
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise ParameterError(f"skip: got {shortened(skip)}, expected how many lines to leave out, a whole number from 0 on")
     rows = list(_rows(path, delimiter, decimal, skip))

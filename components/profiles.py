@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -263,12 +263,14 @@ class Profile:
         return Profile(_vector("starts", starts), padded)
 
     @staticmethod
-    def total(profiles: Sequence[Profile]) -> Profile:
+    def total(profiles: Iterable[Profile]) -> Profile:
         """Return the sum of profiles: the union of their breakpoints, polynomials re-centred and added.
 
         The work grows with the number of pieces that overlap in time. Breakpoints that differ by no more than the rounding of
         their times are one.
         """
+        if not isinstance(profiles, Iterable):
+            raise ParameterError(f"profiles: got {shortened(profiles)}, expected a list of profiles")
         profiles = list(profiles)
         if not profiles:
             raise ParameterError("profiles: got none, expected at least one to add up")
@@ -288,6 +290,7 @@ class Profile:
 
     def __call__(self, time: float) -> float:
         """Value at a time [s]; at a breakpoint that of the piece that begins there."""
+        time = finite_number("time", time) if type(time) is not float else time
         piece = int(np.searchsorted(self.starts, time, side="right")) - 1
         return 0.0 if piece < 0 else _horner(self.coefficients[piece], time - float(self.starts[piece]))
 

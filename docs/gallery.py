@@ -30,7 +30,8 @@ _COLOURS = 128
 
 def recorded(name: str, env: ChainEnv, policy: Policy, options: dict | None = None) -> dict[str, float]:
     """One episode into logs/gallery/NAME.mcap; its counters."""
-    with RecordEnv(env, LOGS / f"{name}.mcap", every=EVERY, variables=["displacement", "velocity"], overwrite=True) as wrapped:
+    titled = {"experiment": {"name": f"gallery/{name}"}, "variables": ["displacement", "velocity"]}
+    with RecordEnv(env, LOGS / f"{name}.mcap", every=EVERY, overwrite=True, **titled) as wrapped:
         observation, info = wrapped.reset(seed=0, options=options)
         policy.reset()
         over = False

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from .envs.registration import register_when_imported
 
 if TYPE_CHECKING:
-    from . import measurement
+    from . import measurement, viewing
     from .components.catalogue import make
     from .components.chain import Chain
     from .components.contract import Component, Snapshot, Variable

@@ -424,7 +424,7 @@ def reserved_log(name: str, folder: Path = Path("logs")) -> Iterator[Path]:
 
     It may be overwritten; where nothing was written to it, it is removed again.
     """
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "run"
+    stem, new_folder = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "run", not folder.exists()
     path = _empty_file(folder, stem)
     try:
         yield path
@@ -432,6 +432,8 @@ def reserved_log(name: str, folder: Path = Path("logs")) -> Iterator[Path]:
         with suppress(OSError):
             if path.stat().st_size == 0:
                 path.unlink()
+                if new_folder:
+                    folder.rmdir()
 
 
 def _empty_file(folder: Path, stem: str) -> Path:

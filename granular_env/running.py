@@ -15,7 +15,15 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.contract import Component, Observer
-from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, LogError, ParameterError, caution
+from granular_env.components.errors import (
+    ExperimentError,
+    GranularError,
+    GranularWarning,
+    LogError,
+    ParameterError,
+    caution,
+    shortened,
+)
 from granular_env.components.memory import refuse_beyond
 from granular_env.components.profiles import CompiledProfile, Profile, finite_number
 from granular_env.experiments.load import Source, load_experiment
@@ -177,7 +185,11 @@ def advance(
     stopped_by, interrupted = None, False
     with ExitStack() as stack:
         show = _shown(stack, title, component, end) if progress else None
-        for observer in observers:
+        for observer in observers if isinstance(observers, Iterable) else [observers]:
+            if not hasattr(observer, "stepped"):
+                raise ParameterError(
+                    f"observers: got {shortened(observer)}, expected observers, such as measurement.Watch(1e-6)"
+                )
             component.observe(observer)
             stack.callback(component.ignore, observer)
         interrupt = stack.enter_context(Interrupt())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -12,13 +13,16 @@ from mcap.reader import make_reader
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.contract import Component
+from granular_env.components.packing import canonical_json
 from granular_env.components.profiles import Profile
 from granular_env.recording import record
 from granular_env.recording.caps import Caps
 from granular_env.recording.container import Container
 from granular_env.recording.format import CLOSED, EVENTS, HEADER, TOPICS, Record, decode, log_identity
 from granular_env.recording.log_file import create
+from granular_env.recording.metadata import metadata_of
 from granular_env.recording.preview import PreviewMessage, Topic
+from granular_env.recording.recover import parameter_model
 from granular_env.recording.sink import Sink
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
@@ -52,6 +56,7 @@ def rewrite(
     change: Callable[[Record], Record] = lambda record: record,
     change_film: Callable[[bytes], bytes] = lambda data: data,
     shift: int = 0,
+    change_texts: Callable[[dict[str, str]], dict[str, str]] = lambda texts: texts,
 ) -> None:
     """The same log with every record put through `change`, every message of the film through `change_film`, and `shift` ns
     added to each time; every checksum, number and index is made right again."""
@@ -72,6 +77,8 @@ def rewrite(
             sink.add(new, time)
             if new.kind == HEADER:
                 sink.flush()
+                header = json.loads(canonical_json(dict(new.header)))
+                sink.add_metadata(change_texts(metadata_of(header, parameter_model(header.get("component")))))
     container.close()
     sink.finish()
 

@@ -43,16 +43,25 @@ def made(tmp_path_factory):
         (Value("", "1.2342", 1.23424999), "reproduced", "reproduced"),
         (Value("", "1.2342", 1.234251), "not reproduced", "0.004 % off"),
         (Value("", "-.0068", -0.00676), "reproduced", "reproduced"),
-        (Value("", "2.708", 2.707083, relative=4e-4), "reproduced", "reproduced to 0.03 %"),
-        (Value("", "2.708", 2.706, relative=4e-4), "not reproduced", "0.07 % off"),
+        (Value("", "2.708", 2.707083, relative=4e-4, source="said"), "reproduced", "reproduced to 0.03 %"),
+        (Value("", "2.708", 2.706, relative=4e-4, source="said"), "not reproduced", "0.07 % off"),
+        (Value("", "2.708", 2.707083, loose=2e-3), "in part", "only to 0.0009"),
+        (Value("", "1.05", 1.0425), "not reproduced", "0.7 % off"),
+        (Value("", "5.6e12", 5.64e12), "reproduced", "reproduced"),
+        (Value("", "5.6e12", 6.391e12), "not reproduced", "14 % off"),
+        (Value("", "about 10", 10.435, "%"), "reproduced", "reproduced"),
         (Value("", "0.915", 0.90747), "not reproduced", "0.8 % off"),
         (Value("", "7", 7), "reproduced", "reproduced"),
         (Value("", "7", 8), "not reproduced", "1 off"),
-        (Value("", "about 10", 4.27, "µs", paper=10.0, tolerance=1.0), "not reproduced", "5.7 µs off"),
-        (Value("", "unchanged", -1.15, "%", paper=0.0, tolerance=0.1, loose=2.0), "in part", "only to 1.1 %"),
-        (Value("", "unchanged", -2.15, "%", paper=0.0, tolerance=0.1, loose=2.0), "not reproduced", "2.1 % off"),
-        (Value("", "at most 2", 1.9, paper=2.0, tolerance=0.0, at_most=True), "reproduced", "reproduced"),
-        (Value("", "at most 2", 2.008, paper=2.0, tolerance=0.0, at_most=True), "not reproduced", "0.008 more"),
+        (Value("", "about 10", 4.27, "µs"), "not reproduced", "57 % off"),
+        (Value("", "unchanged", -1.15, "%", paper=0.0, loose=2.0), "in part", "only to 1.1 %"),
+        (Value("", "unchanged", -2.15, "%", paper=0.0, loose=2.0), "not reproduced", "2.1 % off"),
+        (Value("", "unchanged", 1e-12, "%", paper=0.0, loose=2.0, resolution=1e-10), "reproduced", "reproduced"),
+        (Value("", "at most 2", 1.9, paper=2.0, at_most=True), "bound kept", "bound kept"),
+        (Value("", "at most 2", 2.008, paper=2.0, at_most=True), "not reproduced", "0.008 more"),
+        (Value("", "much less than 1", 0.07, at_most=True, loose=0.1), "in part", "kept as we read it"),
+        (Value("", "much less than 1", 0.17, at_most=True, loose=0.1), "not reproduced", "0.07 more"),
+        (Value("", "at most 2", math.nan, paper=2.0, at_most=True), "not reproduced", "nan more"),
         (Value("", "3, 1", "3, 1"), "reproduced", "reproduced"),
         (Value("", "3, 1", "1, 3"), "not reproduced", "“1, 3”, not “3, 1”"),
         (Value("", "1", math.nan), "not reproduced", "not finite"),
@@ -66,7 +75,7 @@ def test_a_verdict_comes_from_the_numbers(value, kind, words):
 
 
 def test_the_verdict_of_several_values():
-    yes, near, no = Value("a", "1", 1), Value("b", "100.0", 100.06, relative=1e-3), Value("c", "1", 2)
+    yes, near, no = Value("a", "1", 1), Value("b", "100.0", 100.06, relative=1e-3, source="said"), Value("c", "1", 2)
     silent, drawn = Value("d", None, 3.0), Value("e", "2.5", 3.0, band=Band.of([2.0, 4.0]))
     assert combined([yes, silent]).words == "reproduced"
     assert combined([yes, near]).words == "reproduced to 0.06 %"
@@ -78,6 +87,22 @@ def test_the_verdict_of_several_values():
     assert combined([drawn, no]).kind == combined([drawn, yes, no]).kind == "in part"
     assert combined([drawn, no]).words == "in part: e: at percentile 50; c: no, 1 off"
     assert combined([silent]).kind == "no figure"
+    bound = Value("f", "at most 2", 1.0, paper=2.0, at_most=True)
+    assert combined([bound]).words == "bound kept" and combined([bound, bound]).words == "bounds kept"
+    assert combined([bound, yes]).kind == "reproduced" and combined([bound, no]).words == "in part: f: kept; c: no, 1 off"
+
+
+def test_a_tolerance_without_a_source_is_refused():
+    for stated in ({"tolerance": 0.1}, {"relative": 0.1}):
+        with pytest.raises(ValueError, match="a tolerance needs a source in the paper; without one use loose"):
+            Value("a", "1.0", 1.0, **stated)
+
+
+def test_ours_is_shown_with_the_digits_that_have_converged():
+    assert Value("", None, 1.2342134, digits=5).shown == 1.2342 and Value("", None, 7).shown == 7
+    noise = Value("", "none", 3e-14, "%", paper=0.0, resolution=1e-10)
+    assert noise.shown == 1e-10 and noise.below_resolution
+    assert not Value("", "none", 3e-9, "%", paper=0.0, resolution=1e-10).below_resolution
 
 
 def test_a_band_says_where_a_draw_stands():

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 from atlas_toys import toy
+from terminal_tools import run_in_terminal, seen_lines
 
 from granular_env import atlas
 from granular_env.atlas.context import Context
@@ -24,6 +26,7 @@ import sys
 sys.path[:0] = [{tests!r}]
 from endless import endless
 from atlas_toys import toy
+from terminal_tools import run_in_terminal, seen_lines
 from granular_env import atlas
 from granular_env.atlas import papers
 from granular_env.atlas.model import Entry
@@ -179,3 +182,18 @@ def test_a_context_counts_the_runs_of_an_entry(tmp_path):
     assert seen == [1, 2, 3] and len(context.used()) == 1
     context.begin(seen.append)
     assert context.used() == []
+
+
+def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_path):
+    code = (
+        "import sys\nfrom granular_env.cli import main\n"
+        f"main(['atlas', 'nesterenko-1983', '--out', {str(tmp_path)!r}, '--only', '3.4-losses', '--only', '3.4-piston'])"
+    )
+    status, written = run_in_terminal(["-c", code], 80)
+    lines = [line for line in seen_lines(written) if re.search(r"\d %", line)]
+    assert status == 0 and all(len(line) <= 80 for line in lines), written
+    parts = {int(re.search(r"(\d+) %", line)[1]) for line in lines}
+    # Neither entry is done before the last moment: what is seen between is the work of their runs.
+    assert len([part for part in parts if 5 < part < 95]) >= 3, parts
+    assert any(re.search(r"3\.4-losses (25|20|40|60|80) %", line) for line in lines), lines
+    assert "left" in lines[-1]

@@ -149,8 +149,6 @@ REFUSED = [
     (5, {"arrangement": {**DIMER, "raduis": 1}}, "arrangement: raduis: unknown; did you mean 'radius'?"),
     (5, {"arrangement": "tapered"}, "arrangement: first_radius: missing; it is of the first grain"),
     (5, {"arrangement": "dimer"}, "arrangement: radius: both kinds of grain are the same"),
-    (5, {"arrangement": {"name": "dimer", "radius": [R, R]}}, "arrangement: radius: both kinds of grain are the same"),
-    (5, {"arrangement": {"name": "dimer", "material": ["steel"] * 2}}, "arrangement: radius: both kinds of grain are the same"),
     (5, {"arrangement": {"name": "dimer", "radius": [R]}}, "arrangement: radius: got [0.003], expected"),
     (5, {"arrangement": {"name": "dimer", "radius": [R, -R]}}, "arrangement: radius.1: got -0.003, expected greater than 0"),
     (5, {"arrangement": {"name": "dimer", "material": ["steel", "stell"]}}, "'stell' is no preset; did you mean 'steel'?"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -174,6 +175,47 @@ def test_strong_friction_creeps_down_the_hill(viscosity: float) -> None:
     rate = CubicSpline(wave.position * math.sqrt(10.0), y)(wave.position * math.sqrt(10.0), 1)
     behind = wave.position < -0.1 * viscosity
     assert np.abs(rate - creep)[behind].max() <= (1e-3 + 2.0 / viscosity**2) * np.abs(creep).max()
+
+
+NEARLY_UNCOMPRESSED = [
+    (1e-4, 2.0),
+    (1e-5, 0.6),
+    (1e-5, 2.0),
+    (1e-6, 1.0),
+    (1e-7, 1e-6),
+    (1e-7, 0.1),
+    (1e-7, 10.0),
+    (1e-7, 499.0),
+]
+
+
+@pytest.mark.parametrize(
+    ("c3", "viscosity"), [*NEARLY_UNCOMPRESSED, (0.1, 10.0), (0.185, 2.0), (0.185, 1e-6), (1e-7, 9e8), (0.1, 9e8)]
+)
+def test_shocks_answer_quickly_over_their_whole_range(c3: float, viscosity: float) -> None:
+    """From the strain in front, 1, to that behind; higher than it only below the critical viscosity."""
+    begin = time.process_time()
+    wave = theory.shock_wave(c3, viscosity, length=max(400.0 if c3 > 0.18 else 40.0, 20.0 * viscosity))
+    assert time.process_time() - begin < 4.0
+    behind = theory.shock_ratio(c3)
+    assert wave.strain_ratio[-1] == pytest.approx(1.0, abs=1e-6 * behind)
+    if viscosity > theory.critical_viscosity(c3):
+        assert wave.amplitude_ratio == pytest.approx(behind, rel=1e-5)
+    else:
+        assert behind < wave.amplitude_ratio <= theory.ratio_of_c3(c3) * (1.0 + 1e-9)
+
+
+def test_shocks_that_creep_go_on_from_those_with_inertia() -> None:
+    below, above = (theory.shock_wave(0.01, viscosity, length=5e3) for viscosity in (499.999, 500.001))
+    np.testing.assert_allclose(above.strain_ratio, below.strain_ratio, atol=1e-3 * theory.shock_ratio(0.01))
+
+
+def test_the_overshoot_of_nearly_uncompressed_shocks_has_a_limit() -> None:
+    """Over the strain behind: the same at C3 = 1e-5 and 1e-7."""
+    tops = [theory.shock_wave(c3, 0.6).amplitude_ratio / theory.shock_ratio(c3) for c3 in (1e-5, 1e-7)]
+    assert tops[0] == pytest.approx(tops[1], rel=1e-4)
+    with pytest.raises(ge.ParameterError, match="c3: got 1e-08, expected at least 1e-07"):
+        theory.shock_wave(1e-8, 1.0)
 
 
 def test_the_paper_s_overshoots() -> None:

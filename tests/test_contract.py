@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import threading
 from importlib.metadata import EntryPoint
 
 import numpy as np
@@ -170,3 +171,59 @@ def test_a_subclass_may_have_attributes_of_its_own() -> None:
     assert counting.label == "mine" and counting._advances == 1
     with pytest.raises(ParameterError, match="label: a oscillator's attributes cannot be set"):
         counting.label = "yours"
+
+
+# -- who steps, and who is told -----------------------------------------------------------------------------------------
+
+
+class Bystander:
+    """Counts what it is told; raises where it is meant to."""
+
+    def __init__(self, raises: str = "") -> None:
+        self.raises, self.told, self.next_tick = raises, [], 1 << 60
+
+    def _note(self, what: str) -> None:
+        self.told.append(what)
+        if what == self.raises:
+            raise RuntimeError(what)
+
+    def began(self, component: Component) -> None:
+        pass
+
+    def look(self, component: Component) -> None:
+        pass
+
+    def stepped(self, component: Component, ticks: int, inputs: object) -> None:
+        self._note("stepped")
+
+    def failed(self, component: Component, error: BaseException) -> None:
+        self._note("failed")
+
+
+def test_an_observer_that_raises_hides_no_step_from_those_behind_it() -> None:
+    oscillator, first, second = Oscillator(), Bystander("stepped"), Bystander()
+    for observer in (first, second):
+        oscillator.observe(observer)
+    with pytest.raises(RuntimeError, match="stepped"):
+        oscillator.step(3 * oscillator.step_size)
+    assert oscillator.tick == 3 and first.told == second.told == ["stepped"]
+
+
+def test_a_component_is_stepped_by_one_at_a_time() -> None:
+    oscillator, seen = Oscillator(), []
+
+    class Meddler(Bystander):
+        def stepped(self, component: Component, ticks: int, inputs: object) -> None:
+            other = threading.Thread(target=self.meddle, args=(component,))
+            other.start()
+            other.join()
+
+        def meddle(self, component: Component) -> None:
+            with pytest.raises(GranularError, match="in the middle of a step.*a component of its own"):
+                component.step()
+            seen.append(component.tick)
+
+    oscillator.observe(Meddler())
+    oscillator.step(2 * oscillator.step_size)
+    oscillator.step()
+    assert seen == [2, 3] and oscillator.tick == 3

@@ -1,6 +1,8 @@
 """PPO and SAC in studies: the batch as stable-baselines3 wants it, weights as arrays, and going on after an end."""
 
 import json
+import re
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -157,35 +159,16 @@ def test_a_trained_policy_acts_alike_alone_and_in_a_batch(tmp_path):
     assert batched[0] == np.mean(alone)
 
 
-def test_stock_ppo_learns_the_default_environment_in_half_a_minute():
-    """Doing nothing returns -1, and so does PPO where it does not see the time, after 640,000 steps."""
+def test_the_documented_example_of_ppo_learns():
+    """The page's own lines: doing nothing returns -1, and so did PPO after 640,000 steps where it did not see the time."""
     import torch
-    from stable_baselines3 import PPO
 
-    from granular_env.control.policies import play
-    from granular_env.control.sb3 import Sb3VecEnv
-
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
+    page = (Path(__file__).resolve().parent.parent / "docs" / "control.md").read_text()
+    (code,) = re.findall(r"^```py\n(.*?)^```$", page, flags=re.MULTILINE | re.DOTALL)
+    threads, names = torch.get_num_threads(), {"gym": gymnasium}
     try:
-        agents = Sb3VecEnv(gymnasium.make_vec("granular_env/PulseForming-v1", num_envs=16, autoreset_mode="SameStep"))
-        settings = {"n_steps": 180, "batch_size": 480, "gamma": 0.999, "learning_rate": 1e-3}
-        model = PPO("MlpPolicy", agents, **settings, policy_kwargs={"log_std_init": -1.0}, seed=1, device="cpu")
-        model.learn(150_000)
-        total, info = play(gymnasium.make("granular_env/PulseForming-v1"), Learned(model), seed=5)
+        exec(compile(code, "docs/control.md", "exec"), names)
     finally:
         torch.set_num_threads(threads)
-    assert total == pytest.approx(-info["distance"], abs=1e-9)
-    # Runs of four seeds ended between -.004 and -.061.
-    assert total > -0.3
-
-
-class Learned:
-    def __init__(self, model):
-        self.model = model
-
-    def reset(self):
-        pass
-
-    def __call__(self, observation, info):
-        return self.model.predict(observation, deterministic=True)[0]
+    assert names["terminated"] and not names["truncated"]
+    assert -names["info"]["distance"] > -0.3

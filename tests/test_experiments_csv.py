@@ -242,9 +242,11 @@ def test_python_reads_the_same_files(tmp_path):
     assert by_hand.coefficients.tobytes() == by_file.coefficients.tobytes()
     with pytest.raises(ParameterError, match="'kN' measures something else, expected m/s"):
         Profile.from_csv(tmp_path / "hammer.csv", value_column=2, unit="m/s")
-    for wrong in ({"delimiter": "x"}, {"decimal": ";"}, {"gaps": "fill"}, {"scale": "big"}, {"offset_time": None}):
-        with pytest.raises(ParameterError, match=f"{next(iter(wrong))}: got"):
-            Profile.from_csv(tmp_path / "hammer.csv", **wrong)
+    wrong_options = {"time_unit": 3, "unit": 3, "delimiter": "x", "decimal": ";", "gaps": "fill", "scale": "big"}
+    wrong_options["offset_time"] = None
+    for name, value in wrong_options.items():
+        with pytest.raises(ParameterError, match=f"{name}: got"):
+            Profile.from_csv(tmp_path / "hammer.csv", **{name: value})
     with pytest.raises(ParameterError, match="path: got 3"):
         Profile.from_csv(3)
 

@@ -166,6 +166,13 @@ def test_a_signal_that_begins_before_time_0_is_told_of(start: float, told: bool)
     assert not told or "2 of 5 breakpoints or samples lie before time 0" in str(caught[0].message)
 
 
+def test_a_function_as_input_is_answered_with_how_to_sample_it() -> None:
+    with pytest.raises(
+        ParameterError, match=r"expected a number or a Profile; sample a function with Profile.table\(times, values\)"
+    ):
+        Oscillator().step(H, force=math.sin)
+
+
 @given(shapes, st.floats(-100.0, 100.0), st.floats(0.0, 20.0))
 def test_a_multiple_is_the_multiple(profile: Profile, factor: float, time: float) -> None:
     assert (factor * profile)(time) == pytest.approx(factor * profile(time), rel=1e-12, abs=1e-10)
@@ -358,6 +365,7 @@ def test_wrong_numbers_name_their_argument(bad: object) -> None:
         (lambda: Profile(np.zeros(1), np.zeros((1, 1, 1))), r"coefficients: got .*shape \(1, 1, 1\).*in 2 dimension"),
         (lambda: Profile(np.zeros(1), np.full((1, 2), NAN)), "coefficients: got NaN"),
         (lambda: Profile.total([]), "profiles: got none"),
+        (lambda: Profile.total(3), "profiles: got 3, expected a list of profiles"),
         (lambda: Profile.total([Profile.constant(1.0), 3.0]), r"profiles\[1\]: got 3.0"),
         (lambda: CompiledProfile(H, [0], [[1.0]]), "two arrays"),
         (lambda: CompiledProfile(H, np.array([0, 0]), np.zeros((2, 1))), "increasing ticks"),

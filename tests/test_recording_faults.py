@@ -22,7 +22,8 @@ from granular_env.components.contract import Snapshot
 from granular_env.components.errors import GranularError, LogError, ParameterError
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.chunks import ChunkWriter
-from granular_env.recording.format import HEADER, PROFILE, Record
+from granular_env.recording.format import HEADER, PROFILE, STEPS, Record
+from granular_env.recording.index import CHUNK
 from granular_env.recording.schedule import Schedule
 from granular_env.recording.writer import Recorder
 
@@ -302,13 +303,15 @@ def test_damage_in_the_middle_names_recover_and_recover_saves_the_front(tmp_path
         for _ in range(4):
             component.step(1.0)
             time.sleep(0.15)
+    whole = open_log(tmp_path / "a.mcap")
+    middle = whole._index.select(STEPS)[2]
+    offset, length = whole._container._places[middle[CHUNK]]
     data = bytearray((tmp_path / "a.mcap").read_bytes())
-    data[len(data) // 2] ^= 0xFF
+    data[offset + length // 2] ^= 0xFF
     (tmp_path / "b.mcap").write_bytes(data)
     with pytest.raises(LogError, match="recover"):
         open_log(tmp_path / "b.mcap").to_numpy("velocity")
     saved = recover(tmp_path / "b.mcap", tmp_path / "c.mcap")
-    whole = open_log(tmp_path / "a.mcap")
     assert 0 < saved.end_tick < whole.end_tick and verify(saved).identical
     kept = saved.to_numpy("velocity")
     assert len(kept) and kept.tobytes() == whole.to_numpy("velocity")[: len(kept)].tobytes()

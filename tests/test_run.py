@@ -95,6 +95,20 @@ def test_a_stop_rule_watches_one_grain():
     assert velocity[5] > 1.0 > velocity[7]
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"observers": 3}, "observers: got 3"),
+        ({"observers": [3]}, "observers: got 3"),
+        ({"overrides": None}, "overrides: got None"),
+        ({"overrides": "duration=1"}, "overrides: got 'duration=1', expected a list of texts"),
+    ],
+)
+def test_options_of_wrong_types_are_named(options, said):
+    with pytest.raises(GranularError, match=said):
+        run(OSCILLATOR, **options)
+
+
 def test_nothing_is_written_when_the_experiment_is_wrong(tmp_path):
     log = tmp_path / "logs" / "x.mcap"
     for override in [

@@ -176,7 +176,8 @@ def test_one_metadata_record_tells_experiment_parameters_units_and_versions(log:
     assert tomllib.loads(texts["experiment"]) == {
         "name": "a-shock", "duration": DURATION, "component": {"type": "chain", "grains": GRAINS}
     }  # fmt: skip
-    assert texts["parameter radius"] == "0.003 m" and texts["unit of velocity"] == "m/s" and "granular-env" in texts["versions"]
+    assert tomllib.loads(texts["parameters"])["grains"] == GRAINS and "radius = 0.003  # m\n" in texts["parameters"]
+    assert "m/s: velocity, left_velocity" in texts["units"].split("; ") and "granular-env" in texts["versions"]
 
 
 def test_a_log_that_was_not_closed_has_its_metadata_and_recovers_its_preview(log: Path, tmp_path: Path) -> None:
@@ -187,14 +188,14 @@ def test_a_log_that_was_not_closed_has_its_metadata_and_recovers_its_preview(log
     recorder._write_end = lambda: None  # type: ignore[method-assign]
     recorder.close()
     content = (tmp_path / "a.mcap").read_bytes()
-    assert b"parameter radius" in content and b"/preview" not in content
+    assert b"radius = 0.003  # m" in content and b"/preview" not in content
     assert not open_log(tmp_path / "a.mcap").complete
     recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
     found = decoded(tmp_path / "b.mcap")
     assert {"/preview", "/preview/grains", "/energy[J]", "/about"} <= found.keys()
     with (tmp_path / "b.mcap").open("rb") as file:
         (record,) = make_reader(file).iter_metadata()
-    assert record.metadata["parameter radius"] == "0.003 m"
+    assert "radius = 0.003  # m\n" in record.metadata["parameters"]
 
 
 def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None:

@@ -222,6 +222,7 @@ def test_the_table_holds_what_runs_come_to(tmp_path):
         assert (row.amplitude, row.waves) == (waves[0].amplitude, len(waves))
         assert row.front == measurement.front_speed(history, 0.05, 1, 4)
         assert math.isnan(row.tenth) and "too far: " in row.notes
+    assert repr(sweep) == "<Sweep 'short': 4 tasks, 4 done, 0 failed, 0 pending>"
     assert np.isnan(table["too far"]).all() and (table["outcome"] == "done").all()
 
 
@@ -641,6 +642,8 @@ def _refused(folder) -> bool:
         ({"overrides": "duration=1"}, "overrides: got 'duration=1'"),
         ({"overrides": [3]}, r"overrides\[0\]: got 3"),
         ({"engine": 3}, "engine: got 3"),
+        ({"overrides": {"duration": 1.0}}, "overrides: got {'duration': 1.0}, expected a list of texts"),
+        ({"engine": "ray", "address": 3}, "address: got 3"),
         ({"plan": None}, "plan None"),
         ({"plan": plan(measure={"outcome": "max velocity[2]"})}, "measure.outcome: the table has a column of this name"),
         ({"plan": plan(measure={"x": {"measurement": "waves_at", "take": ["speed"]}})}, r"measure.x.take: got \['speed'\]"),

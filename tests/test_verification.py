@@ -174,6 +174,14 @@ def test_one_changed_bit_of_the_film_is_noticed(tmp_path: Path) -> None:
     assert count > 60 and not result.identical and result.variable == "film"
 
 
+def test_a_changed_metadata_record_is_noticed(tmp_path: Path) -> None:
+    """It is what other programs show of the log's parameters."""
+    chain_log(tmp_path / "a.mcap")
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change_texts=lambda texts: {**texts, "parameter grains": "13"})
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable == "metadata"
+
+
 def test_messages_at_other_times_are_noticed(tmp_path: Path) -> None:
     chain_log(tmp_path / "a.mcap")
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", shift=1000)

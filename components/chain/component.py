@@ -41,6 +41,7 @@ class Chain(Component):
     """
 
     name = "chain"
+    version = 2
     Parameters = ChainParameters
     parameters: ChainParameters
 

@@ -12,6 +12,7 @@ every amplitude where the chain is not precompressed; otherwise each wave has it
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -176,7 +177,7 @@ def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: 
     """
     constant = stiffness / mass
     if rest_overlap <= 0.0:
-        wave = lattice_wave(0.0)
+        wave = _wave_without_precompression()
         speeds = wave.speed_coefficient * root(constant * constant * np.asarray(amplitudes, dtype=np.float64), 5)
         waves = [wave]
     else:
@@ -184,6 +185,12 @@ def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: 
         # Lengths are in overlaps at rest, times in A^-.5 d0^-.25.
         speeds = np.array([wave.speed * math.sqrt(constant) * math.sqrt(math.sqrt(rest_overlap)) for wave in waves])
     return _layout(mass, waves), speeds
+
+
+@cache
+def _wave_without_precompression() -> LatticeWave:
+    """Return the wave of an uncompressed chain, in units of its amplitude: environments that draw chains ask often."""
+    return lattice_wave(0.0)
 
 
 def _pressed_wave(constant: float, rest_overlap: float, amplitude: float) -> LatticeWave:

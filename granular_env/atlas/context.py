@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.contract import Observer
+from granular_env.components.contract import Component, Observer
 from granular_env.components.errors import GranularWarning
 from granular_env.experiments import Experiment
 from granular_env.experiments.load import Source, load_experiment
@@ -84,6 +84,12 @@ class Context:
         self._count()
         return watch.history
 
+    def state(self, experiment: Source) -> Component:
+        """Return the component at the end of an experiment, of which nothing is kept; for very large ensembles."""
+        component = self._run(load_experiment(experiment), None, [])
+        self._count()
+        return component
+
     def used(self) -> list[str]:
         """Return the file names of the logs that the entry asked for."""
         return self._used
@@ -104,8 +110,9 @@ class Context:
             own.unlink(missing_ok=True)
         return path
 
-    def _run(self, experiment: Experiment, log: Path | None, observers: Sequence[Observer]) -> None:
+    def _run(self, experiment: Experiment, log: Path | None, observers: Sequence[Observer]) -> Component:
         with warnings.catch_warnings(action="ignore", category=GranularWarning):
             result = run(experiment, log=log, overwrite=True, observers=observers)
         if result.interrupted:
             raise KeyboardInterrupt
+        return result.component

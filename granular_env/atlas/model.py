@@ -138,7 +138,8 @@ class Entry:
         text: what the paper does there, in a few sentences for a reader who does not have it.
         compute: from a context to the findings; it is a function of a module, so that another process finds it.
         weight: how long it takes, in seconds of one core, for the progress bar and so that long ones begin first.
-        runs: how many runs it asks for, for the progress bar; or a function of the constants that says so.
+        runs: how many runs it asks for, for the progress bar; or a function of a module that says so for the
+            constants.
     """
 
     name: str

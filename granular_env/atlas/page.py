@@ -18,6 +18,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-
 # Kind -> class, sign, what the summary calls it. The sign tells them apart without colour.
 KINDS: dict[Kind, tuple[str, str, str]] = {
     "reproduced": ("good", "✓", "reproduced"),
+    "bound kept": ("kept", "≤", "bound kept"),
     "in part": ("part", "◐", "in part"),
     "as bands": ("band", "≈", "as bands over seeds"),
     "not reproduced": ("bad", "✗", "not reproduced"),
@@ -162,7 +163,10 @@ def _rows(item: Item) -> str:
 
 def _cells(value: Value) -> str:
     words = ((HEAD[1], value.label), (HEAD[2], _printed(value)), (HEAD[3], _computed(value)), (HEAD[4], _tolerance(value)))
-    return "".join(f'<td class="cell {name.lower()}" data-label="{name}">{escape(_kept(word))}</td>' for name, word in words)
+    alone = " alone" if value.printed is None else ""
+    return "".join(
+        f'<td class="cell {name.lower()}{alone}" data-label="{name}">{escape(_kept(word))}</td>' for name, word in words
+    )
 
 
 def _kept(words: str) -> str:
@@ -180,26 +184,31 @@ def _printed(value: Value) -> str:
 def _computed(value: Value) -> str:
     if isinstance(value.computed, str):
         return value.computed
-    number = str(value.band) if value.band is not None else f"{value.computed:.6g}"
-    return f"{number} {value.unit}".strip().replace("-", "−")
+    number = str(value.band) if value.band is not None else f"{value.shown:.{max(value.digits, 6)}g}"
+    less = "less than " if value.below_resolution else ""
+    return f"{less}{number} {value.unit}".strip().replace("-", "−")
 
 
 def _tolerance(value: Value) -> str:
+    """Say how near ours has to be, and where that comes from."""
     if value.printed is None:
         return "—"
     if value.band is not None:
         return "within the draws"
     if isinstance(value.computed, str):
-        return "exact"
+        return "as printed"
+    if value.at_most and value.loose is None:
+        return "not more"
     unit = f" {value.unit}" if value.unit else ""
-    sign = "+" if value.at_most else "±"
+    counted = isinstance(value.computed, int) and not value.at_most
+    words = "by rounding" if value.rounding else "exact" if counted else ""
     if value.relative is not None:
-        words = f"{sign} {100.0 * value.relative:g} %"
-    elif value.tolerance is None:
-        return "rounding" if value.rounding else "exact"
-    else:
-        words = f"{sign} {value.allowed:g}{unit}" if value.allowed else "a bound" if value.at_most else "exact"
-    return words + (f" (in part: {value.loose:g}{unit})" if value.loose is not None else "")
+        words = f"± {100.0 * value.relative:g} %: {value.source}"
+    elif value.tolerance is not None:
+        words = f"± {value.allowed:g}{unit}: {value.source}"
+    sign = "not more than" if value.at_most else "±"
+    ours = f"in part: {sign} {value.loose:g}{unit}, our reading" if value.loose is not None else ""
+    return "; ".join(filter(None, (words, ours)))
 
 
 def _logs(names: Sequence[str]) -> str:

@@ -28,7 +28,7 @@ nav ol { columns: 20rem; padding: 0; margin: .6rem 0; list-style: none; } nav li
 nav a { text-decoration: none; color: inherit; } nav a:hover { text-decoration: underline; }
 nav .dots { letter-spacing: .1em; margin-left: .4rem; }
 .good { color: var(--good); } .part { color: var(--part); } .band { color: var(--band); } .bad { color: var(--bad); }
-.none { color: var(--dim); }
+.none { color: var(--dim); } .kept { color: var(--c4); }
 .verdict { font-weight: 600; } .verdict::before { content: attr(data-sign) "\\00a0"; }
 .failed { background: var(--failback); border: 2px solid var(--fail); border-radius: 8px; padding: .8rem 1rem;
           margin: .8rem 0; }
@@ -64,11 +64,12 @@ svg .c4 { stroke: var(--c4); } svg .c5 { stroke: var(--c5); }
                      vertical-align: 0; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; margin: .8rem 0; }
 th, td { padding: .45rem .8rem .45rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line);
-         overflow-wrap: normal; }
+         overflow-wrap: break-word; }
 th { font-size: .8rem; color: var(--dim); font-weight: 600; } td { font-variant-numeric: tabular-nums; }
-td.item { min-width: 9rem; font-weight: 600; } td.item small { display: block; font-weight: 400; color: var(--dim); }
-td.cell { padding-right: 1rem; } td.value { color: var(--dim); max-width: 12rem; } td.tolerance { color: var(--dim); }
-td.verdict { min-width: 8rem; max-width: 13rem; } td.remark { min-width: 15rem; width: 32%; }
+td.item { font-weight: 600; } td.item small { display: block; font-weight: 400; color: var(--dim); }
+table { table-layout: fixed; } th:nth-child(1) { width: 14%; } th:nth-child(2) { width: 15%; } th:nth-child(3) { width: 9%; }
+th:nth-child(4) { width: 12%; } th:nth-child(5) { width: 12%; } th:nth-child(6) { width: 13%; }
+td.cell { padding-right: 1rem; } td.value { color: var(--dim); } td.tolerance { color: var(--dim); font-size: .82rem; }
 tbody tr:not(:first-child) td.cell, tbody tr:not(:last-child) td.cell { border-bottom: 0; padding-bottom: 0; }
 tbody tr:not(:first-child) td.cell { padding-top: .1rem; }
 tbody tr:last-child td.cell { border-bottom: 1px solid var(--line); padding-bottom: .45rem; }
@@ -76,7 +77,13 @@ tbody tr:not(:last-child) td[rowspan] { border-bottom: 1px solid var(--line); }
 td.remark p { margin: 0 0 .35rem; } .reason::before { content: "Why not: "; font-weight: 600; }
 details { margin: .6rem 0; } summary { cursor: pointer; color: var(--dim); }
 .logs { padding-left: 1.1rem; columns: 24rem; } .logs li { margin: .2rem 0; break-inside: avoid; }
+@media (min-width: 60rem) {
+  .figures > figure:only-child { display: grid; grid-template-columns: 40rem 1fr; column-gap: 2rem; max-width: none; }
+  figure:only-child svg { grid-row: 2 / 5; grid-column: 1; } figure:only-child > :not(svg, .figtitle) { grid-column: 2; }
+  figure:only-child .figtitle { grid-column: 1 / -1; } figure:only-child .legend { align-content: start; }
+}
 @media (max-width: 52rem) {
+  td.alone.computed { grid-column: 1 / -1; } td.alone.paper, td.alone.tolerance { display: none !important; }
   table { display: block; } thead { display: none; } tr { display: contents; }
   tbody { display: grid; grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .1rem .7rem; border: 1px solid var(--line);
           border-radius: 8px; padding: .6rem .8rem; margin: .7rem 0; }

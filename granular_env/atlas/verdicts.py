@@ -1,4 +1,8 @@
-"""Verdicts: how a paper's number and a computed one compare. Nobody writes a verdict down; they come from the numbers."""
+"""Verdicts: how a paper's number and a computed one compare. Nobody writes a verdict down; they come from the numbers.
+
+A tolerance is one that the paper states, or the rounding of what it prints. Where it states none, its reader has to choose one;
+then a number within it holds in part, never more.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +14,11 @@ from typing import Literal
 
 from .bands import Band
 
-Kind = Literal["reproduced", "in part", "as bands", "not reproduced", "no figure"]
+Kind = Literal["reproduced", "bound kept", "in part", "as bands", "not reproduced", "no figure"]
 
 _NOT_WORTH_SAYING = 1e-3
-_DECIMAL = re.compile(r"[-+]?\d*\.?\d+")
+# "2.708", "5.6e12", "about 10"
+_DECIMAL = re.compile(r"(?:about )?([-+]?\d*\.?\d+(?:e[-+]?\d+)?)")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,9 +41,13 @@ class Value:
         paper: the number that `printed` means, where it is not the decimal itself ("unchanged" is 0).
         tolerance: largest difference that counts as reproduced; default: half a unit of the last printed digit.
         relative: the same as a part of the paper's value.
-        at_most: whether the paper states an upper bound, which less satisfies.
-        loose: a larger difference, within which it holds in part.
+        source: where the paper states that tolerance; every `tolerance` and `relative` has one.
+        at_most: whether the paper states an upper bound. Less keeps it, which says nothing more: any good program does.
+        loose: a larger difference, of our own choice, within which it holds in part; with `at_most`, our own reading of a bound
+            that the paper gives in words.
         band: ours as a distribution over many draws, of which the paper has one; `computed` is its mean.
+        digits: significant digits of `computed` that have converged; no more are printed or kept.
+        resolution: what is smaller is rounding error, and is printed as less than this.
     """
 
     label: str
@@ -48,16 +57,42 @@ class Value:
     paper: float | None = None
     tolerance: float | None = None
     relative: float | None = None
+    source: str = ""
     at_most: bool = False
     loose: float | None = None
     band: Band | None = None
+    digits: int = 5
+    resolution: float = 0.0
+
+    def __post_init__(self) -> None:
+        stated = self.tolerance is not None or self.relative is not None
+        if stated and not self.source:
+            raise ValueError(f"value {self.label!r}: a tolerance needs a source in the paper; without one use loose")
 
     @property
     def number(self) -> float | None:
         """The paper's number, or None where it gives words or nothing."""
-        if self.paper is not None or self.printed is None or isinstance(self.computed, str):
+        in_words = isinstance(self.computed, str) or (self.at_most and self.loose is not None)
+        if self.paper is not None or self.printed is None or in_words:
             return self.paper
-        return float(self.printed)
+        decimal = _DECIMAL.fullmatch(self.printed)
+        if decimal is None:
+            raise ValueError(f"value {self.label!r}: {self.printed!r} is no number; say with paper= what it means")
+        return float(decimal[1])
+
+    @property
+    def shown(self) -> float | str:
+        """Ours with the digits that have converged; counts and words as they are."""
+        if isinstance(self.computed, str | int) or not math.isfinite(self.computed):
+            return self.computed
+        if self.below_resolution:
+            return self.resolution
+        return float(f"{self.computed:.{self.digits}g}")
+
+    @property
+    def below_resolution(self) -> bool:
+        """Whether ours is nothing but rounding error."""
+        return not isinstance(self.computed, str) and bool(abs(self.computed) < self.resolution)
 
     @property
     def allowed(self) -> float:
@@ -71,9 +106,11 @@ class Value:
     @property
     def rounding(self) -> float:
         """Half a unit of the last digit that the paper prints; 0 where things are counted."""
-        if isinstance(self.computed, int) or self.printed is None or not _DECIMAL.fullmatch(self.printed):
+        decimal = None if self.printed is None else _DECIMAL.fullmatch(self.printed)
+        if isinstance(self.computed, int) or decimal is None or self.paper is not None:
             return 0.0
-        return 0.5 * 10.0 ** -len(self.printed.partition(".")[2])
+        digits, _, power = decimal[1].partition("e")
+        return 0.5 * 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
 
     @property
     def difference(self) -> float:
@@ -92,21 +129,30 @@ class Value:
             return Verdict("not reproduced", f"“{self.computed}”, not “{self.printed}”")
         if self.band is not None:
             return self._in_band(self.band)
-        return self._within()
+        return self._below() if self.at_most else self._within()
+
+    def _below(self) -> Verdict:
+        assert not isinstance(self.computed, str)
+        bound = self.number if self.loose is None else self.loose
+        assert bound is not None
+        if math.isfinite(self.computed) and self.computed <= bound:
+            read = self.loose is not None
+            return Verdict("in part", "kept as we read it") if read else Verdict("bound kept", "bound kept")
+        return Verdict("not reproduced", f"{_rounded(self.computed - bound)} {self.unit}".strip() + " more")
 
     def _within(self) -> Verdict:
-        gap = self.difference if self.at_most else abs(self.difference)
+        gap = abs(self.difference)
         if not math.isfinite(gap):
             return Verdict("not reproduced", "not finite")
         # A number that rounds to what is printed is as near as one can ask; and nobody wants to read of 1e-14 %.
         near = self.rounding if self.rounding <= self.allowed else 0.0
-        if gap <= max(near, _NOT_WORTH_SAYING * self.allowed) * (1.0 + 1e-9):
+        if gap <= max(near, _NOT_WORTH_SAYING * self.allowed, self.resolution) * (1.0 + 1e-9):
             return Verdict("reproduced", "reproduced")
         if gap <= self.allowed * (1.0 + 1e-9):
             return Verdict("reproduced", f"reproduced to {self.distance}")
         if self.loose is not None and gap <= self.loose:
             return Verdict("in part", f"only to {self.distance}")
-        return Verdict("not reproduced", f"{self.distance} {'more' if self.at_most else 'off'}")
+        return Verdict("not reproduced", f"{self.distance} off")
 
     def _in_band(self, band: Band) -> Verdict:
         assert self.number is not None
@@ -117,9 +163,10 @@ class Value:
 
     @property
     def distance(self) -> str:
-        """How far ours is from the paper's: in its unit where the tolerance is, or where things are counted; else percent."""
+        """How far ours is from the paper's: in its unit where a tolerance is, or where things are counted; else percent."""
         assert self.number is not None
-        if self.number == 0.0 or self.tolerance is not None or isinstance(self.computed, int):
+        absolute = self.tolerance is not None or self.loose is not None or isinstance(self.computed, int)
+        if self.number == 0.0 or absolute:
             return f"{_rounded(abs(self.difference))} {self.unit}".strip()
         return f"{_rounded(100.0 * abs(self.difference / self.number))} %"
 
@@ -135,8 +182,10 @@ def combined(values: Sequence[Value]) -> Verdict:
     kinds = {verdict.kind for _, verdict in judged}
     if not judged:
         return Verdict("no figure", "the paper gives none")
-    if kinds == {"reproduced"}:
-        worst = max(judged, key=lambda pair: _relative(pair[0]))[1]
+    if kinds == {"bound kept"}:
+        return Verdict("bound kept", "bound kept" if len(judged) == 1 else "bounds kept")
+    if kinds <= {"reproduced", "bound kept"}:
+        worst = max((pair for pair in judged if pair[1].kind == "reproduced"), key=lambda pair: _relative(pair[0]))[1]
         return Verdict("reproduced", worst.words)
     if kinds == {"as bands"}:
         return Verdict(
@@ -153,9 +202,12 @@ def combined(values: Sequence[Value]) -> Verdict:
 
 def _short(verdict: Verdict) -> str:
     words = verdict.words.removeprefix("reproduced")
-    return {"reproduced": f"yes{words}", "not reproduced": f"no, {words}", "as bands": f"at percentile {words}"}.get(
-        verdict.kind, words
-    )
+    return {
+        "reproduced": f"yes{words}",
+        "bound kept": "kept",
+        "not reproduced": f"no, {words}",
+        "as bands": f"at percentile {words}",
+    }.get(verdict.kind, words)
 
 
 def _relative(value: Value) -> float:

@@ -92,8 +92,11 @@ def _value(value: Value) -> dict[str, Any]:
         "unit": value.unit,
         "printed": value.printed,
         "paper": value.number,
-        "computed": value.computed if isinstance(value.computed, str) else _number(value.computed),
+        "computed": value.shown if isinstance(value.shown, str) else _number(value.shown),
+        "below_resolution": value.below_resolution,
         "tolerance": None if value.printed is None or isinstance(value.computed, str) else value.allowed,
+        "source": value.source,
+        "in_part": value.loose,
         "verdict": value.verdict.kind,
     }
     if value.band is not None:
@@ -127,5 +130,7 @@ def _curve(curve: Curve) -> dict[str, Any]:
 
 
 def _number(value: float) -> float | None:
-    """JSON has no NaN; nine digits are more than a drawing or a comparison needs."""
+    """JSON has no NaN; nine digits are more than a drawing or a comparison needs. What is counted stays whole."""
+    if isinstance(value, int):
+        return value
     return float(f"{value:.9g}") if math.isfinite(value) else None

@@ -104,7 +104,8 @@ class Sb3VecEnv(VecEnv):
 
     def get_images(self) -> Sequence[np.ndarray | None]:
         """A picture of each environment; None where it has no render mode."""
-        return list(self.env.render() or [None] * self.num_envs)
+        images: Any = self.env.render()
+        return [None] * self.num_envs if images is None else list(images)
 
     @property
     def _batch(self) -> ChainVectorEnv:

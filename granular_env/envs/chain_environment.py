@@ -131,7 +131,7 @@ class ChainEnv(ComponentEnv):
         self.observation_space = observation_box(
             first.observation_limit, self.observing.size + len(self._goal_scales), self.clock
         )
-        self.observation_size = int(self.observation_space.shape[0])
+        self.observation_size = self.observing.size + len(self._goal_scales) + self.clock
         self._action = np.zeros(len(self.actuator.names))
         self._begin_task = _compiled(first, "begin_kernel", BEGIN)
         self._judge = _compiled(first, "judge_kernel", JUDGE)
@@ -181,7 +181,7 @@ class ChainEnv(ComponentEnv):
         Raises:
             ParameterError: the action is not one, the episode is over, or the reward is not finite (the chain has moved).
         """
-        memory, total = self._memory, 0.0
+        memory, total, over, late = self._memory, 0.0, False, False
         if not memory[RUNNING]:
             raise ParameterError("step: the episode is over or has not begun; call reset() first")
         self._action[:] = self._checked(action)
@@ -254,8 +254,8 @@ class ChainEnv(ComponentEnv):
     def _like(self, recorded: Component) -> Ready:
         if not isinstance(recorded, Chain) or not self.randomization.parameters:
             return self.component, self.task, self._drawn
-        told = recorded.parameters.model_dump()
-        return self._redraw({name: told.get(name) for name in self.randomization.parameters})
+        told: dict[str, Any] = recorded.parameters.model_dump()
+        return self._redraw({name: told[name] for name in self.randomization.parameters if name in told})
 
     def _take(self, component: Component, task: Any, drawn: Drawn) -> None:
         if component is self.component:

@@ -139,7 +139,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """
         if not self._running:
             raise ParameterError("step: the episode is over or has not begun; call reset() first")
-        inputs, total = self._inputs(action), 0.0
+        inputs, total, terminated, late = self._inputs(action), 0.0, False, False
+        seen: dict[str, Any] = {}
         for _ in range(self.hold):
             try:
                 self.component.step(self.duration, **inputs)
@@ -339,7 +340,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         return self._observation(), total + self.step_error_reward, True, False, info
 
 
-def observation_box(limit: float, readings: int, clock: int) -> gymnasium.spaces.Box:
+def observation_box(limit: float, readings: int, clock: int) -> Any:
     """Return the space of readings that are clipped to +- `limit`, followed by those of a clock."""
     high = np.append(np.full(readings, limit, np.float32), np.ones(clock, np.float32))
     return gymnasium.spaces.Box(-high, high, dtype=np.float32)

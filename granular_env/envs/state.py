@@ -106,7 +106,7 @@ def bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
     name = state.get("bit_generator")
     if not isinstance(name, str) or name not in _GENERATORS:
         raise ValueError(f"bit_generator: got {name!r}, expected one of {', '.join(_GENERATORS)}")
-    made = _GENERATORS[name](0)
+    made: Any = _GENERATORS[name](0)
     try:
         made.state = dict(state)
     except (KeyError, TypeError, OverflowError) as error:

@@ -132,7 +132,7 @@ def read_document(path: Path) -> dict[str, Any]:
 def override_list(overrides: Iterable[str]) -> list[str]:
     """Return overrides as a list; `ExperimentError` where they are no ``"key=value"`` texts."""
     expected = "expected a list of texts, such as ['component.grains=500']"
-    if isinstance(overrides, str) or not isinstance(overrides, Iterable):
+    if isinstance(overrides, str | Mapping) or not isinstance(overrides, Iterable):
         raise ExperimentError(f"overrides: got {shortened(overrides)}, {expected}")
     found = list(overrides)
     for place, override in enumerate(found):

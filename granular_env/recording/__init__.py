@@ -2,8 +2,9 @@
 
 from .branch import Branch
 from .reader import Log, open_log
+from .record import record
 from .recover import recover
 from .replay import Verification, verify
-from .writer import Recorder, record
+from .writer import Recorder
 
 __all__ = ["Branch", "Log", "Recorder", "Verification", "open_log", "record", "recover", "verify"]

@@ -88,7 +88,9 @@ class Branch:
         end = self.segment.end if until is None else self.component.ticks_in(until, "until")
         if end < self.component.tick:
             raise ParameterError(f"until: got {until:g} s, the branch begins at {self.component.time:g} s")
-        self.parent._caps.work(end - self.component.tick, len(self.component._block.memory))
+        if until is None:
+            # How far a log goes is its own word; how far somebody asks for is theirs.
+            self.parent._caps.work(end - self.component.tick, len(self.component._block.memory))
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:

@@ -30,6 +30,7 @@ from mcap.records import (
 )
 
 from .container import MAGIC
+from .log_file import LogFile
 
 Part = bytes | memoryview
 _MESSAGE_HEAD = struct.Struct("<BQHIQQ")
@@ -40,11 +41,15 @@ _SMALL = 1 << 16
 
 
 class ChunkWriter:
-    """An MCAP file being written; `flush` ends a chunk, `finish` the file."""
+    """An MCAP file being written; `flush` ends a chunk, `finish` the file.
 
-    def __init__(self, file: IO[bytes], profile: str, library: str) -> None:
+    Attributes:
+        level: how thoroughly lz4 compresses the chunks that end from now on; 0 is the quickest.
+    """
+
+    def __init__(self, file: IO[bytes] | LogFile, profile: str, library: str) -> None:
         """Write the magic bytes and the header."""
-        self._file, self._offset = file, 0
+        self._file, self._offset, self.level = file, 0, 0
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
         self._chunks: list[ChunkIndex] = []
@@ -136,7 +141,7 @@ class ChunkWriter:
         )  # fmt: skip
 
     def _write_chunk(self) -> None:
-        compressor = lz4.frame.LZ4FrameCompressor()
+        compressor = lz4.frame.LZ4FrameCompressor(compression_level=self.level)
         compressed, crc = [compressor.begin()], 0
         for part in _joined(self._parts):
             compressed.append(compressor.compress(part))

@@ -26,6 +26,7 @@ _FOOTER = struct.Struct("<QQI")
 _CHUNK = struct.Struct("<QQQII")
 _MESSAGE = struct.Struct("<HIQQ")
 _HEADER_OP, _FOOTER_OP, _SCHEMA_OP, _CHANNEL_OP, _MESSAGE_OP, _CHUNK_OP, _CHUNK_INDEX_OP, _DATA_END_OP = 1, 2, 3, 4, 5, 6, 8, 15
+_METADATA_OP, _METADATA_INDEX_OP = 12, 13
 _FOOTER_BYTES = _RECORD.size + _FOOTER.size
 # Decompressed chunks that are kept at hand, and what a message's object takes beside its data [bytes].
 _CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200
@@ -61,6 +62,7 @@ class Container:
         self._scanned = len(MAGIC)
         self._cache: OrderedDict[int, list[RawMessage]] = OrderedDict()
         self._channels: dict[int, str] = {}
+        self._metadata: list[tuple[int, int]] = []
         try:
             self._file = _open_regular(path)
         except (OSError, ValueError) as error:
@@ -112,6 +114,29 @@ class Container:
         self._cache.move_to_end(chunk)
         return known
 
+    def metadata(self) -> list[tuple[str, dict[str, str]]]:
+        """The Metadata records that the summary names: name and texts of each."""
+        found = []
+        for offset, length in self._metadata:
+            opcode, body = next(self._records(memoryview(self._read(offset, length))), (0, memoryview(b"")))
+            if opcode != _METADATA_OP:
+                raise self._damaged("a Metadata record")
+            name, rest = self._text(body)
+            texts, rest = {}, rest[4:]
+            while rest:
+                key, rest = self._text(rest)
+                texts[key], rest = self._text(rest)
+            found.append((name, texts))
+        return found
+
+    def _text(self, data: memoryview) -> tuple[str, memoryview]:
+        """A text with its length before it, and what follows."""
+        try:
+            (length,) = struct.unpack_from("<I", data)
+            return str(data[4 : 4 + length], "utf-8"), data[4 + length :]
+        except (struct.error, UnicodeDecodeError) as error:
+            raise self._damaged("a Metadata record") from error
+
     def _forget(self) -> None:
         total = sum(map(_bytes_held, self._cache.values()))
         while total > _CACHE_BYTES and len(self._cache) > 1:
@@ -137,6 +162,8 @@ class Container:
             elif opcode == _CHUNK_INDEX_OP:
                 _, _, offset, length = struct.unpack_from("<QQQQ", body)
                 self._places.append((offset, length))
+            elif opcode == _METADATA_INDEX_OP:
+                self._metadata.append(struct.unpack_from("<QQ", body))
         self._check_places(start)
 
     def _check_profile(self) -> None:
@@ -243,10 +270,10 @@ class Container:
             elif opcode == _MESSAGE_OP:
                 if len(body) < _MESSAGE.size:
                     raise self._damaged("a message")
-                channel, *times = _MESSAGE.unpack_from(body)
+                channel, sequence, *times = _MESSAGE.unpack_from(body)
                 if channel not in self._channels:
                     raise self._damaged("a message of an unknown channel")
-                messages.append(RawMessage(self._channels[channel], *times, body[_MESSAGE.size :]))
+                messages.append(RawMessage(self._channels[channel], sequence, times[0], times[1], body[_MESSAGE.size :]))
         return messages
 
     def _add_channel(self, body: memoryview) -> None:

@@ -9,6 +9,7 @@ from ..components.contract import Component
 from ..components.packing import canonical_json
 from .facts import closing_facts, component_facts
 from .format import words
+from .metadata import METADATA_NAME, metadata_of
 from .reader import Log
 
 # Compared elsewhere: what decides whether the component can be built and stepped at all.
@@ -28,6 +29,16 @@ def declaration_differences(log: Log, component: Component) -> Iterator[tuple[st
         mine, recorded = arrays.get(name), log._header_arrays.get(name)
         if mine is None or recorded is None or mine.shape != recorded.shape or words(mine) != words(recorded):
             yield name, f"the array {name!r} of the header, which viewers draw, is not what the parameters give"
+
+
+def metadata_differences(log: Log, component: Component) -> Iterator[tuple[str, str]]:
+    """Yield a sentence where the record that stock tools show is not the copy of the header that it should be."""
+    if not log.complete:
+        return
+    # A log of a component that is not ours may have been recovered where its units were not known.
+    expected = [[(METADATA_NAME, metadata_of(log._header, model))] for model in (component.Parameters, None)]
+    if log._container.metadata() not in expected:
+        yield "metadata", "the Metadata record for other programs is not what the header says"
 
 
 def closing_differences(log: Log, component: Component) -> Iterator[tuple[str, str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel
@@ -11,7 +11,7 @@ from ..toml_text import toml_document, toml_value
 
 METADATA_NAME = "granular-env"
 # Longer texts, such as the radius of each of many grains, are cut: the header has them whole.
-_LONGEST = 2000
+_LONGEST, _LONGEST_VALUE = 20_000, 200
 
 
 def metadata_of(header: Mapping[str, Any], parameters: type[BaseModel] | None = None) -> dict[str, str]:
@@ -31,12 +31,9 @@ def metadata_of(header: Mapping[str, Any], parameters: type[BaseModel] | None = 
         "step_size": f"{header.get('step_size')!r} s",
         "experiment": toml_document(experiment) if isinstance(experiment, Mapping) else "recorded from a script",
     }
-    for name, value in (header.get("parameters") or {}).items():
-        if value is not None:
-            found[f"parameter {name}"] = _with_unit(toml_value(value), _unit(parameters, name))
-    for variable in [*(header.get("variables") or ()), *(header.get("inputs") or ())]:
-        found[f"unit of {variable['name']}"] = variable["unit"]
-    return {name: _shortened(str(text)) for name, text in found.items()}
+    found["parameters"] = "".join(_parameter_lines(header.get("parameters") or {}, parameters))
+    found["units"] = "; ".join(_units([*(header.get("variables") or ()), *(header.get("inputs") or ())]))
+    return {name: _shortened(str(text), _LONGEST) for name, text in found.items()}
 
 
 def title_of(header: Mapping[str, Any]) -> str:
@@ -52,9 +49,22 @@ def _unit(parameters: type[BaseModel] | None, name: str) -> str:
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
-def _with_unit(value: str, unit: str) -> str:
-    return value if unit in ("", "1") else f"{value} {unit}"
+def _parameter_lines(values: Mapping[str, Any], model: type[BaseModel] | None) -> Iterator[str]:
+    """Yield the parameters as lines of TOML, units as comments."""
+    for name, value in values.items():
+        if value is not None:
+            unit = _unit(model, name)
+            yield f"{name} = {_shortened(toml_value(value), _LONGEST_VALUE)}{f'  # {unit}' if unit not in ('', '1') else ''}\n"
 
 
-def _shortened(text: str) -> str:
-    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "\u2026"
+def _units(variables: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """Yield a unit and the names of the variables and inputs that have it, such as ``m/s: velocity, left_velocity``."""
+    names: dict[str, list[str]] = {}
+    for variable in variables:
+        names.setdefault(variable["unit"], []).append(variable["name"])
+    for unit, having in names.items():
+        yield f"{unit}: {', '.join(having)}"
+
+
+def _shortened(text: str, longest: int) -> str:
+    return text if len(text) <= longest else text[: longest - 1] + "\u2026"

@@ -44,7 +44,7 @@ _MOST_GRAINS, _MOST_SPHERES = 500, 200
 _LIFT, _HEIGHT = 0.55, 0.22
 _COLUMN_POINTS = 8
 # Steps to which heights, displacements (per radius) and shades are rounded: unchanged grains then cost next to no bytes.
-_HEIGHT_STEPS, _PLACES_PER_RADIUS, _SHADES = 64, 32, 31
+_HEIGHT_STEPS, _PLACES_PER_RADIUS, _SHADES = 32, 16, 15
 _NEGATIVE, _ZERO, _POSITIVE = np.array([[40.0, 90.0, 220.0], [190.0, 190.0, 190.0], [220.0, 50.0, 40.0]])
 
 PARTICLES_TOPIC, PREVIEW_TOPIC, GRAINS_TOPIC = "/particles", "/preview", "/preview/grains"
@@ -199,9 +199,11 @@ class _Scalars:
             told[name] = [names[place] for place in places]
             topic = Topic(name, cdr.NUMBERS_NAME, "ros2msg", cdr.NUMBERS.encode())
             topics.append((topic, cdr.encode_numbers(", ".join(told[name]), rows[:, places])))
+        if not acting:
+            return _Scalars([], {})
         fields = [field_name(names[place], facts.units[names[place]]) for place in acting]
         topic = Topic(SCALARS_TOPIC, "granular.Scalars", "protobuf", schemas.scalars_schema(fields))
-        topics.append((topic, schemas.encode_scalars([frame.nanoseconds for frame in frames], rows[:, acting])))
+        topics.append((topic, schemas.encode_scalars(rows[:, acting])))
         return _Scalars(topics, told)
 
 

@@ -96,14 +96,14 @@ class Log:
         record = decode(first.data, HEADER, None, self._container.most_text)
         self._header, self._header_arrays = record.header, record.arrays
         if self._header.get("format") != FORMAT:
-            raise LogError(
-                f"log {str(self.path)!r} has format {self._header.get('format')!r}, this program reads {FORMAT}; "
-                f"update {PROFILE}"
-            )
+            found = self._header.get("format")
+            advice = f"record it anew, or read it with an older {PROFILE}" if found in range(FORMAT) else f"update {PROFILE}"
+            raise LogError(f"log {str(self.path)!r} has format {found!r}, this program reads {FORMAT}; {advice}")
         self.step_size = step_records.finite_step(self._header.get("step_size"))
-        self._elapsed = self._header.get("elapsed")
-        if type(self._elapsed) is not int or not 0 <= self._elapsed < 2**53:
+        elapsed = self._header.get("elapsed")
+        if not isinstance(elapsed, int) or not 0 <= elapsed < 2**53:
             raise LogError(f"log {str(self.path)!r}: its header does not say how old its parent was")
+        self._elapsed = int(elapsed)
         recorded, inputs = self._header.get("variables"), self._header.get("inputs")
         if not isinstance(recorded, list) or not isinstance(inputs, list):
             raise LogError(f"log {str(self.path)!r}: its header does not say what was recorded")

@@ -69,7 +69,7 @@ def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
                 else:
                     sink.add(record, message.nanoseconds)
     sink.flush()
-    sink.add_metadata(metadata_of(log._header, _parameter_model(log._header.get("component"))))
+    sink.add_metadata(metadata_of(log._header, parameter_model(log._header.get("component"))))
     track = film_of_frames(log)
     if track is not None:
         sink.add_preview(track.messages())
@@ -93,7 +93,8 @@ def _finish(log: Log, sink: Sink, closing: Record | None, had_summary: bool) -> 
     sink.finish()
 
 
-def _parameter_model(name: object) -> type[BaseModel] | None:
+def parameter_model(name: object) -> type[BaseModel] | None:
+    """Return the parameter model of a component of ours; None for others."""
     try:
         return catalogue.component_class(str(name)).Parameters
     except GranularError:

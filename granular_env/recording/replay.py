@@ -14,7 +14,7 @@ from ..components.contract import Component, Held, Ledger, Snapshot, StepError
 from ..components.errors import GranularError, LogError
 from .accounts import changed_header, changed_input, changed_parameters
 from .batch import hash_row, held_word
-from .declarations import closing_differences, declaration_differences
+from .declarations import closing_differences, declaration_differences, metadata_differences
 from .film import FilmMaker
 from .format import FRAMES, HASHES, SNAPSHOTS, words
 from .index import DETAIL, FIRST, Segment
@@ -121,14 +121,14 @@ class _Replay:
         if found is not None:
             self._differs(*found)
         if changed is not None:
-            self._differs(*changed, None)
+            self._differs(changed[0], changed[1], changed[2], None)
 
     def _compare_the_rest(self, ran_through: bool) -> None:
         """Compare what has no time of its own; what follows from the run only where that agreed."""
         log, component, result = self.log, self.component, self.result
         for name in changed_header(log):
             self._add(name, f"{name} of the header is not what was recorded: it does not match its digest")
-        for name, reason in declaration_differences(log, component):
+        for name, reason in (*declaration_differences(log, component), *metadata_differences(log, component)):
             self._add(name, reason)
         if not ran_through:
             return

@@ -52,6 +52,33 @@ class Schedule:
         return tick + interval
 
 
+class Agenda:
+    """The next ticks at which something is due.
+
+    Attributes:
+        frame, hash, key: the next tick for each.
+    """
+
+    def __init__(self, schedule: Schedule) -> None:
+        self._schedule = schedule
+        self.frame = self.hash = self.key = 0
+
+    def restart(self, tick: int, elapsed: int) -> int:
+        """Set all anew after a tick, `elapsed` counting the ticks of the whole log; return the nearest."""
+        self.frame = self.hash = self.key = tick
+        return self.after(tick, elapsed)
+
+    def after(self, tick: int, elapsed: int) -> int:
+        """Move on what was due at a tick; return the nearest that is due next."""
+        if self.frame <= tick:
+            self.frame = self._schedule.frame_after(tick, elapsed)
+        if self.hash <= tick:
+            self.hash = self._schedule.hash_after(tick)
+        if self.key <= tick:
+            self.key = self._schedule.key_after(tick, elapsed)
+        return min(self.frame, self.hash, self.key)
+
+
 def frames_for(ticks: int) -> int:
     """An interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks."""
     scale = 1

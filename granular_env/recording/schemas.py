@@ -76,9 +76,9 @@ def scene_update_schema() -> bytes:
 
 
 def scalars_schema(names: Sequence[str]) -> bytes:
-    """Return the FileDescriptorSet of ``granular.Scalars``: a time stamp, then one double for each name."""
-    fields = [("timestamp", _MESSAGE, _ONE, _STAMP), *((name, _DOUBLE, _ONE, None) for name in names)]
-    return _file_set("granular", "Scalars", {"Scalars": fields})
+    """Return the FileDescriptorSet of ``granular.Scalars``: one double for each name."""
+    fields = [(name, _DOUBLE, _ONE, None) for name in names]
+    return _file_set("granular", "Scalars", {"Scalars": fields}, stamped=False)
 
 
 def _file_set(package: str, name: str, messages: dict[str, Any], stamped: bool = True) -> bytes:
@@ -188,14 +188,14 @@ def _sizes(radius: np.ndarray) -> np.ndarray:
     return sizes.view("V29")
 
 
-def encode_scalars(nanoseconds: Sequence[int], rows: np.ndarray) -> list[bytes]:
-    """Return one ``granular.Scalars`` for each row of `rows`, shape (messages, names), with its time stamp."""
-    tags = [varint((place << 3) | 1) for place in range(2, 2 + rows.shape[1])]
+def encode_scalars(rows: np.ndarray) -> list[bytes]:
+    """Return one ``granular.Scalars`` for each row of `rows`, shape (messages, names)."""
+    tags = [varint((place << 3) | 1) for place in range(1, 1 + rows.shape[1])]
     layout = [pair for place, tag in enumerate(tags) for pair in ((f"t{place}", f"V{len(tag)}"), (f"v{place}", "<f8"))]
     body = np.empty(len(rows), dtype=layout)
     for place, tag in enumerate(tags):
         body[f"t{place}"], body[f"v{place}"] = tag, rows[:, place]
-    return [_field(1, _stamp(time)) + row.tobytes() for time, row in zip(nanoseconds, body, strict=True)]
+    return [row.tobytes() for row in body]
 
 
 def _stamp(nanoseconds: int) -> bytes:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import atexit
 import dataclasses
-import os
+import json
 import threading
 import warnings
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from time import perf_counter
 from typing import Any, Self
 
@@ -20,15 +20,15 @@ import numpy as np
 
 from ..components.contract import Component, GranularError, Held
 from ..components.errors import LogError
+from ..components.packing import canonical_json
 from .batch import Batch, Profiles, hash_row, header_digests, parameter_digests, write_batch
-from .facts import closing_facts, header_of, plain_json
+from .facts import closing_facts, header_of
 from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record, nanoseconds
-from .log_file import LogFile, create
+from .log_file import LogFile
 from .metadata import metadata_of, title_of
-from .options import checked_names, checked_schedule
 from .pool import Pool
-from .schedule import Schedule
-from .sink import Sink, as_path
+from .schedule import Agenda, Schedule
+from .sink import Sink
 from .track import LEDGER, Track, facts_of
 
 # Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
@@ -38,50 +38,6 @@ _LONGEST_WAIT = 0.5
 # Gathered bytes at which the writing thread is woken, and at which the stepping thread waits for it.
 _WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
 _STEP_BYTES, _SET_BYTES = 40, 100
-
-
-def record(
-    component: Component,
-    path: str | os.PathLike[str],
-    *,
-    every: float | None = None,
-    variables: Sequence[str] | None = None,
-    hash_every: int | None = None,
-    key_every: float | None = None,
-    experiment: Mapping[str, Any] | None = None,
-    parent: Mapping[str, Any] | None = None,
-    overwrite: bool = False,
-) -> Recorder:
-    """Record everything that `component` does from now until the recorder is closed.
-
-        with ge.record(chain, "logs/mine.mcap", every=1e-6, variables=["velocity"]):
-            chain.reset(velocity={0: 5.0})
-            chain.step(1e-4)
-
-    Every input and the state at the start are kept exactly, so that the log can be re-run; frames are for looking.
-
-    Args:
-        component: what to look at.
-        path: the file; by custom it ends in ``.mcap``.
-        every: time between frames [s], a whole number of internal steps. Default: for an experiment with a duration 160 to
-            400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
-        variables: names of outputs or inputs to keep in each frame, beside the ledger. Default: the state variables.
-        hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
-        key_every: time between key snapshots [s]. Default: each time the run has become a sixteenth longer.
-        experiment: JSON values to keep with the log.
-        parent: which log and tick this one branched off.
-        overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.
-
-    Raises:
-        ParameterError: an argument is not valid, or the file exists, is no log, or is being written by another recorder;
-            nothing has been written.
-        LogError: the file cannot be written.
-    """
-    target = as_path(path)
-    names = checked_names(component, variables)
-    schedule = checked_schedule(component, every, hash_every, key_every, experiment, names)
-    facts = plain_json("experiment", experiment), plain_json("parent", parent)
-    return Recorder(component, target, create(target, overwrite), names, schedule, *facts)
 
 
 class Recorder:
@@ -110,7 +66,7 @@ class Recorder:
         self._inputs = [v.name for v in component.variables.values() if v.causality == "input"]
         self._elapsed = self._before = elapsed
         self._segment, self._frames = -1, 0
-        self._expected = self._next_frame = self._next_hash = self._next_key = 0
+        self._expected, self._agenda = 0, Agenda(schedule)
         self._lock, self._wake, self._written = threading.Lock(), threading.Event(), threading.Condition()
         self._closing = self._closed = self._ended = False
         self._waiting: list[Batch | tuple[Record, int]] = []
@@ -190,7 +146,7 @@ class Recorder:
             # By size alone: what a log holds must not depend on how fast the machine was.
             if self._inside.size > _WAKE_BYTES:
                 self._take_part(component)
-        self._set_next(component.tick)
+        self.next_tick = self._agenda.after(component.tick, self._age(component.tick))
 
     def _take_part(self, component: Component) -> None:
         with self._lock:
@@ -243,7 +199,7 @@ class Recorder:
                 self._parts = 0
                 self._begin(component)
             else:
-                self._set_all_next(component.tick)
+                self.next_tick = self._agenda.restart(component.tick, self._age(component.tick))
 
     # -- the end ----------------------------------------------------------------------------------------------------
 
@@ -307,16 +263,16 @@ class Recorder:
         if self._schedule.is_frame(tick, self._before):
             self._take_frame(component, self._batch)
         self._taken_frames = self._frames
-        self._set_all_next(tick)
+        self.next_tick = self._agenda.restart(tick, self._age(tick))
 
     def _look(self, component: Component, into: Batch) -> None:
         tick = component.tick
-        if tick == self._next_frame:
+        if tick == self._agenda.frame:
             self._take_frame(component, into)
-        if tick == self._next_hash:
+        if tick == self._agenda.hash:
             into.hashes.append((tick, hash_row(component, self._state, self._inputs)))
             into.size += 8 * len(self._state)
-        if tick == self._next_key:
+        if tick == self._agenda.key:
             into.snapshots.append((tick, KEY, component.save()))
             into.size += component._block.memory.nbytes
 
@@ -330,25 +286,12 @@ class Recorder:
             self._track.take(self._frames, self._nanoseconds(component.tick), component, ledger)
         self._frames += 1
 
+    def _age(self, tick: int) -> int:
+        """Ticks of the whole log, and of its parents, before a tick of this segment."""
+        return self._before + tick - self._start_tick
+
     def _nanoseconds(self, tick: int) -> int:
-        return nanoseconds(self._before + tick - self._start_tick, self._component.step_size)
-
-    def _set_all_next(self, tick: int) -> None:
-        elapsed = self._before + tick - self._start_tick
-        self._next_frame = self._schedule.frame_after(tick, elapsed)
-        self._next_hash = self._schedule.hash_after(tick)
-        self._next_key = self._schedule.key_after(tick, elapsed)
-        self.next_tick = min(self._next_frame, self._next_hash, self._next_key)
-
-    def _set_next(self, tick: int) -> None:
-        elapsed = self._before + tick - self._start_tick
-        if self._next_frame <= tick:
-            self._next_frame = self._schedule.frame_after(tick, elapsed)
-        if self._next_hash <= tick:
-            self._next_hash = self._schedule.hash_after(tick)
-        if self._next_key <= tick:
-            self._next_key = self._schedule.key_after(tick, elapsed)
-        self.next_tick = min(self._next_frame, self._next_hash, self._next_key)
+        return nanoseconds(self._age(tick), self._component.step_size)
 
     def _note(self, event: str, error: BaseException) -> None:
         tick = self._expected
@@ -380,7 +323,8 @@ class Recorder:
         self._digests = {"parameters": parameter_digests(self._component), "header": header_digests(header, arrays)}
         self._sink.add(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays), 0)
         self._sink.flush()
-        self._sink.add_metadata(metadata_of(header, self._component.Parameters))
+        # As it will be read from the log, in the order of that: so a verification finds the same texts.
+        self._sink.add_metadata(metadata_of(json.loads(canonical_json(header)), self._component.Parameters))
 
     def _write_safely(self) -> bool:
         """Write what there is, and at the end the end; return whether that was all."""

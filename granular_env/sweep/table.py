@@ -35,6 +35,11 @@ class Sweep:
         self._results = results
         self.interrupted = False
 
+    def __repr__(self) -> str:
+        pending = self.size - self.done - self.failed
+        counts = f"{self.size} tasks, {self.done} done, {self.failed} failed, {pending} pending"
+        return f"<Sweep {self.description['name']!r}: {counts}>"
+
     @property
     def size(self) -> int:
         """How many tasks there are."""
@@ -74,7 +79,7 @@ class Sweep:
         Raises:
             SweepError: there is no such task, or it left no log.
         """
-        if not 0 <= task < self.size:
+        if isinstance(task, bool) or not isinstance(task, int) or not 0 <= task < self.size:
             raise SweepError(f"task: got {task}, the sweep has 0 to {self.size - 1}")
         path = self.folder / "logs" / f"{self.description['tasks'][task][-1]}.mcap"
         if not path.exists():

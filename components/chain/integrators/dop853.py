@@ -14,7 +14,23 @@ import numpy as np
 
 from ...jit import jit
 from .. import kernels
-from ..table import BESIDE_GRAINS, EXPONENT, FREE_ROW, GRAINS, INVERSE_MASS, REST, SCALARS, STEP, STIFFNESS, TOLERANCE, U, V
+from ..table import (
+    BESIDE_GRAINS,
+    EXPONENT,
+    FREE_ROW,
+    GRAINS,
+    INVERSE_MASS,
+    LEFT_MASS,
+    MASS,
+    REST,
+    RIGHT_MASS,
+    SCALARS,
+    STEP,
+    STIFFNESS,
+    TOLERANCE,
+    U,
+    V,
+)
 
 # Rows of the lower triangle of A, one after the other: row i begins at i (i - 1) / 2.
 _A = np.array(
@@ -158,6 +174,8 @@ _SMALLEST_PART = 1e-9
 # Trial steps of one tick at most, by the number of grains: two seconds or so of work. The first bound is for chains so short
 # that more would not help, the last lets each of very many contacts close once.
 _MOST_TRIALS, _TRIALS_TIMES_GRAINS, _LEAST_TRIALS = 1_000_000, 30_000_000, 1000
+# Below this a growing tally is rounding.
+_LEAST_TALLY_TOLERANCE = 1e-14
 # Rounding of an overlap, which the weights of the stages make larger.
 _ROUNDING = 16 * 2.220446049250313e-16
 
@@ -223,10 +241,40 @@ def _error(a, n, h):
         worst5 = max(worst5, abs(v5) * h, abs(u5))
         worst3 = max(worst3, abs(v3) * h, abs(u3))
     scale = 1.0 / (a[SCALARS, TOLERANCE] * fastest)
-    worst5, worst3 = worst5 * scale, worst3 * scale
-    norm = sqrt(worst5 * worst5 + 0.01 * worst3 * worst3)
+    return max(_combined(worst5 * scale, worst3 * scale), _tally_error(a, n, h))
+
+
+@jit
+def _combined(error5, error3):
+    norm = sqrt(error5 * error5 + 0.01 * error3 * error3)
     # 0 also where the squares underflow.
-    return worst5 * worst5 / norm if norm > 0.0 else 0.0
+    return error5 * error5 / norm if norm > 0.0 else 0.0
+
+
+@jit
+def _tally_error(a, n, h):
+    """The same of work, loss and impulse, relative to the chain's kinetic energy and momentum and to what they grow by.
+
+    Grains do not tell it: where a dissipative contact is cut off it carries no force, but gives up the energy left in it.
+    """
+    energy, momentum = 0.0, 0.0
+    for i in range(1, n + 1):
+        # Pistons count too, which have no mass in the row of masses.
+        mass = a[SCALARS, LEFT_MASS] if i == 1 else a[SCALARS, RIGHT_MASS] if i == n else a[MASS, i]
+        v = max(abs(a[V, i]), abs(a[_SA, i]) * h)
+        energy, momentum = energy + 0.5 * mass * v * v, momentum + mass * v
+    tolerance, worst = a[SCALARS, TOLERANCE], 0.0
+    for k in range(5):
+        error5, error3, largest = 0.0, 0.0, 0.0
+        for s in range(_STAGES):
+            rate = a[_SA + s, n + 2 + k]
+            error5 += _E5[s] * rate
+            error3 += _E3[s] * rate
+            largest = max(largest, abs(rate))
+        allowed = tolerance * (energy if k in (0, 1, 4) else momentum) + max(tolerance, _LEAST_TALLY_TOLERANCE) * largest * h
+        if allowed > 0.0:
+            worst = max(worst, _combined(abs(error5) * h / allowed, abs(error3) * h / allowed))
+    return worst
 
 
 @jit

@@ -6,6 +6,7 @@ from . import (
     figure_3,
     section_1,
     section_2,
+    section_2_equations,
     section_3,
     section_31,
     section_31_pressed,
@@ -22,6 +23,7 @@ from . import (
     section_35_profile,
 )
 from .cases import A, N
+from .counting import RULE
 from .draws import SEEDS
 
 PAPER = Paper(
@@ -34,8 +36,11 @@ PAPER = Paper(
         "solitary waves of a new kind, five grains long, whatever their height. This page computes every figure and number of "
         "the paper anew and sets ours beside what was printed.",
         "Nothing here is written by hand but the paper’s own numbers and the tolerances. A number is reproduced where ours "
-        "rounds to what is printed, or lies within the tolerance that stands beside it; where it does not come out, the page "
-        "says so, with both numbers and the reason.",
+        "rounds to what is printed, or lies within an error that the paper states. Where it has only a word, such as "
+        "“satisfactory”, we read it as the number that stands beside it, and what keeps to that holds in part. A bound "
+        "that any correct program keeps is called kept, not reproduced. Where a number does not come out, the page says so, "
+        "with both numbers and the reason.",
+        f"{RULE} Ours are printed with the digits that stay at half the step and half the time between two samples.",
     ),
     constants={
         "A": Constant(A, "N/(m^1.5 kg)", "stiffness of a contact over the mass of a grain", 1e12, 5e13),
@@ -46,6 +51,7 @@ PAPER = Paper(
     },
     entries=(
         section_1.ENTRY,
+        section_2_equations.ENTRY,
         section_2.ENTRY,
         section_3.ENTRY,
         section_31.ENTRY,

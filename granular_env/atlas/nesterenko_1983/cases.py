@@ -11,6 +11,7 @@ from typing import Any
 
 from granular_env import measurement
 from granular_env.atlas.context import Context
+from granular_env.components.chain import theory
 from granular_env.experiments import load_experiment
 from granular_env.measurement import History
 
@@ -19,8 +20,26 @@ RADIUS, DENSITY, YOUNG, POISSON = 3e-3, 7800.0, 2e11, 0.29
 DIAMETER = 2.0 * RADIUS
 MASS = DENSITY * 4.0 / 3.0 * math.pi * RADIUS**3
 SPEED = 5.0
-# Ticks of the reference integrator; within each it chooses its own steps.
-_STEP, _EVERY = 5e-7, 1e-6
+# Between two frames of a log [s], for the paper's A; and in units of time, which no other A may exceed: amplitudes are then
+# known to 1e-5 v0 (docs/measurement.md).
+_EVERY, _MOST_UNITS = 1e-6, 0.2
+# The paper puts the error of its velocities at 0.01 % (section 3).
+ERROR, ERROR_SOURCE = 1e-4, "the paper’s own error of velocities"
+# Words of the paper, as we read them everywhere; what keeps to them holds in part: "unchanged", of a height or a speed that is
+# seen in a figure, and "satisfactory", of one curve against another [%].
+UNCHANGED, SATISFACTORY = 5.0, 10.0
+
+
+def sampling(context: Context) -> float:
+    """Return the time between two frames [s]: short enough for the constants, and divided by the refinement."""
+    unit = theory.time_scale(MASS, context.constants["A"] * MASS, SPEED)
+    halvings = max(0, math.ceil(math.log2(_EVERY / (_MOST_UNITS * unit)) - 1e-9))
+    return _EVERY / 2**halvings / context.refinement
+
+
+def step(context: Context) -> float:
+    """Return the length of the reference integrator's ticks [s]; within each it chooses its own steps."""
+    return 0.5 * sampling(context)
 
 
 def length(context: Context, grains: int) -> int:
@@ -57,8 +76,8 @@ def case_document(context: Context, shipped: str, /, least: float = 0.0, **chang
     component = document["component"]
     if "contact_stiffness" in component:
         component["contact_stiffness"] = context.constants["A"] * MASS
-    component |= {"integrator": "dop853", "step_size": _STEP}
-    document["record"] |= {"every": _EVERY, "variables": ["displacement", "velocity"]}
+    component |= {"integrator": "dop853", "step_size": step(context)}
+    document["record"] |= {"every": sampling(context), "variables": ["displacement", "velocity"]}
     for key, value in changes.items():
         place, _, field = key.rpartition("__")
         (document.setdefault(place, {}) if place else document)[field] = value
@@ -81,13 +100,25 @@ def chain_document(
     grains: int,
     duration: float,
     velocity: dict[int, float],
-    every: float = _EVERY,
+    units: float = 1.0,
     **component: Any,
 ) -> dict[str, Any]:
-    """An experiment with the paper's grains; `component` as the chain's parameters."""
+    """An experiment with the paper's grains.
+
+    Args:
+        context: of the atlas.
+        name: of the experiment.
+        grains: how many, whatever the constants are.
+        duration: with the paper's A [s].
+        velocity: at the start, by our index [m/s].
+        units: the unit of time of this chain, over that of the paper's: it is sampled by it.
+        component: the chain's parameters.
+    """
+    every = units * sampling(context)
+    base = every * context.refinement
     return {
         "name": name,
-        "duration": math.ceil(duration * (context.constants["A"] / A) ** -0.4 / every - 1e-9) * every,
+        "duration": math.ceil(duration * (context.constants["A"] / A) ** -0.4 / base - 1e-9) * base,
         "component": {
             "type": "chain",
             "grains": grains,
@@ -95,7 +126,7 @@ def chain_document(
             "material": "steel",
             "contact_stiffness": context.constants["A"] * MASS,
             "integrator": "dop853",
-            "step_size": min(every, _STEP),
+            "step_size": 0.5 * every,
         }
         | component,
         "start": {"velocity": {str(i): value for i, value in velocity.items()}},

@@ -11,14 +11,21 @@ from granular_env import measurement
 from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Curve
+from granular_env.components.chain.arrangements.random_radii import drawn
+from granular_env.components.chain.fields import UniformRadii
 from granular_env.components.errors import GranularError
 from granular_env.measurement import History
 
-from .cases import SPEED, case_document, length
+from .cases import RADIUS, SPEED, case_document, grain, length
 
-SEEDS = 40
-# For frames that are measured, and for those that are written [s].
-EVERY = 1e-6
+SEEDS = 100
+# So many of them have logs; the others can be made again from their seeds.
+LOGGED = 20
+# Draws of the item that compares two means, for each of the others.
+MANY = 4
+# Steps of the integrator [s]: at twice that velocities differ by less than 1e-4 v0, and statistics by nothing that is printed.
+_STEP = 1e-7
+# For frames that are written [s].
 _WRITTEN = 1e-4
 # A front runs at about so much [m/s]; weaker ones are slower.
 _PACE = {"3.5a-random-piston": 550.0, "3.5b-random-free": 400.0}
@@ -30,8 +37,20 @@ FRONT = 0.1 * SPEED
 OUTSIDE = "The paper’s number is of one draw, which is not known; none of ours reaches it."
 
 
-def histories(context: Context, shipped: str, smallest: float, grains: int, duration: float | None = None) -> Iterator[History]:
-    """The motion for each seed, from 1.
+def seeds(context: Context) -> range:
+    """Return the seeds of the draws, from 1."""
+    return range(1, int(context.constants["seeds"]) + 1)
+
+
+def histories(
+    context: Context,
+    shipped: str,
+    smallest: float,
+    grains: int,
+    duration: float | None = None,
+    given: dict[int, float] | None = None,
+) -> Iterator[History]:
+    """Yield the motion for each seed.
 
     Args:
         context: of the atlas.
@@ -39,19 +58,37 @@ def histories(context: Context, shipped: str, smallest: float, grains: int, dura
         smallest: R0 [mm].
         grains: as in the paper.
         duration: as in the paper [s]; default: until the last grain has left.
+        given: radii that the paper tells, by its number of the grain [m].
     """
-    for seed in range(1, int(context.constants["seeds"]) + 1):
-        yield context.watch(document(context, shipped, smallest, grains, seed, duration), EVERY)
+    for seed in seeds(context):
+        content = document(context, shipped, smallest, grains, seed, duration, given)
+        yield context.watch(content, sampling(smallest), recorded=seed <= LOGGED)
+
+
+def sampling(smallest: float) -> float:
+    """Return the time between two frames that are measured [s], a tenth of the unit of time, which goes as the radius."""
+    return 2e-7 if (smallest + 0.5) * 1e-3 < 0.5 * RADIUS else 5e-7
 
 
 def document(
-    context: Context, shipped: str, smallest: float, grains: int, seed: int, duration: float | None = None
+    context: Context,
+    shipped: str,
+    smallest: float,
+    grains: int,
+    seed: int,
+    duration: float | None = None,
+    given: dict[int, float] | None = None,
 ) -> dict[str, Any]:
-    """One draw, as an experiment that writes little."""
-    radius = {"low": smallest * 1e-3, "high": smallest * 1e-3 + 1e-3, "seed": seed}
+    """Return one draw as an experiment that writes little; arguments as in `histories`."""
+    radius: Any = {"low": smallest * 1e-3, "high": smallest * 1e-3 + 1e-3, "seed": seed}
+    if given:
+        radii = drawn(UniformRadii(**radius), length(context, grains))
+        for number, value in given.items():
+            radii[grain(context, number)] = value
+        radius = radii.tolist()
     found = case_document(
         context, shipped, component__grains=grains, component__radius=radius,
-        record={"every": _WRITTEN, "variables": ["velocity"]},
+        component__integrator="pefrl", component__step_size=_STEP, record={"every": _WRITTEN, "variables": ["velocity"]},
         name=f"nesterenko-1983/{shipped}-R{smallest:g}-N{grains}-seed{seed}",
     )  # fmt: skip
     if duration is None:
@@ -75,8 +112,13 @@ def last_velocities(chain: History) -> tuple[float, float]:
 
 def energy_while(chain: History, first: int, last: int) -> measurement.EnergyRatio:
     """Ek/Ep while the front goes from one grain to another, by our count."""
-    seen = measurement.arrivals(chain, FRONT)
-    return measurement.energy_ratio(chain, float(seen[first]), float(seen[last]))
+    return measurement.energy_ratio(chain, arrival(chain, first), arrival(chain, last))
+
+
+def arrival(chain: History, index: int) -> float:
+    """Return when a grain first moves as fast as a front does [s], to a frame; infinite where it never does."""
+    passed = chain.velocity[:, index] > FRONT
+    return float(chain.time[np.argmax(passed)]) if passed.any() else np.inf
 
 
 def strip(band: Band, row: float, named: bool) -> list[Curve]:

@@ -11,20 +11,28 @@ from granular_env.atlas.verdicts import Value
 from granular_env.components.chain import theory
 from granular_env.recording.reader import Log
 
-from .cases import MASS, SPEED, case_document, chain_document, length
+from .cases import DIAMETER, ERROR, MASS, SPEED, case_document, chain_document, length
 
-# The paper's own accuracy, of velocities and of energy.
-_PERCENT = 0.01
-# Of the paper's integrators [s].
-_STEP = 2e-7
+# Of the paper's integrators, and between two frames of their logs [s].
+_STEP, _EVERY = 2e-7, 1e-6
 _SPEEDS = (0.05, 5.0, 500.0)
+# Of the piston over that of the front (section 3.4).
+_RATIOS = {"0.95": 0.95, "5e-3": 5e-3}
 _TAU = 60.0
+# Overlaps are not to end a run here, however absurd they are for grains.
+_NO_LIMIT = 100.0
+# Rounding errors, relative to what there is.
+_NOISE = 1e-10
+# Every correct program keeps them, at steps that are short enough.
+_KEPT = "A bound that any correct program keeps if its steps are short enough: a check of ours, no result of the paper’s."
 
 
 def compute(context: Context) -> Findings:
     """The gap chain, the paper's two integrators, and (3.1)."""
     scaled = {speed: _profile(context, speed) for speed in _SPEEDS}
-    return Findings([_gaps(context), *_integrators(context), _scaling(scaled)], [_figure(scaled)])
+    near_sound = {name: _profile(context, SPEED, _softness(context, ratio)) for name, ratio in _RATIOS.items()}
+    items = [_gaps(context), *_integrators(context), _scaling(scaled), _fast_piston(near_sound)]
+    return Findings(items, [_figure(scaled)])
 
 
 def _gaps(context: Context) -> Item:
@@ -32,8 +40,8 @@ def _gaps(context: Context) -> Item:
     last = float(measurement.history(log).velocity[-1, -1]) / SPEED
     return Item(
         "Grains with gaps hand one velocity on: v_N/v0", "section 3",
-        [Value("", "1", last, paper=1.0, tolerance=1e-4)],
-        remark=f"Exactly 1; ours differs by {abs(1.0 - last):.0e}. The paper’s error is 0.01 %.",
+        [Value("|v_N/v0 − 1|", "at most 0.01", 100.0 * abs(last - 1.0), "%", paper=0.01, at_most=True, resolution=1e-6)],
+        remark=f"Exactly 1. {_KEPT}",
     )  # fmt: skip
 
 
@@ -51,17 +59,21 @@ def _momentum_error(log: Log) -> float:
 def _integrators(context: Context) -> list[Item]:
     """3.1 with the paper's integrators, against the reference."""
     reference = measurement.history(context.run(case_document(context, "3.1-two-grains")))
+    frames = reference.velocity[:: round(_EVERY / (reference.time[1] - reference.time[0]))]
     names = {"rk4": "Runge-Kutta", "hamming": "Hamming"}
     momentum, energy, velocity = [], [], []
     for integrator, name in names.items():
         log = context.run(
-            case_document(context, "3.1-two-grains", component__integrator=integrator, component__step_size=_STEP)
-        )
-        difference = np.abs(measurement.history(log).velocity - reference.velocity).max() / SPEED
-        momentum.append(Value(name, "at most 1e-5", _momentum_error(log), "%", paper=1e-5, tolerance=0.0, at_most=True))
-        energy.append(Value(name, "at most 0.01", _energy_error(log), "%", paper=_PERCENT, tolerance=0.0, at_most=True))
-        velocity.append(Value(name, "about 0.01", 100.0 * float(difference), "%", paper=_PERCENT, tolerance=0.0, at_most=True))
-    remark = f"In 3.1, at steps of {_STEP * 1e6:g} µs; the paper’s own are not known."
+            case_document(
+                context, "3.1-two-grains", component__integrator=integrator, component__step_size=_STEP, record__every=_EVERY
+            )
+        )  # fmt: skip
+        difference = 100.0 * float(np.abs(measurement.history(log).velocity - frames).max()) / SPEED
+        lost = _momentum_error(log)
+        momentum.append(Value(name, "at most 1e-5", lost, "%", paper=1e-5, at_most=True, resolution=_NOISE))
+        energy.append(Value(name, "at most 0.01", _energy_error(log), "%", paper=0.01, at_most=True, digits=1))
+        velocity.append(Value(name, "about 0.01", difference, "%", paper=0.01, at_most=True, digits=1))
+    remark = f"In 3.1, at steps of {_STEP * 1e6:g} µs; the paper’s own are not known. {_KEPT}"
     return [
         Item("Momentum is kept", "section 3", momentum, remark),
         Item("Energy is kept", "section 3", energy, remark),
@@ -69,20 +81,21 @@ def _integrators(context: Context) -> list[Item]:
             "Error of the velocities",
             "section 3",
             velocity,
-            f"{remark} The largest difference of any grain at any time, in v0.",
+            f"{remark} The largest difference of any grain at any time from the reference integrator, in v0.",
         ),
     ]
 
 
-def _profile(context: Context, speed: float) -> np.ndarray:
-    """Velocities over v0 of the piston's chain after 60 units of time."""
-    stiffness = context.constants["A"] * MASS
-    unit = theory.time_scale(MASS, stiffness, speed)
+def _profile(context: Context, speed: float, softness: float = 1.0) -> np.ndarray:
+    """Velocities over v0 of the piston's chain after 60 units of time, its contacts softer by a factor."""
+    stiffness = context.constants["A"] * MASS / softness
+    tick = 0.1 * theory.time_scale(MASS, stiffness, speed) / context.refinement
     document = chain_document(
-        context, f"nesterenko-1983/3.4-at-{speed:g}", grains=length(context, 100), duration=1.0, velocity={0: speed},
-        left="piston", step_size=0.1 * unit, overlap_limit=1.9, velocity_scale=2.0 * speed,
-    ) | {"duration": round(_TAU / 0.1) * (0.1 * unit), "input": {"left_velocity": speed}}  # fmt: skip
-    document["record"]["every"] = 10 * (0.1 * unit)
+        context, f"nesterenko-1983/3.4-at-{speed:g}-{softness:.4g}", grains=length(context, 100), duration=1.0,
+        velocity={0: speed}, left="piston", step_size=tick, overlap_limit=_NO_LIMIT, velocity_scale=2.0 * speed,
+        contact_stiffness=stiffness,
+    ) | {"duration": round(10 * _TAU) * context.refinement * tick, "input": {"left_velocity": speed}}  # fmt: skip
+    document["record"]["every"] = 10 * context.refinement * tick
     return measurement.history(context.run(document)).velocity[-1] / speed
 
 
@@ -91,8 +104,28 @@ def _scaling(scaled: dict[float, np.ndarray]) -> Item:
     worst = max(float(np.abs(profile - profiles[1]).max()) for profile in profiles)
     return Item(
         "w = v/v0 depends on τ = t (A² v0)^(1/5) alone", "equation (3.1)",
-        [Value("largest |Δw|, v0 = 0.05, 5, 500 m/s", "none", worst, paper=0.0, tolerance=1e-6)],
-        remark=f"The piston’s chain at τ = {_TAU:g}. At 500 m/s Hertz’s law has long ceased to hold; this tests the equations.",
+        [Value("largest |Δw|, v0 = 0.05, 5, 500 m/s", "none", worst, paper=ERROR, at_most=True, resolution=_NOISE)],
+        remark=f"The piston’s chain at τ = {_TAU:g}, within the paper’s own error. At 500 m/s Hertz’s law has long ceased to "
+        f"hold; this tests the equations. {_KEPT}",
+    )  # fmt: skip
+
+
+def _softness(context: Context, ratio: float) -> float:
+    """Return how much softer contacts have to be for v0/V = ratio, V the speed of a solitary wave of height 2 v0."""
+    # V = C c^(4/5) v_m^(1/5), and c goes as the square root of the stiffness.
+    speed = theory.SOLITARY_SPEED * theory.contact_speed(context.constants["A"], DIAMETER) ** 0.8 * (2.0 * SPEED) ** 0.2
+    return (speed * ratio / SPEED) ** 2.5
+
+
+def _fast_piston(profiles: dict[str, np.ndarray]) -> Item:
+    fast, slow = profiles.values()
+    worst = float(np.abs(fast - slow).max())
+    return Item(
+        "Equal profiles for v0/V = 0.95 and 5e-3", "section 3.4",
+        [Value("largest |Δw|", "none", worst, paper=ERROR, at_most=True, resolution=_NOISE)],
+        remark=f"At τ = {_TAU:g}, within the paper’s own error; V is the speed of the front. The piston goes at {SPEED:g} m/s, "
+        "and the contacts are as soft as it takes. At 0.95 centres come nearer than a radius: it is a property of the "
+        f"equations. {_KEPT}",
     )  # fmt: skip
 
 
@@ -116,5 +149,6 @@ ENTRY = Entry(
     "The paper integrates with Runge-Kutta’s and Hamming’s methods, watches momentum and energy, compares with a case that "
     "has an exact solution, and uses that all velocities scale with the first one.",
     compute,
-    weight=3.0,
+    weight=0.5,
+    runs=9,
 )

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from granular_env import measurement
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 from granular_env.measurement import History, Wave
 
-from .cases import SPEED, case, grain
+from .cases import ERROR, ERROR_SOURCE, UNCHANGED, case, grain
+from .counting import RULE, counts, heights, waves
 from .drawn import TIME, during
 
-_WAVES = 0.1 * SPEED
 # Grains and windows of time of figure 4 [s]; the last one has no end in the paper.
 _WINDOWS = {50: (2e-4, 3e-4), 85: (4e-4, 5.5e-4), 145: (8e-4, 9.5e-4)}
 
@@ -21,35 +20,35 @@ _WINDOWS = {50: (2e-4, 3e-4), 85: (4e-4, 5.5e-4), 145: (8e-4, 9.5e-4)}
 def compute(context: Context) -> Findings:
     """How many waves, who passes whom, and what it costs."""
     chain = case(context, "3.2b-overtaking", least=_WINDOWS[145][1])
-    waves = {number: measurement.waves_at(chain, grain(context, number), _WAVES) for number in _WINDOWS}
-    leading = {number: _leading(seen, waves[50]) for number, seen in waves.items()}
+    found = {number: waves(chain, grain(context, number)) for number in _WINDOWS}
+    leading = {number: _leading(seen, found[50]) for number, seen in found.items()}
     items = [_count(context, chain), _order(leading), _windows(leading), _form(leading)]
     return Findings(items, [_figure(context, chain, number, window) for number, window in _WINDOWS.items()])
 
 
-def _leading(waves: list[Wave], first: list[Wave]) -> dict[int, Wave]:
+def _leading(found: list[Wave], first: list[Wave]) -> dict[int, Wave]:
     """Waves at a grain, in the order of arrival, by the number that they had at the first grain; told by their heights."""
     from scipy.optimize import linear_sum_assignment
 
-    unlike = np.abs(np.log([[wave.amplitude / other.amplitude for other in first] for wave in waves]))
+    unlike = np.abs(np.log([[wave.amplitude / other.amplitude for other in first] for wave in found]))
     names = dict(zip(*(places.tolist() for places in linear_sum_assignment(unlike)), strict=True))
-    return {names[place] + 1: wave for place, wave in enumerate(waves) if place in names}
+    return {names[place] + 1: wave for place, wave in enumerate(found) if place in names}
 
 
 def _count(context: Context, chain: History) -> Item:
-    waves = measurement.waves_at(chain, grain(context, 50), _WAVES)
-    heights = ", ".join(f"{wave.amplitude:.4g}" for wave in waves)
+    place = grain(context, 50)
     return Item(
         "Number of solitary waves", "section 3.2 B",
-        [Value("", "6", len(waves)), Value("their v_m", None, heights, "m/s")], remark="At grain 50, above 0.5 m/s.",
+        [*counts("", "6", chain, place), Value("their v_m", None, heights(waves(chain, place), 1.0), "m/s")],
+        remark=f"At grain 50. {RULE}",
     )  # fmt: skip
 
 
 def _order(leading: dict[int, dict[int, Wave]]) -> Item:
     printed = {50: "1, 2, 3", 85: "1, 3, 2", 145: "3, 1"}
     values = [
-        Value(f"grain {number}", printed[number], ", ".join(map(str, list(waves)[: 3 if number < 145 else 2])))
-        for number, waves in leading.items()
+        Value(f"grain {number}", printed[number], ", ".join(map(str, list(seen)[: 3 if number < 145 else 2])))
+        for number, seen in leading.items()
     ]
     return Item(
         "Wave 3 overtakes first wave 2, then wave 1", "section 3.2 B, figure 4", values,
@@ -74,7 +73,7 @@ def _form(leading: dict[int, dict[int, Wave]]) -> Item:
         Value(
             f"change of v_m, wave {name}, grain 50 to 145", "unchanged",
             100.0 * (leading[145][name].amplitude / leading[50][name].amplitude - 1.0), "%",
-            paper=0.0, tolerance=0.1, loose=2.0,
+            paper=0.0, tolerance=100.0 * ERROR, source=ERROR_SOURCE, loose=UNCHANGED, digits=3,
         )
         for name in (1, 3)
     ]  # fmt: skip
@@ -103,4 +102,6 @@ ENTRY = Entry(
     "A tall solitary wave overtakes lower ones",
     "Grains 1 and 2 of 150 move at 10 m/s, grains 18 and 19 at 5 m/s, all to the right. Taller waves are faster.",
     compute,
+    weight=0.3,
+    runs=1,
 )

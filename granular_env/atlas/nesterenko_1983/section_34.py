@@ -10,7 +10,8 @@ from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item,
 from granular_env.atlas.verdicts import Value
 from granular_env.measurement import History
 
-from .cases import SPEED, case, grain
+from .cases import SPEED, UNCHANGED, case, grain
+from .counting import CLEAR, FAINT
 
 _LOOK = 5.45e-4
 # Frames to either side of a maximum.
@@ -37,12 +38,14 @@ def compute(context: Context) -> Findings:
 
 def _last_grains(context: Context) -> Item:
     values = [
-        Value(f"N = {grains}", printed, float(piston(context, grains).velocity[-1, -1]) / SPEED, relative=4e-4)
+        Value(f"N = {grains}", printed, float(piston(context, grains).velocity[-1, -1]) / SPEED, digits=7)
         for grains, printed in _LAST.items()
     ]
     return Item(
         "Final velocity of the last grain, v_N/v0", "section 3.4", values,
-        remark="The paper puts its own error at 0.01 %; its figures for 20 and 50 grains are 0.03 % above ours.",
+        remark="The paper puts its own error at 0.01 %.",
+        reason="The paper’s figures for 20 and 50 grains are 0.03 % above ours, three times its own error; at half the step "
+        "and with other integrators ours keep all digits that are printed here. The paper’s step is not known.",
     )  # fmt: skip
 
 
@@ -57,25 +60,26 @@ def _peak(chain: History, index: int) -> float:
 
 def _first_peak(context: Context, chain: History) -> Item:
     values = [
-        Value("grain 50", None, _peak(chain, grain(context, 50))),
-        Value("grain 180", "2", _peak(chain, grain(context, 180)), relative=0.01),
+        Value("grain 50", None, _peak(chain, grain(context, 50)), digits=6),
+        Value("grain 180", "2", _peak(chain, grain(context, 180)), paper=2.0, loose=0.02 * UNCHANGED, digits=6),
     ]
     return Item(
         "First maximum tends to 2 v0: v_m/v0", "section 3.4, figure 6", values,
-        remark="2 within 1 % at grain 180; the paper gives it as a limit that is approached from below.",
+        reason=f"The paper gives 2 as a limit and no value at any grain; within {UNCHANGED:g} % is our reading. It is passed, "
+        "see the next item.",
     )  # fmt: skip
 
 
 def _bound(context: Context) -> Item:
     long = case(
-        context, "3.4-piston", component__grains=500, duration=2.75e-3, record={"every": 2e-6, "variables": ["velocity"]},
+        context, "3.4-piston", component__grains=500, duration=2.75e-3, record__variables=["velocity"],
         name="nesterenko-1983/3.4-piston-500",
     )  # fmt: skip
     passed = next((number for number in range(20, 400, 5) if _peak(long, grain(context, number)) > 2.0), None)
     height = _peak(long, grain(context, 450))
     return Item(
         "2 v0 is the limit of the first maximum", "section 3.4",
-        [Value("v_m/v0, grain 450 of 500", "at most 2", height, paper=2.0, tolerance=0.0, at_most=True)],
+        [Value("v_m/v0, grain 450 of 500", "at most 2", height, paper=2.0, at_most=True, digits=6)],
         reason=f"In a longer chain the first maximum passes 2 v0 near grain {passed}, is {height:.4f} v0 at grain 450, and "
         "still grows. 2 is the limit for the Korteweg-de Vries equation, to which the paper compares, not for this chain.",
     )  # fmt: skip
@@ -86,21 +90,25 @@ def _near_piston(chain: History) -> Item:
     worst = 100.0 * float(np.abs(velocity - 1.0).max())
     return Item(
         "Grains near the piston have come to rest beside it", "section 3.4, figure 6",
-        [Value("largest |v - v0|, grains 2 to 11", "none", worst, "%", paper=0.0, tolerance=1.0)],
+        [Value("largest |v − v0|, grains 2 to 11", "none", worst, "%", paper=0.0, loose=UNCHANGED, digits=3)],
         remark="At 5.45e-4 s, as a part of v0.",
+        reason=f"They still oscillate a little; the paper calls it a stationary state. Within {UNCHANGED:g} % is our reading.",
     )  # fmt: skip
 
 
 def _growing(chain: History) -> Item:
-    counts = {}
-    for time in (2.7e-4, _LOOK):
-        velocity = chain.velocity[chain.frame(time)] / SPEED
-        counts[time] = int(np.count_nonzero(np.abs(np.diff(velocity)) > 0.02))
-    early, late = counts.values()
+    values = []
+    for least in (CLEAR, FAINT):
+        early, late = (
+            int(np.count_nonzero(np.abs(np.diff(chain.velocity[chain.frame(time)])) > least * SPEED))
+            for time in (2.7e-4, _LOOK)
+        )
+        name = f"differing by {100.0 * least:.0f} % of v0"
+        values.append(Value(name, "more and more", "more and more" if late > early else "no more"))
+        values.append(Value("at 2.7e-4 s, at 5.45e-4 s", None, f"{early}, {late}"))
     return Item(
-        "More and more grains oscillate: the motion is not steady", "section 3.4",
-        [Value("grains oscillating", "growing", "growing" if late > 1.2 * early else "not growing")],
-        remark=f"Neighbours that differ by more than 2 % of v0: {early} at 2.7e-4 s, {late} at 5.45e-4 s.",
+        "More and more grains oscillate: the motion is not steady", "section 3.4", values,
+        remark="Neighbours whose velocities differ by so much.",
     )  # fmt: skip
 
 
@@ -136,5 +144,6 @@ ENTRY = Entry(
     "The first grain of 200 moves at 5 m/s throughout. A front runs into the resting chain, and behind it the grains "
     "oscillate; without dissipation the motion never becomes steady.",
     compute,
-    weight=4.0,
+    weight=1.0,
+    runs=10,
 )

@@ -11,7 +11,7 @@ from granular_env.atlas.verdicts import Value
 from granular_env.components.chain import theory
 from granular_env.measurement import History
 
-from .cases import DIAMETER, MASS, SPEED, case, grain
+from .cases import DIAMETER, ERROR, ERROR_SOURCE, MASS, SPEED, UNCHANGED, case, grain, sampling
 
 _GRAINS = 400
 _FRONT = 0.5 * SPEED
@@ -32,9 +32,9 @@ def compute(context: Context) -> Findings:
 def _chain(context: Context, loss: float) -> History:
     unit = theory.time_scale(MASS, context.constants["A"] * MASS, SPEED)
     return case(
-        context, "3.4-piston", component__grains=_GRAINS, duration=6.1e-6 * _GRAINS,
+        context, "3.4-piston", component__grains=_GRAINS, duration=6.1e-6 * _GRAINS, record__variables=["velocity"],
         component__law={"name": "viscous", "dissipation": loss * MASS / unit}, component__integrator="pefrl",
-        component__step_size=2e-7, name=f"nesterenko-1983/3.4-loss-{loss:g}",
+        component__step_size=0.2 * sampling(context), name=f"nesterenko-1983/3.4-loss-{loss:g}",
     )  # fmt: skip
 
 
@@ -62,14 +62,18 @@ def _item(speeds: dict[float, float], heights: dict[float, float], limit: float)
     return Item(
         "A front with weak losses", "section 3.4",
         [
-            Value("V/D1, weakest losses", "1", speeds[_LOSSES[0]], paper=1.0, tolerance=1e-3),
-            Value("v_m1/v0, losses to 0", "1.56", limit, relative=0.01),
+            Value(
+                "V/D1, weakest losses", "1", speeds[_LOSSES[0]], paper=1.0, relative=ERROR, source=ERROR_SOURCE,
+                loose=0.01 * UNCHANGED,
+            ),
+            Value("v_m1/v0, losses to 0", "1.56", limit, digits=4),
             Value("v_m1/v0 of a solitary wave as fast as D1", None, expected),
         ],
         remark=f"A dashpot in each contact, grains 341 to 391 of {_GRAINS}. Heights for the dashpot’s constant over grain "
         f"mass and unit of time: {listed}.",
-        reason=f"The argument holds, its number does not: 1.56 follows from the continuum’s 0.915, the chain’s own waves give "
-        f"{expected:.4f}, to which the computed fronts tend within {100.0 * abs(limit / expected - 1.0):.1f} %.",
+        reason="V is D1 but for what the front still changes at these grains. The argument holds, its number does not: 1.56 "
+        f"follows from the continuum’s 0.915, the chain’s own waves give {expected:.4f}, to which the computed fronts tend "
+        f"within {100.0 * abs(limit / expected - 1.0):.1f} %.",
     )  # fmt: skip
 
 
@@ -104,5 +108,6 @@ ENTRY = Entry(
     "With weak losses the front should be a solitary wave as fast as the stationary shock, D1: the paper’s argument, from "
     "which it finds how high the front is.",
     compute,
-    weight=3.0,
+    weight=1.6,
+    runs=4,
 )

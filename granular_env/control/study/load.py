@@ -10,7 +10,7 @@ from typing import Any
 
 from granular_env.components.errors import ExperimentError, nearest
 from granular_env.experiments.faults import overridden, shortened
-from granular_env.experiments.load import parse_override, read_document
+from granular_env.experiments.load import override_list, parse_override, read_document
 from granular_env.shipped import shipped_files
 from granular_env.toml_text import toml_value
 
@@ -36,7 +36,7 @@ def load_study(source: Source, overrides: Iterable[str] = ()) -> Study:
     Raises:
         ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
     """
-    overrides = list(overrides)
+    overrides = override_list(overrides)
     if isinstance(source, Study):
         if not overrides:
             return source

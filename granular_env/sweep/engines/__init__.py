@@ -38,6 +38,8 @@ def check(engine: str, workers: int | None, address: str | None) -> None:
         raise ParameterError(f"engine: got {shortened(engine)}; {nearest(str(engine), ENGINES)}")
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
         raise ParameterError(f"workers: got {shortened(workers)}, expected a whole number from 1 to 4096")
+    if address is not None and not isinstance(address, str):
+        raise ParameterError(f"address: got {shortened(address)}, expected a text such as '10.0.0.1:6379'")
     if address is not None and engine != "ray":
         raise ParameterError(f"address: {shortened(address)} is of a Ray cluster; take engine 'ray' with it")
     if engine == "ray":

@@ -1,0 +1,58 @@
+"""Begin to record: the arguments are checked before any file exists."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..components.contract import Component
+from .facts import plain_json
+from .log_file import create
+from .options import checked_names, checked_schedule
+from .sink import as_path
+from .writer import Recorder
+
+
+def record(
+    component: Component,
+    path: str | os.PathLike[str],
+    *,
+    every: float | None = None,
+    variables: Sequence[str] | None = None,
+    hash_every: int | None = None,
+    key_every: float | None = None,
+    experiment: Mapping[str, Any] | None = None,
+    parent: Mapping[str, Any] | None = None,
+    overwrite: bool = False,
+) -> Recorder:
+    """Record everything that `component` does from now until the recorder is closed.
+
+        with ge.record(chain, "logs/mine.mcap", every=1e-6, variables=["velocity"]):
+            chain.reset(velocity={0: 5.0})
+            chain.step(1e-4)
+
+    Every input and the state at the start are kept exactly, so that the log can be re-run; frames are for looking.
+
+    Args:
+        component: what to look at.
+        path: the file; by custom it ends in ``.mcap``.
+        every: time between frames [s], a whole number of internal steps. Default: for an experiment with a duration 160 to
+            400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
+        variables: names of outputs or inputs to keep in each frame, beside the ledger. Default: the state variables.
+        hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
+        key_every: time between key snapshots [s]. Default: each time the run has become a sixteenth longer.
+        experiment: JSON values to keep with the log.
+        parent: which log and tick this one branched off.
+        overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.
+
+    Raises:
+        ParameterError: an argument is not valid, or the file exists, is no log, or is being written by another recorder;
+            nothing has been written.
+        LogError: the file cannot be written.
+    """
+    target = as_path(path)
+    names = checked_names(component, variables)
+    schedule = checked_schedule(component, every, hash_every, key_every, experiment, names)
+    facts = plain_json("experiment", experiment), plain_json("parent", parent)
+    return Recorder(component, target, create(target, overwrite), names, schedule, *facts)
