@@ -106,7 +106,7 @@ def test_describe_a_component(capsys):
     text = capsys.readouterr().out
     assert re.search(r"left_velocity +m/s +number", text)
     assert re.search(r"velocity +m/s +\(7,\)", text)
-    assert re.search(r"overlap +m +\(6,\)", text)
+    assert re.search(r"overlap +m +\(8,\)", text)
     assert re.search(r"grains +1 +required +number of grains", text)
 
 
@@ -159,7 +159,7 @@ def test_run_ends_by_telling_where_the_log_is(folder, capsys):
     first, second = "logs/oscillator-pushed-1.mcap", "logs/oscillator-pushed-2.mcap"
     assert f"log: {first}" in text
     assert f"replay {second} --verify" in text
-    assert "1000 steps, to 10 s" in text
+    assert "1000 ticks, to 10 s" in text
     assert "energy residual" in text
     assert verify(first).identical
     with open_log(second) as log:
@@ -192,7 +192,7 @@ def test_a_log_is_replaced_only_on_request(log, capsys):
 def test_verify_counts_the_steps(log, capsys):
     assert main(["replay", log, "--verify"]) == 0
     text = capsys.readouterr().out
-    assert "1000 steps compared" in text
+    assert "1000 ticks (" in text
     assert "identical" in text
 
 
@@ -214,7 +214,7 @@ def test_verify_tells_a_difference_by_its_status(log, capsys, monkeypatch):
 
 def test_replay_runs_it_again(log, capsys):
     assert main(["replay", log]) == 0
-    assert "1000 steps, to 10 s" in capsys.readouterr().out
+    assert "1000 ticks, to 10 s" in capsys.readouterr().out
 
 
 def test_a_branch_with_other_inputs(log, capsys):

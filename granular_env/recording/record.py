@@ -37,7 +37,7 @@ def record(
     Args:
         component: what to look at.
         path: the file; by custom it ends in ``.mcap``.
-        every: time between frames [s], a whole number of internal steps. Default: for an experiment with a duration 160 to
+        every: time between frames [s], a whole number of ticks. Default: for an experiment with a duration 160 to
             400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
         variables: names of outputs or inputs to keep in each frame, beside the ledger. Default: the state variables.
         hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
