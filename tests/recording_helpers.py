@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import random
@@ -13,6 +14,7 @@ from mcap.reader import make_reader
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.contract import Component
+from granular_env.components.errors import LogError
 from granular_env.components.packing import canonical_json
 from granular_env.components.profiles import Profile
 from granular_env.recording import record
@@ -20,7 +22,7 @@ from granular_env.recording.caps import Caps
 from granular_env.recording.container import Container
 from granular_env.recording.format import CLOSED, EVENTS, HEADER, TOPICS, Record, decode, log_identity
 from granular_env.recording.log_file import create
-from granular_env.recording.metadata import metadata_of
+from granular_env.recording.metadata import metadata_of_log
 from granular_env.recording.preview import PreviewMessage, Topic
 from granular_env.recording.recover import parameter_model
 from granular_env.recording.sink import Sink
@@ -78,7 +80,9 @@ def rewrite(
             if new.kind == HEADER:
                 sink.flush()
                 header = json.loads(canonical_json(dict(new.header)))
-                sink.add_metadata(change_texts(metadata_of(header, parameter_model(header.get("component")))))
+                with contextlib.suppress(LogError):  # a header that lies may describe nothing
+                    texts = metadata_of_log(header, parameter_model(header.get("component")))
+                    sink.add_metadata(change_texts(texts))
     container.close()
     sink.finish()
 

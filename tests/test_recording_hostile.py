@@ -239,3 +239,31 @@ def test_frames_at_different_times_are_no_data_set(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="at other times"):
         open_log(tmp_path / "b.mcap").to_xarray()
     assert refused_by_the_family(tmp_path / "b.mcap") >= 1
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("versions", [1]),
+        ("versions", "x"),
+        ("parameters", [1, 2]),
+        ("experiment", {"a": [None, {"b": None}]}),
+        ("machine", 3),
+        ("options", "x"),
+        ("parent", [[]]),
+        ("particles", 3),
+        ("state", None),
+    ],
+)
+def test_a_header_of_other_types_is_refused_or_harmless(tmp_path: Path, name: str, value: object) -> None:
+    chain_log(tmp_path / "a.mcap", steps=4)
+
+    def change(old: Record) -> Record:
+        return dataclasses.replace(old, header={**old.header, name: value}) if old.kind == HEADER else old
+
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    refused_by_the_family(tmp_path / "b.mcap")
+    try:
+        assert not verify(tmp_path / "b.mcap").identical
+    except LogError:
+        pass

@@ -9,7 +9,7 @@ from ..components.contract import Component
 from ..components.packing import canonical_json
 from .facts import closing_facts, component_facts
 from .format import words
-from .metadata import METADATA_NAME, metadata_of
+from .metadata import METADATA_NAME, metadata_of_log
 from .reader import Log
 
 # Compared elsewhere: what decides whether the component can be built and stepped at all.
@@ -36,7 +36,7 @@ def metadata_differences(log: Log, component: Component) -> Iterator[tuple[str, 
     if not log.complete:
         return
     # A log of a component that is not ours may have been recovered where its units were not known.
-    expected = [[(METADATA_NAME, metadata_of(log._header, model))] for model in (component.Parameters, None)]
+    expected = [[(METADATA_NAME, metadata_of_log(log._header, model))] for model in (component.Parameters, None)]
     if log._container.metadata() not in expected:
         yield "metadata", "the Metadata record for other programs is not what the header says"
 

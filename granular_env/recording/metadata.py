@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from ..components.errors import LogError
 from ..toml_text import toml_document, toml_value
 
 METADATA_NAME = "granular-env"
@@ -34,6 +35,14 @@ def metadata_of(header: Mapping[str, Any], parameters: type[BaseModel] | None = 
     found["parameters"] = "".join(_parameter_lines(header.get("parameters") or {}, parameters))
     found["units"] = "; ".join(_units([*(header.get("variables") or ()), *(header.get("inputs") or ())]))
     return {name: _shortened(str(text), _LONGEST) for name, text in found.items()}
+
+
+def metadata_of_log(header: Mapping[str, Any], parameters: type[BaseModel] | None) -> dict[str, str]:
+    """As `metadata_of`, for the header of a file that somebody else may have written; `LogError` where it describes nothing."""
+    try:
+        return metadata_of(header, parameters)
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
+        raise LogError(f"the log's header describes its run wrongly: {error}") from error
 
 
 def title_of(header: Mapping[str, Any]) -> str:

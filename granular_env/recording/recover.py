@@ -13,7 +13,7 @@ from ..writing import replacing
 from .film import film_facts_of_frames, film_of_frames
 from .format import CLOSED, EVENTS, TOPICS, Record, decode
 from .log_file import create, refuse_unless_log
-from .metadata import metadata_of
+from .metadata import metadata_of_log
 from .reader import Log, open_log
 from .sink import Sink, as_path
 
@@ -69,7 +69,7 @@ def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
                 else:
                     sink.add(record, message.nanoseconds)
     sink.flush()
-    sink.add_metadata(metadata_of(log._header, parameter_model(log._header.get("component"))))
+    sink.add_metadata(metadata_of_log(log._header, parameter_model(log._header.get("component"))))
     track = film_of_frames(log)
     if track is not None:
         sink.add_preview(track.messages())
