@@ -12,7 +12,7 @@ import numpy as np
 
 from ...jit import inlined
 from ..fields import NotNegative, field
-from ..table import HERTZ, VISCOUS
+from ..table import HERTZ, SMALLEST_OVERLAP, VISCOUS
 from .law import Dissipative, FloatArray
 
 
@@ -46,7 +46,8 @@ _EDGE = 1e-3
 @inlined
 def is_closing(d, w, h):
     """Whether a contact closes within a step of length h, d being its overlap in the middle and w its speed of approach."""
-    return -(1.0 - _EDGE) * (0.5 * h * w) < d <= (1.0 + _EDGE) * (0.5 * h * w)
+    reach = 0.5 * h * w
+    return reach > SMALLEST_OVERLAP and -(1.0 - _EDGE) * reach < d <= (1.0 + _EDGE) * reach
 
 
 @inlined
@@ -56,5 +57,5 @@ def closed_time(d, w, h):
     Without that the dashpot's impulse would jump wherever the closing passes from one step to the next, the order would be 1
     where contacts close, and slopes of the run would be those between two jumps, which no step makes right.
     """
-    whole = h if d > 0.0 else 0.0
+    whole = h if d >= SMALLEST_OVERLAP else 0.0
     return 0.5 * h + d / w if is_closing(d, w, h) else whole
