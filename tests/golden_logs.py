@@ -149,7 +149,8 @@ def played(name: str, path: Path | None = None) -> ge.Component:
         if path is None:
             play(component)
         else:
-            with ge.record(component, path, every=every, hash_every=1):
+            # Of very short ticks every other one is hashed, so that the file stays small.
+            with ge.record(component, path, every=every, hash_every=1 if component.step_size >= 1e-7 else 2):
                 play(component)
     return component
 
