@@ -361,7 +361,7 @@ class Component(metaclass=_Fixed):
             ticks = self._tick_counts[duration]
         except (KeyError, TypeError):
             ticks = self._whole_ticks(duration)
-        own = self.__dict__  # past `__setattr__`, which would cost a third of a short step
+        own: dict[str, Any] = vars(self)  # past `__setattr__`, which would cost a third of a short step
         if own["_stepping"]:
             raise GranularError(
                 f"step: this {self.name} is in the middle of a step, of another thread or of an observer; "

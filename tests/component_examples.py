@@ -213,7 +213,9 @@ CHAINS = [
         "chain-viscous-column",
         "chain",
         {
-            "grains": 5, "right": "plane", "gravity": 9.81,
+            "grains": 5,
+            "right": "plane",
+            "gravity": 9.81,
             "law": {"name": "viscous", "dissipation": [0.0, 2.0, 0.0, 3.0, 1.0, 5.0]},
         },
         {"velocity": {0: 0.5}},

@@ -340,8 +340,11 @@ def test_a_sampling_that_does_not_fit_is_told_a_step_that_does() -> None:
 @pytest.mark.parametrize(
     ("parameters", "said"),
     [
-        ({"law": "viscous", "dissipation": 2.0}, """dissipation: unknown; it belongs to law 'viscous' or 'kuwabara_kono': give law = """
-         """{"name": "viscous", "dissipation": 2.0}"""),
+        (
+            {"law": "viscous", "dissipation": 2.0},
+            "dissipation: unknown; it belongs to law 'viscous' or 'kuwabara_kono': "
+            'give law = {"name": "viscous", "dissipation": 2.0}',
+        ),
         ({"radius": {0: 6e-3}}, "radius: got {0: 0.006}, expected one value for all or a list with one each; only mass takes"),
         ({"gap": {1: 1e-6}}, "gap: got {1: 1e-06}, expected one value for all or a list with one each"),
     ],

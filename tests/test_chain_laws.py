@@ -403,7 +403,7 @@ def test_bad_laws_are_named(parameters: dict, said: str) -> None:
 @pytest.mark.parametrize("gap", [0.0, 1.1e-6])
 @pytest.mark.parametrize("step_size", [1e-6, 2e-7])
 def test_the_reference_controls_the_error_of_the_loss_too(step_size: float, gap: float) -> None:
-    """Where dissipation is cut off the contact carries nothing, but gives up its energy: grains alone do not tell that error."""
+    """Where dissipation is cut off the contact carries nothing, but gives up its energy: grains do not tell that error."""
 
     def lost(step: float, tolerance: float) -> float:
         law = {"name": "kuwabara_kono", "dissipation": 2e3}
