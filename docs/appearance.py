@@ -80,4 +80,4 @@ def _write(figure: Figure, path: Path, dots_per_inch: int, colours: int | None) 
     if colours is None:
         path.write_bytes(data)
     else:
-        Image.open(io.BytesIO(data)).convert("RGB").quantize(colours).save(path, optimize=True)
+        Image.open(io.BytesIO(data)).convert("RGB").quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)

@@ -11,7 +11,7 @@ import granular_env as ge
 from granular_env.control.policies import Dashpot, OpenLoop, Policy, Sensors
 from granular_env.envs import AbsorptionEnv, ChainEnv, PulseFormingEnv, RecordEnv
 from granular_env.recording import open_log
-from granular_env.viewing import drawing, footage
+from granular_env.viewing import drawing, fields, footage
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT / "examples"))
@@ -99,7 +99,7 @@ def draw(name: str, titles: dict[str, str]) -> None:
         curve = max(seen.inputs.values(), key=lambda curve: (np.abs(curve.values).max(), curve.name))
         above.plot(curve.times * 1e6, curve.values, **drawing.line(0))
         above.set(title=title, xlabel="time [us]", ylabel=f"{curve.name.replace('_', ' ')} [{curve.unit}]")
-        drawing.draw_space_time(figure, below, seen.motion, None)
+        drawing.draw_space_time(figure, below, fields.as_field(seen.motion), None)
     appearance.save(figure, IMAGES / f"gallery-{name}.png", 90, _COLOURS)
 
 

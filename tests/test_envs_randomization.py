@@ -116,7 +116,7 @@ def test_a_recorder_is_not_left_behind_on_the_last_chain(tmp_path: Path) -> None
         with pytest.raises(ParameterError, match="RecordEnv"):
             env.reset(seed=2)
         assert env.save().snapshot.data == before.snapshot.data
-    assert verify(tmp_path / "one.mcap").steps == 5
+    assert verify(tmp_path / "one.mcap").calls == 5
 
 
 def test_a_start_value_that_is_refused_leaves_the_chain() -> None:

@@ -167,16 +167,16 @@ def test_what_an_author_forgets_is_named() -> None:
 
     component = Oscillator(step_size=0.01)
     for task, words in (
-        (swing(actions=None), "it has no actions"),
-        (swing(observations=None), "it has no observations"),
-        (Nameless(), "it has no name"),
-        (3, "expected a Task"),
+        (swing(actions=None), "Swing has no actions; give it one"),
+        (swing(observations=None), "Swing has no observations; give it one"),
+        (Nameless(), "Nameless has no name; give it one"),
+        (3, "task: got 3, expected an object of a class made from Task"),
     ):
         with pytest.raises(ParameterError, match=words):
             ComponentEnv(component, task)  # type: ignore[arg-type]
     env = ComponentEnv(component, swing(judge=lambda *_: 0.5))
     env.reset(seed=1)
-    with pytest.raises(ParameterError, match="judge gave 0.5, expected a pair"):
+    with pytest.raises(ParameterError, match=r"judge gave 0.5, expected \(reward, done\)"):
         env.step([0.1])
     with pytest.raises(ParameterError, match="expected a Chain"):
         ChainEnv(component, PistonEnv(grains=4).task)  # type: ignore[arg-type]

@@ -339,7 +339,7 @@ def test_a_folder_that_cannot_be_made_is_no_matter_of_space(tmp_path: Path, caps
         lambda: record(catalogue.make("oscillator"), tmp_path / "file" / "a.mcap"),
         lambda: replacing(tmp_path / "file" / "a.html").__enter__(),
     ):
-        with pytest.raises(Exception, match="folder that you may write to") as caught:
+        with pytest.raises(Exception, match="choose another path") as caught:
             act()
         assert "space" not in str(caught.value)
 
