@@ -23,7 +23,7 @@ _STYLE = {
     "backend": "agg", "savefig.dpi": 110, "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False,
     "lines.linewidth": 1.7, "legend.frameon": False,
 }  # fmt: skip
-_COLOURS = 64
+_COLOURS = 48
 
 
 def piston() -> None:
