@@ -1,12 +1,19 @@
 """What every test shares: repeatable hypothesis examples, no clock in any verdict, no display."""
 
 import os
+import signal
 
 from hypothesis import HealthCheck, settings
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 # Tests look at stderr; what is compiled in them says nothing there.
 os.environ.setdefault("GRANULAR_ENV_QUIET", "1")
+
+# Whoever started the tests in the background may have them ignore Ctrl-C and a closed terminal; what they start must not.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # Tests hold no timings, so neither does hypothesis. "repeatable" draws the same examples in every run;
 # HYPOTHESIS_PROFILE=explore draws new ones.
