@@ -61,11 +61,13 @@ class Binding:
     def has_changed(self) -> bool:
         """Return whether the name stands for another value now."""
         now = self.look_up()
-        if now is self.value and not isinstance(now, np.ndarray):
+        if self.content is not None:
+            return _content(now) != self.content
+        if now is self.value:
             return False
         if isinstance(now, Dispatcher) and isinstance(self.value, Dispatcher):
             return fingerprint(now).key is None or fingerprint(now).key != fingerprint(self.value).key
-        return self.content is None or _content(now) != self.content
+        return True
 
 
 @dataclass(frozen=True)
@@ -182,13 +184,15 @@ class _Walk:
 
 def _references(function: Any) -> Iterator[tuple[str, Callable[[], Any]]]:
     """Yield the names that a function's code refers to, and how to look each of them up."""
-    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        yield f"{name} (enclosed)", lambda cell=cell: _cell_value(cell)
-    for k, _ in enumerate(function.__defaults__ or ()):
-        yield f"default {k}", lambda k=k: (function.__defaults__ or ())[k]
-    for name in sorted(function.__kwdefaults__ or ()):
-        yield f"default {name}", lambda name=name: function.__kwdefaults__[name]
     names, attributes = _names(function.__code__)
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        yield from _resolve(f"{name} (enclosed)", lambda cell=cell: _cell_value(cell), attributes)
+    for k, _ in enumerate(function.__defaults__ or ()):
+        yield from _resolve(f"default {k}", lambda k=k: _item(function.__defaults__, k), attributes)
+    for name in sorted(function.__kwdefaults__ or ()):
+        yield from _resolve(
+            f"default {name}", lambda name=name: (function.__kwdefaults__ or {}).get(name, _MISSING), attributes
+        )
     space = function.__globals__
     for name in names:
         yield from _resolve(name, lambda name=name: space.get(name, getattr(builtins, name, _MISSING)), attributes)
@@ -197,16 +201,30 @@ def _references(function: Any) -> Iterator[tuple[str, Callable[[], Any]]]:
 def _resolve(
     name: str, look_up: Callable[[], Any], attributes: tuple[str, ...], depth: int = 0
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield a name itself, or for a module those of its attributes that the code asks anything for."""
-    module = look_up()
-    if not isinstance(module, types.ModuleType) or is_versioned(module.__name__) or depth > len(attributes):
+    """Yield a name itself; for a module those of its attributes that the code asks anything for, for a tuple of functions these."""
+    value = look_up()
+    if _has_jitted(value):
+        yield name, look_up  # it has no fingerprint: machine code may have addresses of its functions
+        for k in range(len(value)):
+            yield from _resolve(f"{name}[{k}]", lambda k=k: _item(look_up(), k), attributes, depth)
+        return
+    if not isinstance(value, types.ModuleType) or is_versioned(value.__name__) or depth > len(attributes):
         yield name, look_up
         return
-    yield f"{name} (module)", lambda: module.__name__
+    yield f"{name} (module)", lambda: value.__name__
     for attribute in attributes:
-        if hasattr(module, attribute):
-            inner = lambda attribute=attribute: getattr(module, attribute, _MISSING)  # noqa: E731
+        if hasattr(value, attribute):
+            inner = lambda attribute=attribute: getattr(value, attribute, _MISSING)  # noqa: E731
             yield from _resolve(f"{name}.{attribute}", inner, attributes, depth + 1)
+
+
+def _has_jitted(value: Any) -> bool:
+    """Return whether a value is a tuple with jitted functions, or with tuples of such."""
+    return isinstance(value, tuple) and any(isinstance(one, Dispatcher) or _has_jitted(one) for one in value)
+
+
+def _item(value: Any, k: int) -> Any:
+    return value[k] if isinstance(value, tuple) and k < len(value) else _MISSING
 
 
 def _cell_value(cell: Any) -> Any:

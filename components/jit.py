@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import weakref
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -15,6 +16,7 @@ import numpy as np
 from numba.core import cgutils, sigutils
 from numba.core import config as numba_config
 from numba.core.bytecode import FunctionIdentity
+from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
@@ -25,6 +27,8 @@ from .kernel_cache import KernelCache
 _settings: Any = numba_config
 # Whether anything is compiled at all.
 JIT = not _settings.DISABLE_JIT
+# Functions of numba.njit -> the same compiled by `jit`, which live as long.
+_compiled_again: weakref.WeakKeyDictionary[Any, Any] = weakref.WeakKeyDictionary()
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -69,9 +73,19 @@ def refuse_stale(function: Callable[..., Any]) -> None:
     Raises:
         ParameterError: a global, an enclosed variable or a called function has another value now; names it.
     """
+    function = _kept_right(function)
     kept = getattr(function, "_cache", None)
     if isinstance(kept, KernelCache) and not is_of_package(function):
         kept.refuse_stale()
+
+
+def _kept_right(function: Callable[..., Any]) -> Any:
+    """Return a jitted function itself, or compiled by `jit` where somebody else's numba.njit made it, which keeps old values."""
+    if not isinstance(function, Dispatcher) or isinstance(function._cache, KernelCache) or is_of_package(function):
+        return function
+    if function not in _compiled_again:
+        _compiled_again[function] = jit(function.py_func)
+    return _compiled_again[function]
 
 
 def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., Any]:
@@ -84,7 +98,7 @@ def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., A
     """
     if not hasattr(function, "compile"):  # the JIT is off
         return function
-    compiled: Any = function
+    compiled = _kept_right(function)
     refuse_stale(compiled)
     compiled.compile(signature)
     return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point
@@ -98,7 +112,7 @@ def address(function: Callable[..., Any], signature: str) -> Any:
     """
     if not hasattr(function, "compile"):
         return function
-    compiled: Any = function
+    compiled = _kept_right(function)
     refuse_stale(compiled)
     compiled.compile(signature)
     result = compiled.overloads[sigutils.normalize_signature(signature)[0]]

@@ -27,13 +27,17 @@ class _Copies:
         self._made: dict[int, Any] = {}
 
     def of(self, value: Any) -> Any:
-        """Return the plain counterpart of a jitted function or of a module that may have some; anything else as it is."""
+        """Return the plain counterpart of a jitted function, a tuple or a module that may have some; anything else as it is."""
         if isinstance(value, types.ModuleType) and not is_versioned(value.__name__):
             return _Module(self, value)
         if isinstance(value, types.FunctionType):
             return self._copy(value) if not self._made else value
         if hasattr(value, "py_func") and hasattr(value, "overloads"):
             return self._copy(value.py_func)
+        if isinstance(value, tuple):
+            plain = [self.of(one) for one in value]
+            changed = any(one is not other for one, other in zip(plain, value, strict=True))
+            return (getattr(type(value), "_make", tuple)(plain)) if changed else value
         return value
 
     def _copy(self, function: types.FunctionType) -> Any:
@@ -42,9 +46,10 @@ class _Copies:
             return known
         space: dict[str, Any] = {"__builtins__": builtins, "__name__": function.__module__}
         cells = tuple(types.CellType() for _ in function.__closure__ or ())
-        copy = types.FunctionType(function.__code__, space, function.__name__, function.__defaults__, cells)
-        copy.__kwdefaults__ = function.__kwdefaults__
+        copy = types.FunctionType(function.__code__, space, function.__name__, None, cells)
         self._made[id(function)] = copy
+        copy.__defaults__ = self.of(function.__defaults__)
+        copy.__kwdefaults__ = {name: self.of(value) for name, value in (function.__kwdefaults__ or {}).items()}
         for name in names_in(function.__code__):
             if name in function.__globals__:
                 space[name] = self.of(function.__globals__[name])

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
 import pytest
 from env_toys import MAKERS, Swing
+from numba import types
+from numba.extending import intrinsic
 
 from granular_env.components.chain import Chain, features
 from granular_env.components.chain.table import U, V
-from granular_env.components.errors import ParameterError
+from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.components.jit import jit
 from granular_env.components.oscillator import Oscillator
 from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv, ComponentEnv, check_task
@@ -38,13 +40,24 @@ def far(a, place):  # noqa: ANN001, ANN201
     return a[U, place]
 
 
-def environment(judge: Callable[..., Any] = judge, begin: Callable[..., Any] = begin, **attributes: Any) -> ChainEnv:
-    """Eight grains; each call is a class of its own."""
+def own_task(judge: Callable[..., Any] = judge, begin: Callable[..., Any] = begin, **attributes: Any) -> type[ChainTask]:
+    """Return a class of its own at each call."""
     given = {
         "name": "own", "actions": {"left_force": 100.0}, "observations": {"displacement": 1e-5, "velocity": 0.1},
         "counter_names": ("steps",), "begin_kernel": staticmethod(begin), "judge_kernel": staticmethod(judge),
     } | attributes  # fmt: skip
-    return ChainEnv(Chain(grains=8), type("Own", (ChainTask,), given)(), deadline=DEADLINE)
+    return type("Own", (ChainTask,), given)
+
+
+def environment(judge: Callable[..., Any] = judge, begin: Callable[..., Any] = begin, **attributes: Any) -> ChainEnv:
+    """Eight grains; each call is a class of its own."""
+    return ChainEnv(Chain(grains=8), own_task(judge, begin, **attributes)(), deadline=DEADLINE)
+
+
+@intrinsic
+def only_compiled(context, counters):  # noqa: ANN001, ANN201
+    """Return 0.5; numba alone can."""
+    return types.float64(counters), lambda context, builder, signature, values: context.get_constant(types.float64, 0.5)
 
 
 SLIPS: dict[str, tuple[Callable[..., Any], str]] = {
@@ -106,6 +119,80 @@ def test_a_slip_is_refused_by_name_before_it_runs(name: str) -> None:
 def test_a_kernel_writes_into_its_counters_alone(function: Callable[..., Any], said: str) -> None:
     with pytest.raises(ParameterError, match=said):
         environment(function)
+
+
+@jit
+def writes_too_much(a, inputs, counters, constants, duration, elapsed, steps):  # noqa: ANN001, ANN201
+    counters[:] = np.array([1.0, 2.0])
+    return 0.0, False
+
+
+def test_more_numbers_than_there_are_counters_are_refused_by_name() -> None:
+    with pytest.raises(ParameterError, match=r"judge_kernel writes 2 numbers into counters\[:\].*declares 1 \(steps\)"):
+        environment(writes_too_much)
+
+
+@jit
+def places(a, inputs, counters, constants, duration, elapsed, steps):  # noqa: ANN001, ANN201
+    late = counters[4] if steps == 0 and constants[0] == 1.0 else 0.0
+    return a[U, 8] + late + counters[int(constants[0]) - 1], False
+
+
+def test_each_instance_of_one_task_is_checked_for_its_constants_deadline_and_chain() -> None:
+    task = own_task(places)
+
+    def make(constant: float, grains: int = 8, deadline: int | None = DEADLINE) -> ChainEnv:
+        one = task()
+        one.constants = np.array([constant])
+        return ChainEnv(Chain(grains=grains), one, deadline=deadline)
+
+    make(1.0)
+    with pytest.raises(ParameterError, match=r"reads counters\[8\]"):
+        make(9.0)
+    with pytest.raises(ParameterError, match=r"reads counters\[4\]"):
+        make(1.0, deadline=None)
+    with pytest.raises(ParameterError, match=r"reads a\[U, 8\], but the chain has 5 grains"):
+        make(1.0, grains=5)
+
+
+@jit
+def far_counter(counters):  # noqa: ANN001, ANN201
+    return counters[3]
+
+
+class Tools(NamedTuple):
+    """Functions by name."""
+
+    far: Any
+
+
+FUNCTIONS, TOOLS, NESTED = (far_counter, far_counter), Tools(far_counter), (1.0, (far_counter,))
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda a, i, c, k, d, e, s: (FUNCTIONS[0](c), False),
+        lambda a, i, c, k, d, e, s: (TOOLS.far(c), False),
+        lambda a, i, c, k, d, e, s: (NESTED[1][0](c), False),
+    ],
+)
+def test_functions_in_tuples_are_checked(function: Callable[..., Any]) -> None:
+    with pytest.raises(ParameterError, match=r"reads counters\[3\]"):
+        environment(function)
+
+
+def test_a_kernel_that_python_cannot_run_is_told_of() -> None:
+    with pytest.warns(GranularWarning, match="'own' could not be checked: judge_kernel .*NotImplemented.*; call check_task"):
+        env = environment(lambda a, i, c, k, d, e, s: (only_compiled(c), False))
+    assert env.reset(seed=0) is not None and env.step([0.1])[1] == 0.5
+    with pytest.raises(ParameterError, match="could not be checked: judge_kernel .*NotImplementedError"):
+        check_task(env)
+
+
+def test_numbers_divide_by_zero_as_compiled_ones_do(recwarn: pytest.WarningsRecorder) -> None:
+    environment(lambda a, i, c, k, d, e, s: (1.0 if 1 / (e - 1) > 1e300 else 0.0, False))
+    assert not [one for one in recwarn if issubclass(one.category, GranularWarning)]
 
 
 def test_forgotten_counters_are_refused_in_single_environments_and_batches() -> None:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from numba.core import config as numba_config
@@ -226,6 +227,63 @@ def test_another_value_of_a_global_in_one_process_is_refused_by_name(
     with pytest.raises(ParameterError, match="WEIGHT has another value than when"):
         look_up(jit(lambda x: inner(x) + 2.0), "float64(float64)")
     assert look_up(jit(lambda x: WEIGHT * x), "float64(float64)") is not None
+
+
+INNER = jit(lambda x: WEIGHT * x)
+BOTH = (INNER, INNER)
+NESTED = (1.0, (INNER,))
+ARRAYS = (np.array([1.0, 2.0]),)
+
+
+def _of_module(space: Any) -> Any:
+    return jit(lambda x: space.WEIGHT * x)
+
+
+KEPT: dict[str, tuple[Callable[[], Any], Callable[[pytest.MonkeyPatch], None]]] = {
+    "enclosed module": (lambda: _of_module(SPACE), lambda patch: patch.setattr(SPACE, "WEIGHT", 6.0)),  # type: ignore[attr-defined]
+    "tuple of functions": (lambda: jit(lambda x: BOTH[0](x)), lambda patch: patch.setitem(globals(), "WEIGHT", 6.0)),
+    "inner tuple": (lambda: jit(lambda x: NESTED[1][0](x)), lambda patch: patch.setitem(globals(), "WEIGHT", 6.0)),
+    "array in a tuple": (lambda: jit(lambda x: ARRAYS[0][1] * x), lambda patch: ARRAYS[0].__iadd__(1.0)),
+    "function of numba": (lambda: numba.njit(lambda x: WEIGHT * x), lambda patch: patch.setitem(globals(), "WEIGHT", 6.0)),
+}
+
+
+@pytest.mark.parametrize("look_up", [entry_point, address])
+@pytest.mark.parametrize("name", KEPT)
+def test_what_is_reached_in_another_way_is_refused_too(
+    name: str, look_up: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make, change = KEPT[name]
+    function = make()
+    look_up(function, "float64(float64)")
+    look_up(function, "float64(float64)")
+    change(monkeypatch)
+    with pytest.raises(ParameterError, match="has another value than when"):
+        look_up(function, "float64(float64)")
+
+
+def test_kernels_of_numbas_own_cache_are_never_stale(tmp_path: Path) -> None:
+    """Neither after an edit of what they refer to, nor for a value that is in no source; and they are kept here."""
+    text = """
+import os, numba
+from helper import K
+from granular_env.components.jit import address, caller, jit
+W = float(os.environ["W"])
+@numba.njit(cache=True)
+def judge(x): return K * W * x
+judge(1.0)
+call = caller("float64(float64)")
+@jit
+def run(where): return call(where, (1.0,))
+print(run(address(judge, "float64(float64)")))
+"""
+    write(tmp_path, {"task.py": text})
+    said = []
+    for k, weight in (("3.0", "1"), ("4.0", "1"), ("4.0", "2"), ("3.0", "1")):
+        write(tmp_path, {"helper.py": f"K = {k}\n"})
+        said.append(run("import task", tmp_path, environment={"W": weight}).stdout.split()[-1])
+    assert said == ["3.0", "4.0", "8.0", "3.0"]
+    assert len(list((tmp_path / "cache" / "kernels").glob("task.judge-*.kernel"))) == 3
 
 
 def test_what_was_compiled_before_with_unknown_values_is_not_kept(tmp_path: Path) -> None:

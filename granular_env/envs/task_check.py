@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.chain import table
-from ..components.errors import ParameterError, shortened
+from ..components.errors import ParameterError, caution, shortened
 from ..components.plain_function import plain_function
 from .memory import ELAPSED
 from .task import Task
@@ -36,6 +36,10 @@ class _SlipError(Exception):
     """A kernel reads or writes where it must not."""
 
 
+class _UncheckedError(Exception):
+    """A kernel does not run as plain Python on guarded arrays."""
+
+
 def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0) -> int:
     """Play one episode of random actions with a task's kernels as plain Python on arrays that notice what is wrong.
 
@@ -53,7 +57,7 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
         The control steps played.
 
     Raises:
-        ParameterError: there is a slip; names the kernel, the array and the index.
+        ParameterError: there is a slip; names the kernel, the array and the index. Or a kernel does not run as plain Python.
     """
     from .chain_environment import ChainEnv
     from .environment import ComponentEnv
@@ -68,13 +72,18 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
         return _play(copy, steps, seed, random)
     except _SlipError as slip:
         raise ParameterError(f"task {one.task.name!r}: {slip}") from None
+    except _UncheckedError as error:
+        raise ParameterError(f"task {one.task.name!r} could not be checked: {error}") from error
     finally:
         if before is not None:
             one.restore(before)
 
 
 def refuse_slips(env: ChainEnv) -> None:
-    """Begin an episode and judge two control steps on guarded arrays, once for each task that is not of this package.
+    """Begin an episode and judge two control steps on guarded arrays, unless the task is of this package.
+
+    It is done once for all that a kernel may take an index from: sizes, deadline and constants. A kernel that does not run as
+    plain Python is told of by a `GranularWarning`.
 
     Raises:
         ParameterError: a kernel reads or writes where it must not; names it. Any other fault shows when the task is used.
@@ -82,12 +91,13 @@ def refuse_slips(env: ChainEnv) -> None:
     task = env.task
     if type(task).__module__.split(".")[0] == __name__.split(".")[0]:
         return
-    sizes = (task.counter_names, len(env.constants), env.component.table.shape, len(task.goal_scales))
-    known = (type(task).begin_kernel, type(task).judge_kernel, sizes)
+    grains = len(_grains(env))
+    sizes = (task.counter_names, grains, env.component.table.shape, len(task.goal_scales))
+    known = (type(task).begin_kernel, type(task).judge_kernel, sizes, env._steps, env.constants.tobytes())
     if known in _refused_nothing:
         return
     try:
-        copy = _guarded_copy(env, len(_grains(env)))
+        copy = _guarded_copy(env, grains)
         copy.reset(seed=0)
         for last in (False, True):
             if last and copy._steps:
@@ -95,6 +105,8 @@ def refuse_slips(env: ChainEnv) -> None:
             copy.step(np.ones(copy.action_space.shape))
     except _SlipError as slip:
         raise ParameterError(f"task {task.name!r}: {slip}") from None
+    except _UncheckedError as error:
+        caution(f"task {task.name!r} could not be checked: {error}; call check_task(env)")
     except Exception:  # a start that is not one, a reward that is no number: told where it happens
         return
     _refused_nothing.add(known)
@@ -151,7 +163,8 @@ def _guarded_copy(env: ChainEnv, grains: int) -> Any:
     def guarded_judge(a: FloatArray, inputs: FloatArray, numbers: FloatArray, given: FloatArray, *rest: Any) -> Any:
         a, numbers, given = guard("judge_kernel", a, numbers, given)
         held = _Guarded.of(inputs, "judge_kernel", "inputs", "there are 2, left and right")
-        return _run(judge, "judge_kernel", a, held, numbers, given, *rest)
+        duration, elapsed, steps = rest  # as numbers of numpy: like compiled ones they divide by 0 without raising
+        return _run(judge, "judge_kernel", a, held, numbers, given, np.float64(duration), np.int64(elapsed), np.int64(steps))
 
     copy._begin_task, copy._judge = guarded_begin, guarded_judge
     return copy
@@ -172,7 +185,15 @@ def _run(kernel: Callable[..., Any], name: str, *arguments: Any) -> Any:
     except ValueError as error:
         if "read-only" in str(error):
             raise _SlipError(f"{name}: it writes into an array that is not its own; it may write into counters alone") from None
+        raise _unchecked(name, error) from error
+    except _SlipError:
         raise
+    except Exception as error:  # whatever compiled code can do and plain Python cannot
+        raise _unchecked(name, error) from error
+
+
+def _unchecked(name: str, error: Exception) -> _UncheckedError:
+    return _UncheckedError(f"{name} does not run as plain Python: {type(error).__name__}: {shortened(str(error))}")
 
 
 class _Guarded(np.ndarray[Any, Any]):
@@ -216,6 +237,8 @@ class _Guarded(np.ndarray[Any, Any]):
             super().__setitem__(index, value)
         except IndexError:
             raise self._slip("writes into", index) from None
+        except ValueError:  # it cannot be broadcast
+            raise self._slip(f"writes {np.size(value)} numbers into", index) from None
 
     def _look_at(self, index: Any) -> None:
         if self._grains is None or not isinstance(index, tuple) or len(index) != 2:
@@ -228,7 +251,7 @@ class _Guarded(np.ndarray[Any, Any]):
     def _slip(self, does: str, index: Any) -> _SlipError:
         if not self._name:  # a part of one
             return _SlipError(f"a kernel {does} [{index}] of a part of an array, beyond it or where it must not")
-        forbidden = does == "writes into" and not self.flags.writeable
+        forbidden = does.startswith("writes") and not self.flags.writeable
         why = "it may write into counters alone" if forbidden else self._has
         return _SlipError(f"{self._kernel} {does} {self._name}[{_index_text(index)}], but {why}")
 
@@ -241,7 +264,14 @@ def _asked_by_package(frame: FrameType) -> bool:
 def _index_text(index: Any) -> str:
     """Return an index as one writes it, the row of the table by its name."""
     if not isinstance(index, tuple):
-        return str(index)
+        return _part_text(index)
     row, *rest = index
     named = _GRAIN_ROWS.get(row, row) if isinstance(row, (int, np.integer)) else row
-    return ", ".join(map(str, (named, *rest)))
+    return ", ".join(map(_part_text, (named, *rest)))
+
+
+def _part_text(part: Any) -> str:
+    if not isinstance(part, slice):
+        return str(part)
+    ends = [part.start, part.stop] + ([] if part.step is None else [part.step])
+    return ":".join("" if end is None else str(end) for end in ends)
