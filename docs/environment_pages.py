@@ -22,7 +22,8 @@ DOCS = Path(__file__).resolve().parent
 PAGES, IMAGES = DOCS / "environments", DOCS / "images" / "environments"
 FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
 SIZE = (720, 270)  # pixels
-# What is shown: the seed of the episode, and which baseline plays; Piston-v1 has none but this drive.
+PUSH = "a push of 2.4 m/s for 18 us"
+# What is shown: the seed of the episode, and which baseline plays; Piston-v1 has none but this drive, `PUSH`.
 PLAYS = {
     "Piston-v1": (0, OpenLoop([0.24] * 12)),
     "PulseForming-v1": (0, "best"),
@@ -59,7 +60,7 @@ def page(name: str) -> str:
     lines += [f"| make | `gymnasium.make({name!r})` |", f"| action space | `{env.action_space}` |"]
     lines += [f"| observation space | `{shown_box(env)}` |"]
     lines += [f"| control steps | {env.deadline:g} of {env.duration * 1e6:g} us; {env.internal_steps} internal steps each |"]
-    lines += [f"| reward threshold | {spec.reward_threshold:g}, what theory returns, rounded down |"]
+    lines += [f"| reward threshold | {spec.reward_threshold:g}, what {known(short)} returns, rounded down |"]
     for title, text in sections.items():
         lines += ["", f"## {title}", ""]
         if title == "Action space":
@@ -137,12 +138,13 @@ def observation_rows(env: ChainEnv) -> Iterator[tuple[int, int, str, str]]:
 def caption(short: str) -> str:
     """Return what a moving picture shows."""
     policy = PLAYS[short][1]
-    who = (
-        {"best": "the best known drive", "theory": "the baseline of theory"}[policy]
-        if isinstance(policy, str)
-        else ("2.4 m/s for 18 us, then rest")
-    )
+    who = {"best": "the best known drive", "theory": "the baseline of theory"}[policy] if isinstance(policy, str) else PUSH
     return f"{short}: {who}"
+
+
+def known(short: str) -> str:
+    """Return what a reward threshold is the return of."""
+    return "theory" if isinstance(PLAYS[short][1], str) else PUSH
 
 
 def write_picture(name: str, path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from env_toys import MAKERS
 
-from granular_env.components.errors import GranularWarning, ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.control.policies import play
 from granular_env.envs import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv, register_all
 from granular_env.envs.policies import Constant
@@ -91,7 +91,7 @@ def test_the_clock_is_on_where_the_goal_has_a_time(name: str) -> None:
     timed = short in TIMED
     assert (env.unwrapped.clock > 0) == timed
     spec, steps = gymnasium.spec(name), int(env.unwrapped.deadline)
-    assert spec.max_episode_steps == env.spec.max_episode_steps == steps + 1 and spec.reward_threshold is not None
+    assert spec.max_episode_steps is None and env.spec.max_episode_steps == steps + 1 and spec.reward_threshold is not None
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env.reset(seed=1)
@@ -110,22 +110,31 @@ def test_gymnasiums_own_clock_works(name: str) -> None:
     assert second == pytest.approx(2 * first) and first > 0.0
 
 
-def test_a_longer_deadline_than_the_registered_limit_is_told_of_when_it_is_cut() -> None:
-    name, made = "granular_env/Piston-v1", {"grains": 4, "deadline": 700, "chain": {"right": "plane"}}
+@pytest.mark.parametrize("deadline", [5, 703])
+def test_an_episode_lasts_to_whichever_deadline_was_given(deadline: int) -> None:
+    name, made = "granular_env/Protection-v1", dict[str, Any](grains=4, deadline=deadline)
     env = gymnasium.make(name, **made)
+    assert gymnasium.make(env.spec).spec == env.spec and env.spec.max_episode_steps == deadline + 1
+    assert gymnasium.make(name, hold=2, **made).spec.max_episode_steps == (deadline + 1) // 2 + 1
     env.reset(seed=1)
-    assert [env.step([0.0])[3] for _ in range(601)].index(True) == 600
-    with pytest.warns(GranularWarning, match="max_episode_steps=-1"):
-        env.reset()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        env = gymnasium.make(name, max_episode_steps=-1, **made)
-        env.reset(seed=1)
-        assert [env.step([0.0])[3] for _ in range(700)].index(True) == 699
-        env.reset()
-        batch = gymnasium.make_vec(name, 2, max_episode_steps=700, **made)
+    assert [env.step([0.0])[2:4] for _ in range(deadline)] == [(False, False)] * (deadline - 1) + [(True, False)]
+    for mode in ("sync", "vector_entry_point"):
+        batch = gymnasium.make_vec(name, 2, vectorization_mode=mode, **made)
+        batch.reset(seed=1)
+        ends = [batch.step(np.zeros((2, 1)))[2:4] for _ in range(deadline)]
+        assert [terminated.all() for terminated, _ in ends].index(True) == deadline - 1
+        assert not any(truncated.any() for _, truncated in ends)
+
+
+def test_without_a_deadline_an_episode_does_not_end() -> None:
+    made: dict[str, Any] = {"grains": 4, "deadline": None}
+    env = gymnasium.make("granular_env/Protection-v1", **made)
+    batch = gymnasium.make_vec("granular_env/Protection-v1", 2, **made)
+    assert env.spec.max_episode_steps is None
+    env.reset(seed=1)
     batch.reset(seed=1)
-    assert not any(batch.step(np.zeros((2, 1)))[3].any() for _ in range(699))
+    assert not any(any(env.step([0.0])[2:4]) for _ in range(1500))
+    assert not any(np.any(batch.step(np.zeros((2, 1)))[2:4]) for _ in range(1500))
 
 
 def test_a_time_limit_of_the_batch_is_that_of_the_single_environments() -> None:

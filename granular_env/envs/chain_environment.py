@@ -293,9 +293,6 @@ class ChainEnv(ComponentEnv):
             self._goal = task.goal(self.np_random)
         return {**start, **given}
 
-    def _progress(self) -> tuple[int, bool]:
-        return int(self._memory[ELAPSED]), bool(self._memory[RUNNING])
-
     def _begin(self, seed: int) -> None:
         memory, chain = self._memory, self.component
         memory[:] = 0.0

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, ClassVar, SupportsFloat
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
+from gymnasium.envs.registration import EnvSpec
 
 from ..components.contract import Component
-from ..components.errors import ParameterError, StepError, caution, nearest, shortened
+from ..components.errors import ParameterError, StepError, nearest, shortened
 from ..components.profiles import finite_number
 from .copying import Recreatable
 from .drawing import draw
@@ -63,6 +65,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
     _modes: ClassVar[tuple[str | None, ...]] = (None, "rgb_array")
+    _spec: EnvSpec | None = None
 
     def __init__(
         self,
@@ -107,6 +110,20 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     # -- Gymnasium --------------------------------------------------------------------------------------------------
 
+    @property
+    def spec(self) -> EnvSpec | None:  # type: ignore[override]
+        """What Gymnasium made this environment from; `max_episode_steps` is one action more than the deadline takes.
+
+        So wrappers know how long an episode is at most, and no time limit comes before the environment's own end.
+        """
+        return self._spec
+
+    @spec.setter
+    def spec(self, given: EnvSpec | None) -> None:
+        if given is not None and given.max_episode_steps is None and self.deadline < math.inf:
+            given = replace(given, max_episode_steps=-(-int(self.deadline) // self.hold) + 1)
+        self._spec = given
+
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start an episode; see the class.
 
@@ -116,7 +133,6 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         if not isinstance(options, Mapping | None) or "seed" in (options or {}):
             raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
         checked = checked_seed(seed)
-        self._tell_cut_episode()
         super().reset(seed=checked)
         ready = self._draw()
         start = self._start(ready[1], options or {})
@@ -264,23 +280,6 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     def _start(self, task: Task, options: Mapping[str, Any]) -> dict[str, Any]:
         """Start values of an episode; may draw random numbers."""
         return {**task.start(self.np_random), **options}
-
-    def _progress(self) -> tuple[int, bool]:
-        """Control steps done in this episode, and whether it goes on."""
-        return self._elapsed, self._running
-
-    def _tell_cut_episode(self) -> None:
-        """Warn where Gymnasium's time limit, made for the default deadline, has cut a longer one short."""
-        elapsed, running = self._progress()
-        if not running or self.spec is None:
-            return
-        registered = gymnasium.registry.get(self.spec.id)
-        limit = registered.max_episode_steps if registered is not None else None
-        if limit is not None and elapsed == limit * self.hold < self.deadline:
-            caution(
-                f"the time limit registered for {self.spec.id} has cut the episode short after {limit} actions, before the "
-                f"deadline of {self.deadline} control steps: pass max_episode_steps=-1 to gymnasium.make()"
-            )
 
     def _begin(self, seed: int) -> None:
         """The component has its start state."""

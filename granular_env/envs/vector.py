@@ -41,8 +41,8 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
     ## Arguments
     * `environment`: a class of `ChainEnv`, or a function that makes one.
     * `num_envs`: how many.
-    * `max_episode_steps` (None): actions after which an episode is truncated, as by Gymnasium's `TimeLimit`; `make_vec` gives
-      that of the registered environment, which lies beyond the environment's own `deadline` and is not needed.
+    * `max_episode_steps` (None): actions after which an episode is truncated, as by Gymnasium's `TimeLimit`; None or -1 for no
+      other end than the environment's own `deadline`.
     * `autoreset_mode` (next step): any `gymnasium.vector.AutoresetMode`. With `DISABLED`,
       `reset(options={"reset_mask": mask})` resets those that have ended.
     * `parameters` (None): a list of `num_envs` mappings, arguments of each environment that differ from the common ones; those
@@ -74,7 +74,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             modes = ", ".join(repr(mode.value) for mode in AutoresetMode)
             raise ParameterError(f"autoreset_mode: got {shortened(autoreset_mode)}, expected one of {modes}") from None
         self.num_envs = int(num_envs)
-        self._limit = None if max_episode_steps is None else _count("max_episode_steps", max_episode_steps)
+        self._limit = None if max_episode_steps in (None, -1) else _count("max_episode_steps", max_episode_steps)
         self._lanes = Lanes(environment, self.num_envs, parameters, {**arguments, "info": info})
         first = self._lanes.single[0]
         self.info, self.render_mode, self.single_hold = info, first.render_mode, first.hold
