@@ -201,7 +201,7 @@ def _references(function: Any) -> Iterator[tuple[str, Callable[[], Any]]]:
 def _resolve(
     name: str, look_up: Callable[[], Any], attributes: tuple[str, ...], depth: int = 0
 ) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield a name itself; for a module those of its attributes that the code asks anything for, for a tuple of functions these."""
+    """Yield a name itself; of a module the attributes that the code asks anything for, of a tuple its jitted functions too."""
     value = look_up()
     if _has_jitted(value):
         yield name, look_up  # it has no fingerprint: machine code may have addresses of its functions

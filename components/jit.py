@@ -80,8 +80,12 @@ def refuse_stale(function: Callable[..., Any]) -> None:
 
 
 def _kept_right(function: Callable[..., Any]) -> Any:
-    """Return a jitted function itself, or compiled by `jit` where somebody else's numba.njit made it, which keeps old values."""
-    if not isinstance(function, Dispatcher) or isinstance(function._cache, KernelCache) or is_of_package(function):
+    """Return a jitted function itself, or compiled by `jit` where numba.njit made it, which keeps old values."""
+    if (
+        not isinstance(function, Dispatcher)
+        or isinstance(getattr(function, "_cache", None), KernelCache)
+        or is_of_package(function)
+    ):
         return function
     if function not in _compiled_again:
         _compiled_again[function] = jit(function.py_func)

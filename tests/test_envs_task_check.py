@@ -184,7 +184,7 @@ def test_functions_in_tuples_are_checked(function: Callable[..., Any]) -> None:
 
 def test_a_kernel_that_python_cannot_run_is_told_of() -> None:
     with pytest.warns(GranularWarning, match="'own' could not be checked: judge_kernel .*NotImplemented.*; call check_task"):
-        env = environment(lambda a, i, c, k, d, e, s: (only_compiled(c), False))
+        env = environment(lambda a, i, c, k, d, e, s: (only_compiled(c), False))  # type: ignore[call-arg]
     assert env.reset(seed=0) is not None and env.step([0.1])[1] == 0.5
     with pytest.raises(ParameterError, match="could not be checked: judge_kernel .*NotImplementedError"):
         check_task(env)

@@ -116,12 +116,14 @@ print(value, slopes["drive"][0, 0])
 """
 
 
-def test_an_objective_is_compiled_anew_for_another_weight(tmp_path: Path) -> None:
+@pytest.mark.parametrize("made_by", ["jit", "numba.njit(cache=True)"])
+def test_an_objective_is_compiled_anew_for_another_weight(made_by: str, tmp_path: Path) -> None:
     """Twice the weight is twice the value and twice the slope, to the last bit. The package's own kernels are not compiled."""
     cache = Path(os.environ.get("GRANULAR_ENV_CACHE") or kernel_cache._base())
     said = []
     for weight in ("1.0", "2.0"):
-        write(tmp_path, {"weights.py": f"W = {weight}\n", "objective.py": OBJECTIVE})
+        text = OBJECTIVE.replace("@jit", f"@{made_by}")
+        write(tmp_path, {"weights.py": f"W = {weight}\n", "objective.py": f"import numba\n{text}"})
         said.append([float(number) for number in run("import objective", tmp_path, cache=cache).stdout.split()])
     assert said[1] == [2.0 * number for number in said[0]]
 
@@ -243,7 +245,7 @@ KEPT: dict[str, tuple[Callable[[], Any], Callable[[pytest.MonkeyPatch], None]]] 
     "enclosed module": (lambda: _of_module(SPACE), lambda patch: patch.setattr(SPACE, "WEIGHT", 6.0)),  # type: ignore[attr-defined]
     "tuple of functions": (lambda: jit(lambda x: BOTH[0](x)), lambda patch: patch.setitem(globals(), "WEIGHT", 6.0)),
     "inner tuple": (lambda: jit(lambda x: NESTED[1][0](x)), lambda patch: patch.setitem(globals(), "WEIGHT", 6.0)),
-    "array in a tuple": (lambda: jit(lambda x: ARRAYS[0][1] * x), lambda patch: ARRAYS[0].__iadd__(1.0)),
+    "array in a tuple": (lambda: jit(lambda x: ARRAYS[0][1] * x), lambda patch: ARRAYS[0].__setitem__(1, ARRAYS[0][1] + 1.0)),
     "function of numba": (lambda: numba.njit(lambda x: WEIGHT * x), lambda patch: patch.setitem(globals(), "WEIGHT", 6.0)),
 }
 
