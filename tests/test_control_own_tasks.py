@@ -56,6 +56,10 @@ class LastVelocity(ChainTask):
         return total(chain, goal, self.way * velocity(3).mean(target=1.0)) if self.way else total(chain, goal)
 
 
+def boom():
+    raise RuntimeError("boom")
+
+
 def make(target=1.0, deadline=40, step_size=5e-7):
     """Takes neither what a batch tells its environments nor options."""
     return ChainEnv(ge.make("chain", grains=6, step_size=step_size), LastVelocity(target), deadline=deadline)
@@ -154,11 +158,16 @@ def test_what_is_no_task_is_one_clear_fault(module, tmp_path):
         f"{module}:no_chain": "it makes 3, expected a ChainEnv",
         f"{module}:LastVelocity": "it makes a task, expected its environment",
         f"{module}:own/Missing-v0": "got 'own/Missing-v0', which is no task",
+        f"{module}:boom": f"^task {module}:boom: it ends with RuntimeError: boom$",
+        "own/Missing-v0": "or 'module:id' of one that the module registers",
         "pulse-formign": "did you mean 'pulse-forming'?",
     }
     for name, said in cases.items():
         with pytest.raises(ParameterError, match=said):
             TaskProblem(name, {}, tmp_path)
+    with pytest.raises(ParameterError) as caught:
+        TaskProblem("own/Missing-v0", {})
+    assert "phys2d" not in str(caught.value) and "pulse-forming" in str(caught.value)
     (tmp_path / "broken_module.py").write_text("import numpy\n1 / 0\n")
     with pytest.raises(ParameterError, match="its import ends with ZeroDivisionError: division by zero"):
         TaskProblem("broken_module:make", {}, tmp_path)

@@ -14,7 +14,7 @@ import pytest
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
 from granular_env.components.jit import JIT, address, caller, jit
-from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv, ComponentEnv, PistonEnv
+from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv, ComponentEnv, PistonEnv, ProtectionEnv
 
 TASK = """
 import numpy as np
@@ -164,3 +164,10 @@ def test_a_chain_task_wants_its_own_environment() -> None:
     with pytest.raises(ParameterError, match="no objective"):
         task.objective(env.component, 10)  # type: ignore[arg-type]
     assert task.baselines() == {} and issubclass(PistonEnv, ChainEnv)
+
+
+def test_a_judgement_that_is_set_on_the_task_itself_is_refused() -> None:
+    env = ProtectionEnv(grains=4)
+    env.task.judge_kernel = type(env.task).judge_kernel
+    with pytest.raises(ParameterError, match="judge_kernel was set on the task itself, expected it in the body of"):
+        ChainEnv(env.component, env.task)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import warnings
 from typing import Any
@@ -203,3 +204,47 @@ def test_trains_are_asked_for_in_time() -> None:
 def test_doing_nothing_earns_nothing_whatever_the_deadline(name: str, deadline: int) -> None:
     env = gymnasium.make(f"granular_env/{name}-v1", deadline=deadline)
     assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(0.0, abs=1e-3)
+
+
+# -- what an environment cannot do -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"amplitude": [5.0, 5.0], "place": [40, 40]}, "lie over each other"),
+        ({"amplitude": [5.0, 4.0], "place": [40, 38]}, "lie over each other"),
+        ({"place": 0, "deadline": 50}, "place: a wave at grain 0 hangs over the end"),
+        ({"place": 63, "deadline": 300}, "place: a wave at grain 63 hangs over the end"),
+    ],
+)
+def test_waves_that_no_chain_can_hold_are_refused(arguments: Any, words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        PulseFormingEnv(**arguments)
+
+
+def test_trains_that_no_chain_can_hold_are_refused() -> None:
+    env = SolitonTrainEnv()
+    for goal, words in (([[3.0, 30.0], [6.0, 29.0]], "lie over each other"), ([[3.0, 0.0]], "hangs over the end")):
+        with pytest.raises(ParameterError, match=f"options.goal: .*{words}"):
+            env.reset(options={"goal": goal})
+    env.reset(options={"goal": [[3.0, 20.0], [5.0, 40.0]]})
+    with pytest.raises(ParameterError, match="spacing"):
+        SolitonTrainEnv(spacing=(1.0, 4.0))
+    with pytest.raises(ParameterError, match="front: .* hangs over the end"):
+        SolitonTrainEnv(spacing=(18.0, 18.0), front=(36.0, 40.0))
+
+
+@pytest.mark.parametrize("name", ["deadline", "hold", "clock", "internal_steps", "info", "noise", "observe", "randomise"])
+def test_options_that_are_read_once_cannot_be_set_later(name: str) -> None:
+    env = gymnasium.make("granular_env/Protection-v1", grains=4).unwrapped
+    with pytest.raises(ParameterError, match=f"{name}: .*make another one with {name}="):
+        setattr(env, name, getattr(env, name, 1))
+    env.step_error_reward = -3.0
+    assert copy.deepcopy(env).deadline == env.deadline == 700
+
+
+def test_a_hold_beyond_the_deadline_is_refused() -> None:
+    with pytest.raises(ParameterError, match="hold: got 11, expected at most the deadline of 10"):
+        PistonEnv(grains=4, hold=11, deadline=10)
+    PistonEnv(grains=4, hold=10, deadline=10)

@@ -65,11 +65,17 @@ def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any
     return _registered(rest) if "/" in rest else _own(name, imported, rest)
 
 
-def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
+def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], name: str = "name") -> Any:
     """Return the single environment, bare.
 
+    Args:
+        make: what makes it.
+        arguments: for that.
+        name: of the task, for messages.
+
     Raises:
-        ParameterError: it does not take one of the arguments, the nearest is named; or it is no environment of a chain.
+        ParameterError: it does not take one of the arguments, the nearest is named; what makes it raises something else than an
+            error of this package; or it is no environment of a chain.
     """
     from granular_env.envs.chain_environment import ChainEnv
     from granular_env.envs.task import Task
@@ -78,7 +84,13 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any]) -> 
     given = {key: value for key, value in arguments.items() if known is None or key in known or _DEFAULTS.get(key) != value}
     if known is not None and (unknown := [key for key in given if key not in known]):
         raise ParameterError(f"{unknown[0]}: unknown; {nearest(unknown[0], known)}")
-    made = make(**given)
+    try:
+        made = make(**given)
+    except GranularError:
+        raise
+    except Exception as error:  # whatever the user's own code does
+        told = " ".join(str(error).split())
+        raise ParameterError(f"task {name}: it ends with {type(error).__name__}{f': {told}' if told else ''}") from error
     env = getattr(made, "unwrapped", made)
     if isinstance(env, Task):
         raise ParameterError("name: it makes a task, expected its environment; name what returns ChainEnv(chain, task)")
@@ -116,10 +128,10 @@ def _registered(name: str) -> Callable[..., Any]:
 
     spec = registry.get(name)
     if spec is None or spec.entry_point is None:
-        known = [*task_names(), *(one for one in registry if "/" in one and one not in ENVIRONMENTS)]
+        own = (id for id, spec in registry.items() if "/" in id and id not in ENVIRONMENTS and not _of_gymnasium(spec))
         raise ParameterError(
-            f"name: got {name!r}, which is no task; {nearest(name, known)}; one of your own is 'module:name' of what makes its "
-            "environment"
+            f"name: got {name!r}, which is no task; {nearest(name, [*task_names(), *own])}; one of your own is 'module:name' "
+            "of what makes its environment, or 'module:id' of one that the module registers"
         )
     entry = spec.entry_point
     creator = load_env_creator(entry) if isinstance(entry, str) else entry
@@ -131,6 +143,11 @@ def _registered(name: str) -> Callable[..., Any]:
 
     make.__signature__ = inspect.signature(creator)  # type: ignore[attr-defined]
     return make
+
+
+def _of_gymnasium(spec: Any) -> bool:
+    """Return whether Gymnasium itself registers it: `phys2d/CartPole-v1`, for instance."""
+    return str(spec.entry_point or spec.vector_entry_point).startswith("gymnasium.")
 
 
 def _attribute(module: str, name: str) -> Callable[..., Any]:

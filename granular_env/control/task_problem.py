@@ -45,7 +45,7 @@ class TaskProblem:
         # Drives need no clock; what learns brings its own.
         self.name, self._arguments = registered_name(name), {"clock": 0, **arguments}
         self._make = find_environment(name, folder)
-        self.env = make_environment(self._make, self._arguments)
+        self.env = make_environment(self._make, self._arguments, name)
         if math.isinf(self.env.deadline):
             raise ParameterError("deadline: got none, expected a number of control steps; a study needs episodes that end")
         self._batches: dict[int, Any] = {}
@@ -124,7 +124,7 @@ class TaskProblem:
         from granular_env.envs.vector import ChainVectorEnv
 
         def lane(**arguments: Any) -> Any:
-            return make_environment(self._make, arguments)
+            return make_environment(self._make, arguments, self.name)
 
         arguments = {**self._arguments, "hold": hold, "clock": clock, "info": "brief"}
         return ChainVectorEnv(lane, count, autoreset_mode=AutoresetMode.SAME_STEP, **arguments)

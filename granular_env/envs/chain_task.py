@@ -114,8 +114,13 @@ def task_kernel(task: ChainTask, name: str) -> Callable[..., Any]:
     """A task's begin_kernel or judge_kernel, jitted; a plain function is jitted here, once.
 
     Raises:
-        ParameterError: there is none.
+        ParameterError: there is none, or it was given to the task itself, not to its class.
     """
+    if name in vars(task):
+        raise ParameterError(
+            f"task {task.name!r}: {name} was set on the task itself, expected it in the body of {type(task).__name__}; "
+            "give numbers that vary as constants, and another judgement as another class"
+        )
     function = getattr(type(task), name, None)
     if not callable(function):
         raise ParameterError(f"task {task.name!r}: it has no {name}; give it a jitted function, see ChainTask")

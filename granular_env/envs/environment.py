@@ -26,6 +26,12 @@ from .task_check import refuse_incomplete
 Observation = npt.NDArray[np.float32]
 Ready = tuple[Component, Task, Drawn]
 _LARGEST_CLOCK = 100
+# Options of constructors that are read once, so that setting an attribute of that name would do nothing.
+_READ_ONCE = frozenset(
+    ["internal_steps", "deadline", "hold", "clock", "action_rate", "control_delay", "observe", "noise", "info", "randomise"]
+)
+# Those of them that are attributes, which the constructor sets once.
+_KEPT = frozenset(["internal_steps", "deadline", "hold", "clock", "info"])
 
 
 class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
@@ -87,6 +93,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self.internal_steps = _count("internal_steps", internal_steps)
         self.deadline = math.inf if deadline is None else _count("deadline", deadline)
         self.hold, self.clock = _count("hold", hold), _clock(clock, deadline)
+        if self.hold > self.deadline:
+            raise ParameterError(f"hold: got {self.hold}, expected at most the deadline of {self.deadline} control steps")
         self.step_error_reward = finite_number("step_error_reward", step_error_reward)
         self.duration = self.internal_steps * component.step_size
         self._scales = _checked_scales("actions", task.actions, component, "input")
@@ -97,6 +105,12 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self._elapsed, self._running = 0, False
         # As it was at the first save of this episode: only a start draws.
         self._random_state: Mapping[str, Any] | None = None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set an attribute; `ParameterError` for an option that the constructor alone reads."""
+        if name in _READ_ONCE and (name in vars(self) or name not in _KEPT):
+            raise ParameterError(f"{name}: it cannot be set in an environment that is made; make another one with {name}=...")
+        super().__setattr__(name, value)
 
     def _lay_out_observation(self) -> None:
         parts, begin = [], 0  # of each output: its place in the observation, and the factor that scales it
@@ -119,7 +133,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         return self._spec
 
     @spec.setter
-    def spec(self, given: EnvSpec | None) -> None:
+    def spec(self, given: EnvSpec | None) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]
         if given is not None and given.max_episode_steps is None and self.deadline < math.inf:
             given = replace(given, max_episode_steps=-(-int(self.deadline) // self.hold) + 1)
         self._spec = given

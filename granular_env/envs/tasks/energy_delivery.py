@@ -186,6 +186,7 @@ class EnergyDeliveryEnv(ChainEnv):
     solitary wave passes, whose energy 1.0693 m v^2 is that which is best and which is in the region's middle at the deadline;
     "best", the best drive known, where these arguments have one. They return 0, .809965 and .810000 with a force, 0,
     .809942 and .810000 with a piston: nothing is left to gain beyond theory but the holding of the input over a control step.
+    Theory's wave is that of a chain of equal grains; in a dimer or a tapered chain it is none of that chain, and returns less.
 
     ## Version history
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
