@@ -36,6 +36,8 @@ _SMALLEST, _LARGEST, _MICROMETRES = 1e-60, 1e60, 1e6
 class Geometry:
     """Arrays of a chain with n grains and c = n + 1 places for contacts; place j is left of grain j, 0 and n are the walls'.
 
+    All are read-only.
+
     Attributes:
         radius: shape (n,) [m].
         mass: shape (n,) [kg].
@@ -91,10 +93,20 @@ def geometry(parameters: ChainParameters) -> Geometry:
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
     _refuse_absurd(mass, stiffness[real], position, law.growth)
-    return Geometry(
+    arrays = Geometry(
         radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
         _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, contact, real,
     )  # fmt: skip
+    _lock(arrays)
+    return arrays
+
+
+def _lock(arrays: Geometry) -> None:
+    """Make all arrays read-only: the chain has copied them, and would not notice another value."""
+    for name in Geometry.__dataclass_fields__:
+        values = getattr(arrays, name)
+        if isinstance(values, np.ndarray):
+            values.setflags(write=False)
 
 
 def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray, growth: float) -> None:
