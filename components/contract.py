@@ -238,14 +238,24 @@ class Component(metaclass=_Fixed):
             raise ParameterError(f"{name}: {self._assignment_advice(name)}")
         object.__setattr__(self, name, value)
 
+    def __delattr__(self, name: str) -> None:
+        if self._closed and not name.startswith("_"):
+            raise ParameterError(f"{name}: {self._assignment_advice(name)}")
+        object.__delattr__(self, name)
+
+    @property
+    def _named(self) -> str:
+        """The name with its article."""
+        return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
+
     def _assignment_advice(self, name: str) -> str:
-        """What to do instead of setting an attribute."""
+        """What to do instead of setting or deleting an attribute."""
         variable = self.variables.get(name)
         if name == "parameters" or (variable is not None and variable.causality == "parameter"):
-            return f"the parameters of a {self.name} are fixed once it is made; make a new one with the other value"
+            return f"the parameters of {self._named} are fixed once it is made; make a new one with the other value"
         if variable is None:
             advice = "" if hasattr(self, name) else f"; {nearest(name, self.variables)}"
-            return f"a {self.name}'s attributes cannot be set once it is made{advice}"
+            return f"{self._named}'s attributes cannot be set once it is made{advice}"
         if variable.causality == "input":
             return f"an input is given to a step: step(duration, {name}=...)"
         return f"a start value is given to reset: reset({name}=...)" if variable.state else "an output can only be read"

@@ -115,3 +115,21 @@ def test_lists_of_stiffness_gap_and_losses_have_the_places_of_the_outputs() -> N
 def test_lists_of_another_length_or_beyond_the_ends_are_refused(parameters: dict[str, Any], said: str) -> None:
     with pytest.raises(ge.ParameterError, match=said):
         ge.Chain(grains=5, **parameters)
+
+
+def test_the_arrays_of_the_geometry_are_read_only() -> None:
+    """The chain runs on a copy of them: another value would change what is measured, and nothing of the run."""
+    for law in ({"name": "hertz"}, {"name": "kuwabara_kono", "dissipation": 10.0}, {"name": "elastic_plastic"}):
+        chain = ge.Chain(
+            grains=3,
+            radius=[1e-3, 2e-3, 3e-3],
+            mass=[1e-3, 2e-3, 3e-3],
+            contact_stiffness=[0.0, 1e9, 1e9, 1e9],
+            right="plane",
+            law=law,
+        )
+        arrays = [name for name, values in vars(chain.geometry).items() if isinstance(values, np.ndarray)]
+        assert "mass" in arrays and "contact" in arrays
+        for name in arrays:
+            with pytest.raises(ValueError, match="read-only"):
+                getattr(chain.geometry, name)[0] = 1.0

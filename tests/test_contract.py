@@ -130,7 +130,7 @@ def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: A
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("stiffness", "parameters of a oscillator are fixed once it is made; make a new one"),
+        ("stiffness", "the parameters of an oscillator are fixed once it is made; make a new one"),
         ("stifness", "did you mean 'stiffness'"),
         ("force", r"an input is given to a step: step\(duration, force=...\)"),
         ("velocity", r"a start value is given to reset: reset\(velocity=...\)"),
@@ -145,7 +145,10 @@ def test_an_attribute_that_would_do_nothing_cannot_be_set(name: str, said: str) 
     before = oscillator.save().to_bytes()
     with pytest.raises(ParameterError, match=f"^{name}: .*{said}"):
         setattr(oscillator, name, 50.0)
+    with pytest.raises(ParameterError, match=f"^{name}: .*{said}"):
+        delattr(oscillator, name)
     assert not hasattr(oscillator, "stifness") and oscillator.save().to_bytes() == before
+    assert oscillator.parameters.stiffness == 1.0 and oscillator.step_size == 0.01
 
 
 def test_parameters_cannot_be_set_either() -> None:
@@ -169,7 +172,7 @@ def test_a_subclass_may_have_attributes_of_its_own() -> None:
     counting = Counting()
     counting.step(3 * counting.step_size)
     assert counting.label == "mine" and counting._advances == 1
-    with pytest.raises(ParameterError, match="label: a oscillator's attributes cannot be set"):
+    with pytest.raises(ParameterError, match="label: an oscillator's attributes cannot be set"):
         counting.label = "yours"
 
 

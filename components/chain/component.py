@@ -12,11 +12,10 @@ from ..errors import ParameterError, caution
 from ..jit import entry_point
 from ..profiles import CompiledProfile
 from . import kernels, table
-from .geometry import Geometry, geometry, smoothness, suggested_step_size
+from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
 from .integrators import SCHEMES, SIGNATURE, dop853
 from .laws import Dissipative, Law, elastic_plastic
 from .parameters import WALLS, ChainParameters
-from .theory.collisions import duration_times_frequency
 from .validity import Validity
 
 # Where a contact sees fewer force evaluations a step is refused.
@@ -66,9 +65,8 @@ class Chain(Component):
         p = self.parameters
         self.geometry: Geometry = geometry(p)
         self._scheme = SCHEMES[p.integrator]
-        suggested = suggested_step_size(p, self.geometry, self._scheme.step_factor) if p.step_size is None else p.step_size
-        self.step_size = suggested
         self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.growth)
+        self.step_size = self._suggested_step() if p.step_size is None else p.step_size
         damped = isinstance(p.law, Dissipative)
         self.scheme_kernel = self._scheme.advance_damped if damped else self._scheme.advance
         self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
@@ -86,6 +84,19 @@ class Chain(Component):
         self.left_input = "left_velocity" if p.left == "piston" else "left_force"
         self.right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
+
+    def _suggested_step(self) -> float:
+        return suggested_step_size(
+            self.parameters,
+            self.geometry,
+            scheme_factor=self._scheme.step_factor,
+            largest_angle=self._largest_angle(self._wanted_forces),
+            pressed_angle=self._scheme.pressed_angle,
+        )
+
+    def _largest_angle(self, forces: float) -> float:
+        """Step x frequency of a contact at which it sees so many force evaluations."""
+        return step_times_frequency(self.parameters.law.growth, self._scheme.forces, forces)
 
     def _live_in(self, memory: FloatArray) -> None:
         self._table = memory
@@ -135,7 +146,7 @@ class Chain(Component):
 
         def seen(forces: float) -> FloatArray:
             p = self.parameters.law.growth
-            frequency = duration_times_frequency(p) * self._scheme.forces / (forces * self.step_size)
+            frequency = self._largest_angle(forces) / self.step_size
             tangent = frequency * frequency * chain.reduced_mass[chain.real] / (p * chain.stiffness[chain.real])
             # The overlap of that tangent stiffness; linear contacts have one frequency, whatever the overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)

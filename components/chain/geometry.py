@@ -16,13 +16,12 @@ from .arrangements.random_radii import drawn
 from .equilibrium import static_forces
 from .laws import Dissipative
 from .parameters import WALLS, ChainParameters, UniformRadii
+from .theory.collisions import duration_times_frequency
 
 FloatArray = npt.NDArray[np.float64]
 
 # Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): keeps 3e-4 in ordinary runs; gaps need the smaller one.
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
-# Largest step x angular frequency under precompression.
-_STEP_TIMES_FREQUENCY = 0.5
 # Largest step x (dissipation / mass): a part of what the chain warns of.
 _STEP_TIMES_DISSIPATION = 0.2
 # The same where the force jumps at first touch, which costs explicit schemes about so much of a velocity; never less than a
@@ -36,6 +35,8 @@ _SMALLEST, _LARGEST, _MICROMETRES = 1e-60, 1e60, 1e6
 @dataclass(frozen=True)
 class Geometry:
     """Arrays of a chain with n grains and c = n + 1 places for contacts; place j is left of grain j, 0 and n are the walls'.
+
+    All are read-only.
 
     Attributes:
         radius: shape (n,) [m].
@@ -92,10 +93,20 @@ def geometry(parameters: ChainParameters) -> Geometry:
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
     _refuse_absurd(mass, stiffness[real], position, law.growth)
-    return Geometry(
+    arrays = Geometry(
         radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
         _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, contact, real,
     )  # fmt: skip
+    _lock(arrays)
+    return arrays
+
+
+def _lock(arrays: Geometry) -> None:
+    """Make all arrays read-only: the chain has copied them, and would not notice another value."""
+    for name in Geometry.__dataclass_fields__:
+        values = getattr(arrays, name)
+        if isinstance(values, np.ndarray):
+            values.setflags(write=False)
 
 
 def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray, growth: float) -> None:
@@ -123,13 +134,22 @@ def smoothness(growth: float) -> float:
     return min(1.0, 0.25 + 1.5 * (growth - 1.0))
 
 
-def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme_factor: float) -> float:
-    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), .5 / omega under a static load; 1, 2 or 5 x 10^k [s].
+def step_times_frequency(growth: float, forces_per_step: float, forces_per_collision: float) -> float:
+    """Step x sqrt(p k d^(p-1) / m*), d the largest overlap, where a collision F = k d^p gets so many force evaluations."""
+    return duration_times_frequency(growth) * forces_per_step / forces_per_collision
+
+
+def suggested_step_size(
+    parameters: ChainParameters, chain: Geometry, *, scheme_factor: float, largest_angle: float, pressed_angle: float
+) -> float:
+    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under a static load; 1, 2 or 5 x 10^k [s].
 
     Args:
         parameters: of the chain.
         chain: its arrays.
         scheme_factor: what the integrator needs, in units of PEFRL's step.
+        largest_angle: step x frequency of a contact, beyond which the chain warns; see `step_times_frequency`.
+        pressed_angle: largest step x frequency of the lattice under a static load.
     """
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
     ratio = float(np.min(lighter[chain.real] / chain.stiffness[chain.real], initial=np.inf))
@@ -140,10 +160,7 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme_fac
     factor = scheme_factor * smoothness(parameters.law.growth)
     step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * factor * scale
     if np.any(chain.rest_overlap > 0.0):
-        tangent = _tangent(chain, parameters.law.growth)
-        frequency = math.sqrt(float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass)))
-        # Too faint a force to be felt gives no frequency, and no limit.
-        step = min(step, factor * _STEP_TIMES_FREQUENCY / frequency) if frequency > 0.0 else step
+        step = min(step, _pressed_step(chain, parameters, largest_angle, pressed_angle * smoothness(parameters.law.growth)))
     if isinstance(parameters.law, Dissipative):
         rate = _dissipation_rate(parameters.law, chain, parameters.velocity_scale)
         step = min(step, _STEP_TIMES_DISSIPATION / rate) if rate > 0.0 else step
@@ -152,14 +169,37 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme_fac
     return round_down_to_125(step)
 
 
+def _pressed_step(chain: Geometry, parameters: ChainParameters, largest_angle: float, pressed_angle: float) -> float:
+    """At which contacts are seen often enough and the lattice's highest frequency is followed; infinite without one [s]."""
+    tangent = _tangent(chain, parameters)
+    contact = float(np.max(tangent[chain.real] / chain.reduced_mass[chain.real], initial=0.0))
+    lattice = float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass))
+    limits = [
+        angle / math.sqrt(square) for angle, square in ((largest_angle, contact), (pressed_angle, lattice)) if square > 0.0
+    ]
+    # Too faint a force to be felt gives no frequency, and no limit.
+    return min(limits, default=math.inf)
+
+
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
-    """C / m* of the contact that dissipates fastest, at its overlap at rest and that of a collision at that speed [1/s]."""
+    """C / m* of the contact that dissipates fastest, at its deepest [1/s]."""
     real = chain.real
     moved = np.isfinite(chain.reduced_mass[real])
-    mass, stiffness = chain.reduced_mass[real][moved], chain.stiffness[real][moved]
-    overlap = np.array([power(ratio, 0.4) for ratio in (1.25 * speed * speed) * mass / stiffness])
-    overlap += np.maximum(chain.rest_overlap[real][moved], 0.0)
-    return float(np.max(law.coefficients(chain.contact[real][moved], overlap) / mass, initial=0.0))
+    overlap = _deepest(chain, speed, law.growth)[real][moved]
+    return float(np.max(law.coefficients(chain.contact[real][moved], overlap) / chain.reduced_mass[real][moved], initial=0.0))
+
+
+def _deepest(chain: Geometry, speed: float, growth: float) -> FloatArray:
+    """Overlap at rest and that of a collision at that speed, which is no less than both reach together, shape (n + 1,) [m].
+
+    0 where there is no contact or nothing that it could move.
+    """
+    overlap = np.zeros(len(chain.stiffness))
+    moved = (chain.stiffness > 0.0) & np.isfinite(chain.reduced_mass)
+    ratios = (0.5 * (growth + 1.0) * speed * speed) * chain.reduced_mass[moved] / chain.stiffness[moved]
+    overlap[moved] = [power(ratio, 1.0 / (growth + 1.0)) for ratio in ratios]
+    overlap[moved] += np.maximum(chain.rest_overlap[moved], 0.0)
+    return overlap
 
 
 def _collision_time(mass_by_stiffness: float, speed: float, growth: float) -> float:
@@ -169,13 +209,16 @@ def _collision_time(mass_by_stiffness: float, speed: float, growth: float) -> fl
     return power(mass_by_stiffness, 1.0 / (growth + 1.0)) / power(speed, (growth - 1.0) / (growth + 1.0))
 
 
-def _tangent(chain: Geometry, growth: float) -> FloatArray:
-    """Stiffness of the contacts in the reference configuration against small motion, shape (n + 1,) [N/m]."""
-    overlap = np.maximum(chain.rest_overlap, 0.0)
-    if growth == 1.5:
-        return 1.5 * chain.stiffness * np.sqrt(overlap)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(overlap > 0.0, growth * chain.static_force / overlap, 0.0)
+def _tangent(chain: Geometry, parameters: ChainParameters) -> FloatArray:
+    """Stiffness of the contacts at their deepest, shape (n + 1,) [N/m]."""
+    growth = parameters.law.growth
+    overlap = _deepest(chain, parameters.velocity_scale, growth)
+    slope = (
+        np.sqrt(overlap)
+        if growth == 1.5
+        else np.array([power(depth, growth - 1.0) if depth > 0.0 else 0.0 for depth in overlap])
+    )
+    return growth * chain.stiffness * slope
 
 
 class _Same(list[Material]):

@@ -25,6 +25,7 @@ class Scheme:
         history_rows: rows of state it needs beyond displacement, velocity and peak.
         scratch_rows: rows of scratch it needs.
         step_factor: the step that it needs for the accuracy of the default, in units of PEFRL's.
+        pressed_angle: largest step x the lattice's highest angular frequency, under a static load.
         wanted_forces: force evaluations that a contact should see, so that velocities are about as exact as 1e-3.
         composition: its drifts and kicks, None where it is no composition.
         damped_composition: the same where contacts dissipate.
@@ -38,6 +39,7 @@ class Scheme:
     history_rows: int
     scratch_rows: int
     step_factor: float = 1.0
+    pressed_angle: float = 0.5
     wanted_forces: float = 60.0
     composition: compositions.Composition | None = None
     damped_composition: compositions.Composition | None = None
@@ -72,13 +74,29 @@ SCHEMES = {
         compositions.SCRATCH_ROWS,
         # Second order: an eighth of the step for the error of the others.
         step_factor=0.125,
+        pressed_angle=0.0625,
         wanted_forces=120.0,
         composition=compositions.LEAPFROG,
         damped_composition=compositions.DAMPED_LEAPFROG,
     ),
-    "rk4": Scheme(runge_kutta.advance_rk4, runge_kutta.advance_rk4, 4, 4, runge_kutta.HISTORY_ROWS, runge_kutta.SCRATCH_ROWS),
+    "rk4": Scheme(
+        runge_kutta.advance_rk4,
+        runge_kutta.advance_rk4,
+        4,
+        4,
+        runge_kutta.HISTORY_ROWS,
+        runge_kutta.SCRATCH_ROWS,
+        pressed_angle=0.2,
+    ),
     "hamming": Scheme(
-        hamming.advance_hamming, hamming.advance_hamming, 5, 2, hamming.HISTORY_ROWS, hamming.SCRATCH_ROWS, wanted_forces=30.0
+        hamming.advance_hamming,
+        hamming.advance_hamming,
+        5,
+        2,
+        hamming.HISTORY_ROWS,
+        hamming.SCRATCH_ROWS,
+        pressed_angle=0.2,
+        wanted_forces=30.0,
     ),
     "dop853": Scheme(
         dop853.advance_dop853, dop853.advance_dop853, 8, 12, dop853.HISTORY_ROWS, dop853.SCRATCH_ROWS, adaptive=True

@@ -1,0 +1,59 @@
+"""The step that a chain suggests under a static load: the guard is silent, and velocities are as exact as stated."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+import granular_env as ge
+
+
+@pytest.mark.parametrize("scheme", ["pefrl", "leapfrog", "rk4", "hamming"])
+@pytest.mark.parametrize("radius", [1e-3, 1e-2])
+@pytest.mark.parametrize("exponent", [1.3, 1.5, 2.0])
+def test_no_default_step_of_a_pressed_chain_is_warned_of(scheme: str, radius: float, exponent: float) -> None:
+    law = (
+        {}
+        if exponent == 1.5
+        else {"law": {"name": "power", "exponent": exponent}, "contact_stiffness": 1e11 ** (exponent / 1.5)}
+    )
+    for force in (0.1, 10.0, 100.0, 1000.0):
+        for speed in (1e-4, 1e-2, 1.0):
+            for right in ("free", "plane"):
+                chain = ge.make(
+                    "chain", grains=12, radius=radius, precompression=force, velocity_scale=speed, right=right,
+                    integrator=scheme, overlap_limit=0.5, **law,
+                )  # fmt: skip
+                chain.reset(velocity={0: speed})
+                with warnings.catch_warnings():
+                    warnings.simplefilter("error")
+                    chain.step(200 * chain.step_size)
+                assert not [said for said in chain.cautions() if "evaluations" in said], (force, speed, right)
+
+
+@pytest.mark.parametrize(("scheme", "bound"), [("pefrl", 3e-5), ("leapfrog", 2e-4), ("rk4", 1e-4), ("hamming", 1e-4)])
+def test_the_default_step_of_a_pressed_chain_is_as_exact_as_said(scheme: str, bound: float) -> None:
+    for radius, force in ((2e-3, 10.0), (5e-3, 1000.0), (3e-3, 100.0)):
+        given = {"grains": 20, "radius": radius, "precompression": force, "velocity_scale": 1e-3}
+        chain = ge.make("chain", integrator=scheme, **given)
+        reference = ge.make("chain", integrator="dop853", step_size=chain.step_size, **given)
+        for one in (chain, reference):
+            one.reset(velocity={0: 1e-3})
+            one.step(400 * chain.step_size)
+        assert np.abs(chain.get("velocity") - reference.get("velocity")).max() < bound * 1e-3, (radius, force)
+
+
+@pytest.mark.parametrize("scheme", ["pefrl", "leapfrog", "rk4", "hamming"])
+@pytest.mark.parametrize("law", [{"name": "viscous", "dissipation": 0.02}, {"name": "kuwabara_kono", "dissipation": 500.0}])
+def test_nor_with_dissipation(scheme: str, law: dict[str, object]) -> None:
+    for force in (10.0, 1000.0):
+        for speed in (1e-3, 0.1):
+            chain = ge.make(
+                "chain", grains=12, radius=5e-3, precompression=force, velocity_scale=speed, integrator=scheme, law=law
+            )
+            chain.reset(velocity={0: speed})
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                chain.step(200 * chain.step_size)
