@@ -64,6 +64,9 @@ def made(tmp_path_factory):
         (Value("", "at most 2", math.nan, paper=2.0, at_most=True), "not reproduced", "nan more"),
         (Value("", "3, 1", "3, 1"), "reproduced", "reproduced"),
         (Value("", "3, 1", "1, 3"), "not reproduced", "“1, 3”, not “3, 1”"),
+        (Value("", "much larger", "much larger", reading="more than twice"), "in part", "as we read it"),
+        (Value("", "much larger", "smaller", reading="more than twice"), "not reproduced", "“smaller”, not “much larger”"),
+        (Value("", "near 27", 26.1, "grains", paper=27.0, loose=1.0), "in part", "only to 0.9 grains"),
         (Value("", "1", math.nan), "not reproduced", "not finite"),
         (Value("", None, 5.0), "no figure", "the paper gives none"),
         (Value("", "2.5", 3.0, band=Band.of([2.0, 3.0, 4.0])), "as bands", "33"),
@@ -87,6 +90,9 @@ def test_the_verdict_of_several_values():
     assert combined([drawn, no]).kind == combined([drawn, yes, no]).kind == "in part"
     assert combined([drawn, no]).words == "in part: e: at percentile 50; c: no, 1 off"
     assert combined([silent]).kind == "no figure"
+    read = Value("g", "much", "much", reading="twice")
+    assert combined([read, silent]).words == combined([read, read]).words == "as we read it"
+    assert combined([read, yes]).kind == "in part" and combined([read, yes]).words == "in part: g: as we read it; a: yes"
     bound = Value("f", "at most 2", 1.0, paper=2.0, at_most=True)
     assert combined([bound]).words == "bound kept" and combined([bound, bound]).words == "bounds kept"
     assert combined([bound, yes]).kind == "reproduced" and combined([bound, no]).words == "in part: f: kept; c: no, 1 off"
@@ -96,6 +102,8 @@ def test_a_tolerance_without_a_source_is_refused():
     for stated in ({"tolerance": 0.1}, {"relative": 0.1}):
         with pytest.raises(ValueError, match="a tolerance needs a source in the paper; without one use loose"):
             Value("a", "1.0", 1.0, **stated)
+    with pytest.raises(ValueError, match="a reading is for words; for a number use loose"):
+        Value("a", "1.0", 1.0, reading="about one")
 
 
 def test_ours_is_shown_with_the_digits_that_have_converged():

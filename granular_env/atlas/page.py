@@ -196,7 +196,7 @@ def _tolerance(value: Value) -> str:
     if value.band is not None:
         return "within the draws"
     if isinstance(value.computed, str):
-        return "as printed"
+        return f"in part: {value.reading}, our reading" if value.reading else "as printed"
     if value.at_most and value.loose is None:
         return "not more"
     unit = f" {value.unit}" if value.unit else ""

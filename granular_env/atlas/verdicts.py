@@ -1,7 +1,7 @@
 """Verdicts: how a paper's number and a computed one compare. Nobody writes a verdict down; they come from the numbers.
 
 A tolerance is one that the paper states, or the rounding of what it prints. Where it states none, its reader has to choose one;
-then a number within it holds in part, never more.
+then what keeps to it, a number or words, holds in part, never more.
 """
 
 from __future__ import annotations
@@ -45,6 +45,8 @@ class Value:
         at_most: whether the paper states an upper bound. Less keeps it, which says nothing more: any good program does.
         loose: a larger difference, of our own choice, within which it holds in part; with `at_most`, our own reading of a bound
             that the paper gives in words.
+        reading: what we take the paper's words for where they have no number, such as "more than twice" for "much larger";
+            words of ours that rest on it hold in part.
         band: ours as a distribution over many draws, of which the paper has one; `computed` is its mean.
         digits: significant digits of `computed` that have converged; no more are printed or kept.
         resolution: what is smaller is rounding error, and is printed as less than this.
@@ -60,6 +62,7 @@ class Value:
     source: str = ""
     at_most: bool = False
     loose: float | None = None
+    reading: str = ""
     band: Band | None = None
     digits: int = 5
     resolution: float = 0.0
@@ -68,6 +71,8 @@ class Value:
         stated = self.tolerance is not None or self.relative is not None
         if stated and not self.source:
             raise ValueError(f"value {self.label!r}: a tolerance needs a source in the paper; without one use loose")
+        if self.reading and not isinstance(self.computed, str):
+            raise ValueError(f"value {self.label!r}: a reading is for words; for a number use loose")
 
     @property
     def number(self) -> float | None:
@@ -125,6 +130,8 @@ class Value:
             return Verdict("no figure", "the paper gives none")
         if isinstance(self.computed, str):
             if self.computed == self.printed:
+                if self.reading:
+                    return Verdict("in part", "as we read it")
                 return Verdict("reproduced", "reproduced")
             return Verdict("not reproduced", f"“{self.computed}”, not “{self.printed}”")
         if self.band is not None:

@@ -97,6 +97,7 @@ def _value(value: Value) -> dict[str, Any]:
         "tolerance": None if value.printed is None or isinstance(value.computed, str) else value.allowed,
         "source": value.source,
         "in_part": value.loose,
+        "reading": value.reading,
         "verdict": value.verdict.kind,
     }
     if value.band is not None:

@@ -40,7 +40,8 @@ PAPER = Paper(
         "“satisfactory”, we read it as the number that stands beside it, and what keeps to that holds in part. A bound "
         "that any correct program keeps is called kept, not reproduced. Where a number does not come out, the page says so, "
         "with both numbers and the reason.",
-        f"{RULE} Ours are printed with the digits that stay at half the step and half the time between two samples.",
+        f"{RULE} So it is with grains that move or oscillate. "
+        "Ours are printed with the digits that stay at half the step and half the time between two samples.",
     ),
     constants={
         "A": Constant(A, "N/(m^1.5 kg)", "stiffness of a contact over the mass of a grain", 1e12, 5e13),

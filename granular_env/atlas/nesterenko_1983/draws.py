@@ -17,6 +17,7 @@ from granular_env.components.errors import GranularError
 from granular_env.measurement import History
 
 from .cases import RADIUS, SPEED, case_document, grain, length
+from .counting import CLEAR
 
 SEEDS = 100
 # So many of them have logs; the others can be made again from their seeds.
@@ -33,8 +34,17 @@ _PACE = {"3.5a-random-piston": 550.0, "3.5b-random-free": 400.0}
 FRONT = 0.1 * SPEED
 
 
+# A velocity beside the piston is uneven, as we read it.
+UNEVEN = f"more than {100.0 * CLEAR:g} % of v0 in 95 % of the draws"
+UNEVEN_REASON = f"The paper does not say how uneven; {UNEVEN} is our reading."
+
 # Why a number of the paper's may stand outside of all draws.
 OUTSIDE = "The paper’s number is of one draw, which is not known; none of ours reaches it."
+
+
+def is_uneven(spread: Band) -> bool:
+    """Return whether standard deviations of the velocities beside the piston [% of v0] are such as `UNEVEN` says."""
+    return spread.quantile(5) > 100.0 * CLEAR
 
 
 def seeds(context: Context) -> range:

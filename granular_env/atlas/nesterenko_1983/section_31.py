@@ -88,7 +88,7 @@ def _second_wave(chain: History) -> Item:
     place = _crests(chain, _LOOK)[0] + 1.0
     return Item(
         "Where the second, lower wave is at 2e-4 s", "section 3.1",
-        [Value("its crest, at grain", "near 27", place, paper=27.0, loose=1.0, digits=4)],
+        [Value("its crest, from the first", "near 27", place, "grains", paper=27.0, loose=1.0, digits=4)],
         reason="“Near” has no number; a grain is our reading.",
     )  # fmt: skip
 

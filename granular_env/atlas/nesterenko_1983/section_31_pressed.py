@@ -48,13 +48,14 @@ def _strong(context: Context, pressed: History) -> Item:
     own = before_return(pressed, place)
     found = [len(waves(own, place, above)) for above in (CLEAR, FAINT)]
     lowest = float(own.velocity[:, place].min()) / SPEED
+    shown = waves(own, place)[:6]
     changed = 2 not in found and lowest < 0.0
     return Item(
         "A precompression ξ0 ~ ξm changes the solution", "section 3.1",
         [
             Value("two waves and rest behind them", "no longer", "no longer" if changed else "still"),
             *counts("waves", None, own, place),
-            Value("the first, v_m/v0", None, heights(waves(own, place)[:6], SPEED, 3)),
+            Value(f"v_m/v0 of the first {len(shown)} of {found[1]}", None, heights(shown, SPEED, 3)),
             Value("lowest v/v0", None, lowest, digits=3),
         ],
         remark="ξ0 = ξm, at grain 60, before anything comes back from the end: an oscillating train follows, and grains move "
