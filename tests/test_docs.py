@@ -20,6 +20,10 @@ BLOCK = re.compile(
 )
 PROMISE = re.compile(r"^print\(.*\)  # (.+)$", re.MULTILINE)
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#\s]+)")
+# Lines that fail where the log is there already, unless they say "overwrite".
+WRITES_A_LOG = re.compile(
+    r"ge\.record\(|RecordEnv\(|ge\.run\(.*log=|\.run\(\"[^\"]+\.mcap\"|granular-env (?:run|branch) .*--log "
+)
 
 RUNNER = """
 import contextlib, io, subprocess, sys
@@ -73,16 +77,22 @@ def test_the_snippets_of_a_page_run_and_print_what_it_says(page, tmp_path):
     assert result.returncode == 0, result.stderr
 
 
-@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "docs" / "getting-started.md"], ids=name_of)
-def test_the_logs_of_the_first_pages_can_be_written_again(page):
-    """Whoever tries a page's lines runs them more than once."""
-    text = page.read_text()
-    kept = [line for line in text.splitlines() if re.search(r"ge\.record\(|granular-env run .*--log ", line)]
-    assert kept and all("overwrite" in line for line in kept)
-    made = [line for line in text.splitlines() if re.match(r"granular-env new .* -o ", line)]
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_log_of_a_page_can_be_written_again(page):
+    """Whoever tries a page's lines runs them more than once, and another page's in the same folder."""
+    shown = [match["code"] for match in BLOCK.finditer(page.read_text()) if match["language"] in ("python", "bash")]
+    lines = [line for code in shown for line in code.splitlines()]
+    kept = [line for line in lines if WRITES_A_LOG.search(line)]
+    assert [line for line in kept if "overwrite" not in line] == []
+    made = [line for line in lines if re.match(r"granular-env new .* -o ", line)]
     assert all("--force" in line for line in made)
     # GNU's and BSD's sed differ.
-    assert "sed -i" not in text
+    assert not any("sed -i" in line for line in lines)
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "docs" / "getting-started.md"], ids=name_of)
+def test_the_first_pages_write_logs(page):
+    assert WRITES_A_LOG.search(page.read_text())
 
 
 def test_the_readme_opens_with_a_picture_and_the_two_commands():
