@@ -3,6 +3,7 @@
 import warnings
 from pathlib import Path
 
+import appearance
 import numpy as np
 
 import granular_env as ge
@@ -62,7 +63,7 @@ def draw():
         axes.legend()
     left.set(ylabel="largest error of a velocity / striker's", title="Integrators, Hertz's law")
     right.set(title="Laws, pefrl")
-    figure.savefig(IMAGE)
+    appearance.save(figure, IMAGE, 100)
 
 
 if __name__ == "__main__":

@@ -52,6 +52,14 @@ def test_every_entry_of_the_reference_exists():
         assert hasattr(parent, name) or importlib.util.find_spec(entry) is not None, entry
 
 
+def test_every_drawn_picture_has_a_twin_for_dark_pages():
+    images = ROOT / "docs" / "images"
+    screenshots = {"viewer", "report", "stock-rerun", "foxglove-preview"}
+    drawn = [path for path in images.rglob("*.png") if path.stem not in screenshots and not path.stem.endswith("-dark")]
+    assert len(drawn) > 15
+    assert [path.name for path in drawn if not path.with_stem(f"{path.stem}-dark").exists()] == []
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     pytest.importorskip("mkdocstrings", reason="the site needs the extra 'docs'")
