@@ -195,5 +195,6 @@ def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_p
     parts = {int(re.search(r"(\d+) %", line)[1]) for line in lines}
     # Neither entry is done before the last moment: what is seen between is the work of their runs.
     assert len([part for part in parts if 5 < part < 95]) >= 3, parts
-    assert any(re.search(r"3\.4-losses (25|20|40|60|80) %", line) for line in lines), lines
+    # Which of the two is being computed at a look depends on the machine; each look names it with its own share.
+    assert any(re.search(r"3\.4-(losses|piston) [1-9]\d? %", line) for line in lines), lines
     assert "left" in lines[-1]
