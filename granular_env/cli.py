@@ -15,8 +15,8 @@ from granular_env.terminal import printable
 _ERROR, _FAULT, _INTERRUPTED = 2, 70, 130
 _STATUSES = (
     "exit status: 0 done; 1 a verification found a difference, a file is not whole, or a task, an entry or a trial failed; "
-    "2 an error, told in one message; 3 a verification of a log that is incomplete or empty; 70 a fault of granular-env "
-    "itself; 130 ended by Ctrl-C"
+    "2 an error, told in one message; 3 a verification of a log that is incomplete or holds no step; 70 a fault of "
+    "granular-env itself; 130 ended by Ctrl-C"
 )
 # What the library advises to a script -> the same advice as an option.
 _OPTIONS = {

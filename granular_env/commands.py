@@ -492,9 +492,10 @@ def _check_log(path: str, allow_large: bool) -> int:
         f"{log.duration:g} s, {counted(log.calls, 'call')} of step, {counted(log.end_tick - log.start_tick, 'tick')}, "
         f"{counted(len(log.variables), 'variable')}, {readable_bytes(log.size)}"
     )
-    print(f"{path}: {with_article(facts['component'])}, {size}; {state}")
+    # The verdict comes after all of it has been read: a damaged log is not called complete first.
     for name in log.variables:
         log.series(name)
+    print(f"{path}: {with_article(facts['component'])}, {size}; {state}")
     return 0 if log.complete else 1
 
 

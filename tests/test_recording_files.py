@@ -431,3 +431,20 @@ def test_the_caps_on_work_hold_for_every_command_that_runs(
     assert "the number of ticks is 2" in told and "--allow-large" in told
     assert not (tmp_path / "out.mcap").exists()
     assert main([command[0], "a.mcap", *command[1:], "--allow-large"]) == 0
+
+
+def test_a_file_of_no_bytes_is_called_empty_and_nothing_advises_to_recover_it(tmp_path: Path) -> None:
+    (tmp_path / "empty.mcap").touch()
+    for act in (open_log, verify, lambda path: recover(path, tmp_path / "out.mcap")):
+        with pytest.raises(LogError, match="is empty: nothing was written") as caught:
+            act(tmp_path / "empty.mcap")
+        assert "granular-env recover" not in str(caught.value)
+
+
+def test_a_damaged_log_is_not_called_complete_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    chain_log(tmp_path / "a.mcap")
+    damaged = bytearray((tmp_path / "a.mcap").read_bytes())
+    damaged[len(damaged) // 4] ^= 0xFF
+    (tmp_path / "a.mcap").write_bytes(damaged)
+    assert main(["check", str(tmp_path / "a.mcap")]) == 2
+    assert "complete" not in capsys.readouterr().out

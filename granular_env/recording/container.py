@@ -69,6 +69,8 @@ class Container:
             raise self._unreadable(error) from error
         try:
             self._size = os.fstat(self._file.fileno()).st_size
+            if self._size == 0:
+                raise LogError(f"log {str(self.path)!r} is empty: nothing was written to it, and there is nothing to recover")
             self._open(scan)
         except (OSError, ValueError, struct.error) as error:
             self._file.close()
