@@ -270,7 +270,8 @@ class Chain(Component):
         if self._profiled:
             done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         else:
-            left, right = self._held.get(self.left_input, 0.0), self._held.get(self.right_input, 0.0)
+            held = self._held
+            left, right = held.get(self.left_input, 0.0), held.get(self.right_input, 0.0)
             done = self._kernel(self._table, _NO_PIECES, 0, left, right, self._tick, ticks)
         if done == ticks:
             return 0

@@ -67,9 +67,12 @@ def show_goal(counters, scales, limit, out):
 @jit
 def show_clock(elapsed, steps, out):
     """The time in `out`: cos(pi k elapsed / steps), k = 1 and so on."""
-    part = elapsed / steps
+    # cos((k + 1) x) = 2 cos(x) cos(k x) - cos((k - 1) x): one cosine instead of many, to 1e-14.
+    cosine = math.cos(math.pi * (elapsed / steps))
+    before, now = 1.0, cosine
     for k in range(len(out)):
-        out[k] = math.cos(math.pi * (k + 1) * part)
+        out[k] = now
+        before, now = now, 2.0 * cosine * now - before
 
 
 def clock_readings(elapsed: int, steps: int, count: int) -> npt.NDArray[np.float32]:

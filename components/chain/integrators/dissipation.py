@@ -40,26 +40,48 @@ _ONE, _TWO = np.uint64(1), np.uint64(2)
 
 
 @inlined
-def _prepared(kind, a, u, h):
+def _prepare_contact(kind, a, j, d, closed):
+    """Contact j with overlap d, closed for a time `closed` of the step."""
+    d = 0.0 if d < SMALLEST_OVERLAP else d
+    time = closed * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
+    pull = (a[CONTACT, j] if kind == VISCOUS else dispatch.coefficient(kind, a, j, d)) * time
+    half = 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
+    a[GRIP, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
+    a[BOUND, j] = -hertz.pressed_force(a[STIFFNESS, j], d) * time
+
+
+@inlined
+def _prepare_all(kind, a, u, h):
+    closing = False
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         d = a[u, j] - a[u, j + _ONE] + a[REST, j]
-        closed = viscous.closed_time(d, a[V, j] - a[V, j + _ONE], h) if kind == VISCOUS else h
-        d = 0.0 if d < SMALLEST_OVERLAP else d
-        time = closed * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
-        pull = (a[CONTACT, j] if kind == VISCOUS else dispatch.coefficient(kind, a, j, d)) * time
-        half = 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
-        a[GRIP, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
-        a[BOUND, j] = -hertz.pressed_force(a[STIFFNESS, j], d) * time
+        closed = h
+        if kind == VISCOUS:
+            closed = h if d >= SMALLEST_OVERLAP else 0.0
+            closing |= viscous.is_closing(d, a[V, j] - a[V, j + _ONE], h)
+        _prepare_contact(kind, a, j, d, closed)
         a[BEFORE, j] = a[V, j]
+    return closing
+
+
+@inlined
+def _prepare_closing(a, u, h):
+    """Contacts that close within the step, anew: in a loop of their own, for they are few and cost a division each."""
+    for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
+        d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+        w = a[V, j] - a[V, j + _ONE]
+        if viscous.is_closing(d, w, h):
+            _prepare_contact(VISCOUS, a, j, d, 0.5 * h + d / w)
 
 
 @jit
 def prepare(a, u, h):
     """Of each contact the impulse per speed of approach, and the one that leaves no pull; the velocities as they are."""
     if a[SCALARS, DISSIPATION] == VISCOUS:
-        _prepared(VISCOUS, a, u, h)
+        if _prepare_all(VISCOUS, a, u, h):
+            _prepare_closing(a, u, h)
     else:
-        _prepared(KUWABARA_KONO, a, u, h)
+        _prepare_all(KUWABARA_KONO, a, u, h)
 
 
 @inlined
