@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from component_examples import EXAMPLES, Example
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 
 every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.label)
 

@@ -14,7 +14,7 @@ import pytest
 from env_toys import MAKERS, SMALL, Swing, actions, transcript
 from gymnasium.utils.env_checker import check_env
 
-from granular_env.components.contract import ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.envs import ComponentEnv, PistonEnv, ProtectionEnv, register_all
 from granular_env.envs.registration import ENVIRONMENTS

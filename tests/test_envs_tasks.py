@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from env_toys import MAKERS, Swing
 
-from granular_env.components.contract import ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.envs import ChainEnv, ComponentEnv, PistonEnv, ProtectionEnv
 from granular_env.envs.font import text_mask

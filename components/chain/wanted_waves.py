@@ -17,9 +17,9 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from ..elementary import exponential, logarithm, root
 from ..errors import ParameterError
-from ..jit import inlined, jit
+from ..support.elementary import exponential, logarithm, root
+from ..support.jit import inlined, jit
 from .energy_roots import energy_root, pull_energy_root
 from .readings import input_work
 from .table import GRAINS, MASS, SCALARS, V

@@ -19,7 +19,7 @@ from ..components.chain.adjoint import KNOWN, checked_drive, contact_states, eva
 from ..components.chain.objective import Objective
 from ..components.errors import ParameterError, nearest, shortened
 from ..components.materials.elastic import material
-from ..components.profiles import positive_number
+from ..components.support.validation import positive_number
 from .gradient import Judged, objective_of
 
 FloatArray = npt.NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..components.chain.integrators import SIGNATURE as ADVANCE
-from ..components.jit import caller, jit
+from ..components.support.jit import caller, jit
 from .actuator import actuate
 from .chain_task import JUDGE
 from .memory import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START

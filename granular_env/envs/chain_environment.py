@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from ..components.chain import Chain
 from ..components.chain.parameters import WALLS
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import GranularError, ParameterError, StepError, shortened
-from ..components.jit import entry_point
-from ..components.profiles import finite_number
+from ..components.support.jit import entry_point
+from ..components.support.validation import finite_number
 from .actuator import ACTUATE, Actuator, actuate
 from .chain_task import BEGIN, JUDGE, ChainTask, task_kernel
 from .domain_randomization import Randomization, redrawn, shown

@@ -19,7 +19,7 @@ from numpy.random import Generator
 from ..components.chain import Chain
 from ..components.chain.parameters import ChainParameters
 from ..components.errors import ParameterError, nearest, shortened
-from ..components.profiles import finite_number
+from ..components.support.validation import finite_number
 from .state import Drawn
 
 # The environment decides these itself.

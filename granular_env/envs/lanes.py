@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..components.chain.integrators import SIGNATURE as ADVANCE
 from ..components.chain.table import U, V
 from ..components.errors import ParameterError, shortened
-from ..components.jit import JIT, address
+from ..components.support.jit import JIT, address
 from .batch import observe_lanes, step_lanes
 from .chain_environment import ChainEnv
 from .chain_task import JUDGE, task_kernel

@@ -16,10 +16,10 @@ import numpy.typing as npt
 
 from ..components.chain import Chain, readings
 from ..components.chain.table import U, V
-from ..components.counter_random import normal, stream_key
 from ..components.errors import ParameterError, nearest, shortened
-from ..components.jit import JIT, inlined, jit
-from ..components.profiles import finite_number
+from ..components.support.counter_random import normal, stream_key
+from ..components.support.jit import JIT, inlined, jit
+from ..components.support.validation import finite_number
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ..components.chain import table
 from ..components.errors import ParameterError, caution, shortened
-from ..components.plain_function import plain_function
+from ..components.support.plain_function import plain_function
 from .memory import ELAPSED
 from .task import Task
 

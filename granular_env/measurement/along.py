@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from ..components.contract import FloatArray
+from ..components.snapshot import FloatArray
 from .checks import sign
 from .crest import ridges, top
 from .histories import Direction, History

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..components.chain import kernels, table
 from ..components.chain.laws import Law, dispatch, elastic_plastic
-from ..components.contract import FloatArray
-from ..components.jit import jit
+from ..components.snapshot import FloatArray
+from ..components.support.jit import jit
 
 
 def forces_and_energies(

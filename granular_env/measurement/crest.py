@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from ..components.contract import FloatArray
 from ..components.errors import ParameterError
+from ..components.snapshot import FloatArray
 from .checks import fraction, positive
 
 # A polynomial through so many samples says what lies between them.

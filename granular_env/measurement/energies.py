@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from ..components.contract import FloatArray
 from ..components.errors import ParameterError
+from ..components.snapshot import FloatArray
 from .histories import History
 
 

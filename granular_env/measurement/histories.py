@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 
 from ..components.chain.laws import Hertz, Law
-from ..components.contract import FloatArray
 from ..components.errors import LogError, ParameterError, shortened
+from ..components.snapshot import FloatArray
 from .checks import sign, whole_number
 from .contacts import forces_and_energies
 

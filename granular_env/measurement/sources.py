@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..components.contract import Component, FloatArray
+from ..components.component import Component
 from ..components.errors import LogError, ParameterError, shortened
+from ..components.snapshot import FloatArray
 from .checks import whole_number
 from .histories import History
 

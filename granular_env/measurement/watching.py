@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..components.contract import Component, FloatArray, Held
+from ..components.component import Component
 from ..components.errors import ParameterError
-from ..components.memory import refuse_beyond
+from ..components.inputs import Held
+from ..components.snapshot import FloatArray
+from ..components.support.memory_limits import refuse_beyond
 from .checks import positive
 from .histories import History
 from .sources import chain_geometry, of_chain

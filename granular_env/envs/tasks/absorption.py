@@ -12,7 +12,7 @@ from ...components.chain import Chain
 from ...components.chain.energy_roots import energy_between, pull_energy_between
 from ...components.chain.objective import Objective
 from ...components.chain.table import GRAINS, SCALARS
-from ...components.jit import jit
+from ...components.support.jit import jit
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from ..policies import Constant

@@ -14,8 +14,8 @@ from ...components.chain.readings import input_work
 from ...components.chain.table import GRAINS, SCALARS
 from ...components.chain.theory import SOLITARY_ENERGY
 from ...components.chain.wanted_waves import shape_energies, wave_shapes
-from ...components.jit import jit
-from ...components.profiles import finite_number, positive_number
+from ...components.support.jit import jit
+from ...components.support.validation import finite_number, positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from .baselines import open_loops

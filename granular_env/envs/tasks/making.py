@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ...components.chain import Chain, table
 from ...components.errors import ParameterError, nearest, shortened
-from ...components.profiles import positive_number
+from ...components.support.validation import positive_number
 from ..domain_randomization import make_chain
 
 # What an agent may drive an end with: the end that it needs, the input, and its value at action 1 [N or m/s].

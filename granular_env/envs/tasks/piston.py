@@ -9,8 +9,8 @@ import numpy as np
 from ...components.chain import Chain
 from ...components.chain.readings import input_work
 from ...components.chain.table import GRAINS, SCALARS, U, V
-from ...components.jit import jit
-from ...components.profiles import finite_number, positive_number
+from ...components.support.jit import jit
+from ...components.support.validation import finite_number, positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask
 from ..domain_randomization import make_chain

@@ -13,8 +13,8 @@ from ...components.chain import Chain
 from ...components.chain.objective import Objective
 from ...components.chain.readings import right_wall_force
 from ...components.chain.table import GRAINS, REST, SCALARS, STIFFNESS, U
-from ...components.jit import inlined, jit
-from ...components.profiles import positive_number
+from ...components.support.jit import inlined, jit
+from ...components.support.validation import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from .baselines import open_loops

@@ -12,8 +12,8 @@ from ...components.chain import Chain
 from ...components.chain.objective import Objective
 from ...components.chain.wanted_waves import COLUMNS, distance, follow, pull_distance, shape_energies, wave_shapes
 from ...components.errors import ParameterError
-from ...components.jit import jit
-from ...components.profiles import positive_number
+from ...components.support.jit import jit
+from ...components.support.validation import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from .arrival import refuse_crowded, refuse_early

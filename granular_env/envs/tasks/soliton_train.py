@@ -21,10 +21,10 @@ from ...components.chain.wanted_waves import (
     shape_energies,
     wave_shapes,
 )
-from ...components.elementary import root
 from ...components.errors import ParameterError, shortened
-from ...components.jit import jit
-from ...components.profiles import positive_number
+from ...components.support.elementary import root
+from ...components.support.jit import jit
+from ...components.support.validation import positive_number
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
 from ..policies import Constant

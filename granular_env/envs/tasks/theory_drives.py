@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ...components.chain import Chain
 from ...components.chain.wanted_waves import AMPLITUDE, DENSITY, GRAIN_MASS, PLACE, POINTS, REACH, SHAPES, SPEED, TABLES
-from ...components.elementary import exponential, root, spline_through
+from ...components.support.elementary import exponential, root, spline_through
 
 FloatArray = npt.NDArray[np.float64]
 
