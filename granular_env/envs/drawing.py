@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.component import Component
+from ..components.drawables import main_points
 from .font import text_mask
 from .task import Task
 
@@ -40,7 +41,7 @@ def draw(
     image = np.empty((HEIGHT, WIDTH, 3), dtype=np.uint8)
     image[:] = _PAPER
     _write(image, 16, _MARGIN, _caption(component, task), scale=2)
-    if component.particles() is None:
+    if main_points(component.drawables()) is None:
         _draw_outputs(image, component, task)
     else:
         _draw_particles(image, component, task, walls, wanted)
@@ -57,7 +58,7 @@ def _caption(component: Component, task: Task) -> str:
 def _draw_particles(
     image: Image, component: Component, task: Task, walls: tuple[bool, bool], wanted: npt.NDArray[np.float64] | None
 ) -> None:
-    particles = component.particles()
+    particles = main_points(component.drawables())
     assert particles is not None
     along = particles.reference[:, 0]
     begin, end = float((along - particles.radius).min()), float((along + particles.radius).max())
