@@ -209,7 +209,7 @@ class Stepping(Physics):
         for name, value in inputs.items():
             variable = self._inputs.get(name)
             if variable is None:
-                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {self._input_advice(name)}")
+                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {self.input_advice(name)}")
             held[name] = hold_input(
                 name,
                 value,
@@ -227,8 +227,8 @@ class Stepping(Physics):
         if before or self._profiled:
             self._apply(held)
 
-    def _input_advice(self, name: str) -> str:
-        """What to say to whoever gives an input that there is not."""
+    def input_advice(self, name: str) -> str:
+        """Return what to say to whoever gives an input that there is not."""
         return nearest(name, self._inputs)
 
     # -- pieces of a long step, and their undoing --------------------------------------------------------------------
