@@ -268,6 +268,15 @@ class Stepping(Physics):
             elif spent > 2.0 * _CHUNK_SECONDS and ticks > 1:
                 self._chunk_ticks //= 2
 
+    def undo_seconds(self) -> float:
+        """Return what the copy for the undo takes, which every call of `step` makes [s].
+
+        Who steps in a loop makes its calls so long that this does not matter.
+        """
+        begin = perf_counter()
+        self._keep_for_undo()
+        return perf_counter() - begin
+
     def _keep_for_undo(self) -> None:
         if self._grows:
             self._backup = self._block.to_bytes()

@@ -115,7 +115,7 @@ class Chain(Component):
         """
         other: Self = object.__new__(type(self))
         vars(other).update(vars(self))
-        other._memory = memory
+        other._given_memory = memory
         memory = other._claim_memory(self._table.shape)
         memory[:] = self._table
         # Warnings that this chain gave already move its limits.
