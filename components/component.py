@@ -250,7 +250,8 @@ class Component(Stepping, metaclass=_Fixed):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
-        self._refuse_while_stepping("restore")
+        if self._stepping:
+            self._refuse_while_stepping("restore")
         if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
@@ -262,8 +263,9 @@ class Component(Stepping, metaclass=_Fixed):
         except ValueError:  # another length
             self.refuse_foreign(snapshot)
             raise
-        own: dict[str, Any] = vars(self)  # as in `step`
-        own["_tick"], own["_failure"] = snapshot.tick, -1
+        own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
+        own["_tick"] = snapshot.tick
+        own["_failure"] = -1
         for observer in self._observers:
             observer.began(self)
 
