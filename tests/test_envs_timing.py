@@ -244,6 +244,25 @@ def test_options_that_are_read_once_cannot_be_set_later(name: str) -> None:
     assert copy.deepcopy(env).deadline == env.deadline == 700
 
 
+@pytest.mark.parametrize("name", ["amplitude", "place", "grains", "action_scale", "step_size", "chain"])
+def test_arguments_of_a_task_cannot_be_set_later(name: str) -> None:
+    """Nothing reads them any more: the agent would go on with the old goal."""
+    env = gymnasium.make("granular_env/PulseForming-v1").unwrapped
+    with pytest.raises(ParameterError, match=f"{name}: .*make another one with {name}="):
+        setattr(env, name, 3.0)
+
+
+def test_attributes_of_ones_own_can_be_set() -> None:
+    class Counting(PulseFormingEnv):
+        def __init__(self, bonus: float = 1.0, **options: Any) -> None:
+            super().__init__(**options)
+            self.bonus = bonus
+
+    env = Counting(bonus=2.0)
+    env.bonus, env.label = 3.0, "mine"  # type: ignore[attr-defined]
+    assert env.bonus == 3.0 and copy.deepcopy(env).bonus == 2.0
+
+
 def test_a_hold_beyond_the_deadline_is_refused() -> None:
     with pytest.raises(ParameterError, match="hold: got 11, expected at most the deadline of 10"):
         PistonEnv(grains=4, hold=11, deadline=10)
