@@ -177,7 +177,7 @@ def _preamble_advice(rows: list[Row], decimal: str, skip: int) -> str:
 
 
 def _first_sample(rows: list[Row], decimal: str) -> int:
-    """Return the place of the first row of the longest run of rows of numbers, 0 without one: a preamble may hold numbers too."""
+    """Return where the longest run of rows of numbers begins, 0 without one: a preamble may hold numbers too."""
 
     def width(row: Row) -> int:
         numbers = len(row[1]) > 1 and all(map(_DECIMALS[decimal].fullmatch, filter(None, row[1])))

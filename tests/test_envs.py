@@ -16,7 +16,8 @@ from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ComponentEnv, PistonEnv, ProtectionEnv, register_all
+from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.envs import ComponentEnv, register_all
 from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()

@@ -8,7 +8,8 @@ import numpy as np
 
 from granular_env.components.contract import Component
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ComponentEnv, PistonEnv, ProtectionEnv, Task
+from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.envs import ComponentEnv, Task
 
 SMALL = {"grains": 8, "deadline": 200}
 
