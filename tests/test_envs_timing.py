@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from support.env_toys import MAKERS
 
-from granular_env.components.errors import ParameterError
+from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv
 from granular_env.envs import register_all
 from granular_env.envs.policies import Constant, play
@@ -204,6 +204,22 @@ def test_trains_are_asked_for_in_time() -> None:
 def test_doing_nothing_earns_nothing_whatever_the_deadline(name: str, deadline: int) -> None:
     env = gymnasium.make(f"granular_env/{name}-v1", deadline=deadline)
     assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "unit"), [("EnergyDelivery", 197, "J"), ("Protection", 277, "N s")], ids=["energy", "protection"]
+)
+def test_a_deadline_that_no_drive_can_meet_is_told(name: str, least: int, unit: str) -> None:
+    """Nothing that is held back arrives sooner than the full drive from the first moment on."""
+    for action in ("force", "piston"):
+        with pytest.warns(GranularWarning, match=f"deadline: 20 control steps .* 0 {unit} of the wanted"):
+            env = gymnasium.make(f"granular_env/{name}-v1", deadline=20, action=action)
+        assert play(env, Constant(1.0), seed=1)[0] < 0.01
+    with pytest.warns(GranularWarning, match=f"deadline: {least - 1} control steps"):
+        gymnasium.make(f"granular_env/{name}-v1", deadline=least - 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", GranularWarning)
+        gymnasium.make(f"granular_env/{name}-v1", deadline=least)
 
 
 # -- what an environment cannot do -------------------------------------------------------------------------------------
