@@ -21,6 +21,7 @@ from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import passing_waves
 from .arguments import CLOCK, chosen, driven_chain, hertz_chain, observed, timed, whole
+from .arrival import caution_late
 from .baselines import open_loops
 from .target_waves import shape_energies, wave_shapes
 
@@ -221,3 +222,9 @@ class EnergyDeliveryEnv(ChainEnv):
             return EnergyDeliveryTask(chain, energy, region, work_price, duration, deadline, actions, arguments)
 
         super().__init__(component, task, **merged)
+        if "deadline" in options:
+            first = component.parameters.grains - region + 1
+            caution_late(
+                self.component, actions, duration, deadline, energy, "J",
+                lambda driven: energy_between(driven.table, first, driven.parameters.grains),
+            )  # fmt: skip
