@@ -450,7 +450,7 @@ def test_dark_is_dark_and_everything_can_be_read(whole, chromium, dark):
     styles = {
         "color": ("p", "td.item", "td.verdict.good", "td.verdict.bad", "td.verdict.part", "td.verdict.band", "figcaption", "a"),
         "fill": ("svg text[style*=dim]", "svg text:not([style*=fill])", "svg text[style*=paper]"),
-        "stroke": tuple(f"svg path[style*='stroke: var(--{name})']" for name in ("c0", "c1", "c2", "c3", "paper")),
+        "stroke": tuple(f'svg path[style*="stroke: var(--{name})"]' for name in ("c0", "c1", "c2", "c3", "paper")),
     }
     for name, places in styles.items():
         for place in places:
