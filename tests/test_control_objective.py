@@ -9,8 +9,8 @@ import pytest
 
 from granular_env import Chain, ParameterError
 from granular_env.components.chain.adjoint import evaluate
+from granular_env.components.chain.layout import MASS, PEAK, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.table import MASS, PEAK, V
 from granular_env.components.jit import jit
 from granular_env.control.checking import check_objective
 from granular_env.control.differences import central_differences

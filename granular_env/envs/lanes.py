@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.chain.integrators import SIGNATURE as ADVANCE
-from ..components.chain.table import U, V
+from ..components.chain.layout import U, V
 from ..components.errors import ParameterError, shortened
 from ..components.jit import JIT, address
 from .batch import observe_lanes, step_lanes

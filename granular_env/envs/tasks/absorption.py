@@ -9,9 +9,9 @@ import numpy as np
 from numpy.random import Generator
 
 from ...components.chain import Chain
-from ...components.chain.energy_roots import energy_between, pull_energy_between
+from ...components.chain.layout import GRAINS, SCALARS
 from ...components.chain.objective import Objective
-from ...components.chain.table import GRAINS, SCALARS
+from ...components.chain.quantities import energy_between, energy_between_pullback
 from ...components.jit import jit
 from ..chain_environment import ChainEnv, ChainOptions
 from ..chain_task import ChainTask, Policy
@@ -53,7 +53,7 @@ def _value(sums, constants, slopes):
 @jit
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
-        pull_energy_between(a, bar, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
+        energy_between_pullback(a, bar, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
 
 
 class AbsorptionTask(ChainTask):

@@ -8,10 +8,9 @@ from typing import Any, Unpack
 import numpy as np
 
 from ...components.chain import Chain
-from ...components.chain.energy_roots import energy_between, pull_energy_between
+from ...components.chain.layout import GRAINS, SCALARS
 from ...components.chain.objective import Objective
-from ...components.chain.readings import input_work
-from ...components.chain.table import GRAINS, SCALARS
+from ...components.chain.quantities import energy_between, energy_between_pullback, input_work
 from ...components.chain.theory import SOLITARY_ENERGY
 from ...components.chain.wanted_waves import shape_energies, wave_shapes
 from ...components.jit import jit
@@ -72,8 +71,8 @@ def _value(sums, constants, slopes):
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
         n = int(a[SCALARS, GRAINS])
-        pull_energy_between(a, bar, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
-        pull_energy_between(a, bar, 1, n, slopes[1] / constants[_ENERGY])
+        energy_between_pullback(a, bar, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
+        energy_between_pullback(a, bar, 1, n, slopes[1] / constants[_ENERGY])
 
 
 class EnergyDeliveryTask(ChainTask):

@@ -7,8 +7,8 @@ from typing import Any, Unpack
 import numpy as np
 
 from ...components.chain import Chain
-from ...components.chain.readings import input_work
-from ...components.chain.table import GRAINS, SCALARS, U, V
+from ...components.chain.layout import GRAINS, SCALARS, U, V
+from ...components.chain.quantities import input_work
 from ...components.jit import jit
 from ...components.profiles import finite_number, positive_number
 from ..chain_environment import ChainEnv, ChainOptions

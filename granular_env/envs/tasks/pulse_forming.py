@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ...components.chain import Chain
 from ...components.chain.objective import Objective
-from ...components.chain.wanted_waves import COLUMNS, distance, follow, pull_distance, shape_energies, wave_shapes
+from ...components.chain.wanted_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
 from ...components.errors import ParameterError
 from ...components.jit import jit
 from ...components.profiles import positive_number
@@ -72,7 +72,7 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if weight > 0.0:
         waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        pull_distance(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
+        distance_pullback(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
 
 
 class PulseFormingTask(ChainTask):
