@@ -172,7 +172,7 @@ class TaskProblem:
             ParameterError: the task has no objective with slopes, or its chain has none.
             StepError: the drive breaks the physics.
         """
-        from granular_env.components.chain.adjoint import value_and_bars
+        from granular_env.components.chain.adjoint import value_and_adjoint
 
         value, slopes, actuator = 0.0, np.zeros_like(drive), self.env.actuator
         late = max(self.steps - actuator.delay, 0)
@@ -185,7 +185,7 @@ class TaskProblem:
             inputs = np.zeros((self.steps, 2))
             inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
             objective = self._objective(env)
-            bars = value_and_bars(env.component, inputs, env.internal_steps, objective)
+            bars = value_and_adjoint(env.component, inputs, env.internal_steps, objective)
             value += bars.value / len(seeds)
             slopes[:late] += env.actuator.scales * bars.inputs[actuator.delay :, actuator.sides] / len(seeds)
         return value, slopes
