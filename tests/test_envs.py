@@ -11,8 +11,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS, SMALL, Swing, actions, transcript
 from gymnasium.utils.env_checker import check_env
+from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator

@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS, actions, transcript
+from support.env_toys import MAKERS, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import ParameterError

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from env_toys import SMALL, actions, transcript
+from support.env_toys import SMALL, actions, transcript
 
 from granular_env.components.counter_random import normal, stream_key
 from granular_env.components.errors import ParameterError

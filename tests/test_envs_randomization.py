@@ -8,8 +8,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import actions, transcript
 from gymnasium.vector import AutoresetMode
+from support.env_toys import actions, transcript
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from env_toys import MAKERS, SMALL, actions, transcript
+from support.env_toys import MAKERS, SMALL, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
@@ -58,7 +58,7 @@ def test_a_new_process_goes_on_with_the_same_bits(tmp_path: Path) -> None:
 import sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from pathlib import Path
-from env_toys import actions, transcript
+from support.env_toys import actions, transcript
 from granular_env.domains.chain import PistonEnv
 from granular_env.envs import EnvState
 env = PistonEnv(**{HARD!r})

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS, Swing
 from numba import types
 from numba.extending import intrinsic
+from support.env_toys import MAKERS, Swing
 
 from granular_env.components.chain import Chain, features
 from granular_env.components.chain.table import U, V

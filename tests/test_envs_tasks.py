@@ -8,7 +8,7 @@ from collections.abc import Callable
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS, Swing
+from support.env_toys import MAKERS, Swing
 
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator

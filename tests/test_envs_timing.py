@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS
+from support.env_toys import MAKERS
 
 from granular_env.components.errors import ParameterError
 from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from chain_tools import MASS, SPEED
+from support.chain_tools import MASS, SPEED
 
 import granular_env as ge
 from granular_env.components.chain import theory

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chain_tools import MASS, SPEED, paper_chain, unit_chain
+from support.chain_tools import MASS, SPEED, paper_chain, unit_chain
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError

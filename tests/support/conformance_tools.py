@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from component_examples import EXAMPLES, Example
 
 from granular_env.components.contract import Component
+from support.component_examples import EXAMPLES, Example
 
 every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.label)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 import granular_env as ge
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 INTEGRATORS = ("pefrl", "leapfrog", "rk4", "hamming", "dop853")
 
 # Nesterenko (1983), section 3.1: A = 5.6e12 N/(m^1.5 kg), R = 3 mm, 7800 kg/m^3, v0 = 5 m/s.

@@ -1,5 +1,6 @@
-"""The golden logs: `python tests/golden_logs.py [NAME ...]` writes logs/golden/ anew, or those named, and prints the hashes
-that test_golden.py pins.
+"""The golden logs: `python tests/support/golden_logs.py [NAME ...]` writes all of logs/golden/, or those named, anew.
+
+It prints the hashes that test_golden.py pins.
 
 They keep the promise that the same run gives the same bits on any x86-64 machine. Replace them only together with a changelog
 entry that says which bits changed and why.
@@ -17,7 +18,7 @@ import numpy as np
 
 import granular_env as ge
 
-FOLDER = Path(__file__).resolve().parent.parent / "logs" / "golden"
+FOLDER = Path(__file__).resolve().parents[2] / "logs" / "golden"
 PAPER = {"radius": 3e-3, "material": "steel", "contact_stiffness": 4940091615.916878}
 YIELDING = {"name": "elastic_plastic", "yield_pressure": 1e9}
 RANDOM = {"low": 1e-3, "high": 3e-3, "seed": 7}

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, timeout: float = 100.0) -> tuple[int, str]:
