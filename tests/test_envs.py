@@ -17,8 +17,8 @@ from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import ComponentEnv, register_all
-from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
 NAMES = ["granular_env/Piston-v1", "granular_env/Protection-v1"]

@@ -15,8 +15,8 @@ from support.env_toys import MAKERS, actions, transcript
 import granular_env as ge
 from granular_env.components.errors import ParameterError
 from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import RecordEnv, register_all
-from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
 cloudpickle = pytest.importorskip("cloudpickle")

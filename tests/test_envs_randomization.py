@@ -14,8 +14,8 @@ from support.env_toys import actions, transcript
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
 from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import EnvState, RecordEnv, register_all
-from granular_env.envs.registration import ENVIRONMENTS
 from granular_env.recording import record, verify
 
 register_all()

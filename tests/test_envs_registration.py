@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from granular_env.envs.registration import ENVIRONMENTS
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -14,9 +14,9 @@ from support.env_toys import MAKERS
 
 from granular_env.components.errors import ParameterError
 from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import register_all
 from granular_env.envs.policies import Constant, play
-from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
 # Where the reward speaks of a time, the agent is shown it.

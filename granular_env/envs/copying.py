@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import copy
 import inspect
-from collections.abc import Iterable, Mapping
-from functools import cache
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache, partial
 from typing import Any, Self, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -36,12 +36,16 @@ class Recreatable:
 
 
 @cache
-def known_arguments(kind: type) -> tuple[str, ...] | None:
-    """Return the names that a constructor takes, those of its `Unpack`-ed options included; None where it takes any."""
+def known_arguments(make: Callable[..., Any]) -> tuple[str, ...] | None:
+    """Return the names that a class or a function takes, those of its `Unpack`-ed options included; None where it takes any."""
     names: list[str] = []
-    for parameter in list(inspect.signature(kind.__init__).parameters.values())[1:]:
+    while isinstance(make, partial):
+        make = make.func
+    function = make.__init__ if isinstance(make, type) else make
+    parameters = list(inspect.signature(function).parameters.values())
+    for parameter in parameters[1:] if isinstance(make, type) else parameters:
         if parameter.kind is inspect.Parameter.VAR_KEYWORD:
-            options = _options(kind, parameter.name)
+            options = _options(function, parameter.name)
             if options is None:
                 return None
             names += options
@@ -50,10 +54,10 @@ def known_arguments(kind: type) -> tuple[str, ...] | None:
     return tuple(names)
 
 
-def _options(kind: type, name: str) -> Iterable[str] | None:
+def _options(function: Callable[..., Any], name: str) -> Iterable[str] | None:
     """Keys of the TypedDict in `**name: Unpack[...]`; None where there is none."""
     try:
-        hint = get_type_hints(kind.__init__)[name]
+        hint = get_type_hints(function)[name]
     except (NameError, KeyError, TypeError):
         return None
     inside = get_args(hint)

@@ -16,12 +16,11 @@ from gymnasium.envs.registration import EnvSpec
 from ..components.contract import Component
 from ..components.errors import ParameterError, StepError, nearest, shortened
 from ..components.profiles import finite_number
-from ..domains.chain.envs.task_check import refuse_incomplete
 from .clock import clock_readings
 from .copying import Recreatable
 from .drawing import draw
 from .state import Drawn, EnvState, bit_generator
-from .task import Task, checked_judgement
+from .task import Task, checked_judgement, refuse_incomplete
 
 Observation = npt.NDArray[np.float32]
 Ready = tuple[Component, Task, Drawn]
@@ -272,7 +271,12 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self._begin(number)
         return self.observe()
 
-    # -- what an environment of a chain does otherwise ------------------------------------------------------------------
+    # -- what an environment of a domain may do otherwise ---------------------------------------------------------------
+
+    @property
+    def draws_component(self) -> bool:
+        """Whether each episode has a component of its own, with parameters that were drawn."""
+        return False
 
     def _draw(self) -> Ready:
         """Return the component and the task of the next episode, and what was drawn for them."""

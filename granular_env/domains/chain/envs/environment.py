@@ -234,6 +234,11 @@ class ChainEnv(ComponentEnv):
 
     # -- other chains -----------------------------------------------------------------------------------------------
 
+    @property
+    def draws_component(self) -> bool:
+        """Whether each episode has a chain of its own."""
+        return bool(self.randomization.parameters)
+
     def _draw(self) -> Ready:
         return self._redraw(self.randomization.draw(self.np_random))
 

@@ -1,19 +1,19 @@
-"""Where Gymnasium finds the native batch of each registered environment: an attribute with the environment's class name."""
+"""The native batch of each registered environment of a chain: an attribute with the environment's class name."""
 
 from __future__ import annotations
 
 from functools import partial
-from importlib import import_module
 from typing import Any
 
-from granular_env.envs.registration import ENVIRONMENTS
+from granular_env.domains import load
+
+from ..tasks import ENVIRONMENTS
 
 
 def __getattr__(name: str) -> Any:
-    for entry_point in ENVIRONMENTS.values():
-        module, _, environment = entry_point.partition(":")
-        if environment == name:
+    for environment in ENVIRONMENTS.values():
+        if environment.entry_point.partition(":")[2] == name:
             from .vector_env import ChainVectorEnv
 
-            return partial(ChainVectorEnv, getattr(import_module(module), name))
+            return partial(ChainVectorEnv, load(environment.entry_point))
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
