@@ -32,7 +32,7 @@ IMPORTS = {
 
 @pytest.mark.parametrize("imports", IMPORTS.values(), ids=IMPORTS)
 def test_any_order_of_imports_will_do(imports: str) -> None:
-    assert run(f"{imports}; {MAKE}") == "granular_env/Protection-v1 ProtectionEnv"
+    assert run(f"{imports}; {MAKE}") == "granular_env/Protection-v1 make_protection"
 
 
 def test_gymnasium_imports_us_by_name() -> None:
@@ -62,7 +62,7 @@ import sys
 sys.modules["gymnasium"] = None
 import granular_env, granular_env.envs
 try:
-    granular_env.domains.chain.PistonEnv
+    granular_env.domains.chain.tasks.piston.make_piston
 except ImportError as error:
     print(type(error).__name__)
 """

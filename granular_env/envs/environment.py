@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, SupportsFloat
+from typing import Any, ClassVar, SupportsFloat, TypeVar
 
 import gymnasium
 import numpy as np
@@ -17,13 +17,14 @@ from ..components.contract import Component
 from ..components.errors import ParameterError, StepError, nearest, shortened
 from ..components.profiles import finite_number
 from .clock import clock_readings
-from .copying import Recreatable
+from .copying import Given, Recreatable, recreatable
 from .drawing import draw
 from .state import Drawn, EnvState, bit_generator
 from .task import Task, checked_judgement, refuse_incomplete
 
 Observation = npt.NDArray[np.float32]
 Ready = tuple[Component, Task, Drawn]
+Env = TypeVar("Env", bound="ComponentEnv")
 _LARGEST_CLOCK = 100
 # Options of constructors that are read once, so that setting an attribute of that name would do nothing.
 _READ_ONCE = frozenset(
@@ -239,7 +240,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, and where the episode is."""
-        return _recreate, (type(self), *self._made_with, self.save(), self._np_random_seed, self.spec)
+        return _recreate, (self._made_by, *self._made_with, self.save(), self._np_random_seed, self.spec)
 
     def branch(
         self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -357,6 +358,16 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         return self._observation(), total + self.step_error_reward, True, False, info
 
 
+def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
+    """Make a function that returns the environment of one task fit for registration, copies and pickle; a decorator.
+
+    Unknown arguments are refused by name, and Gymnasium finds the render modes as it does on a class.
+    """
+    made = recreatable(make)
+    made.metadata = ComponentEnv.metadata  # type: ignore[attr-defined]
+    return made
+
+
 def observation_box(limit: float, readings: int, clock: int) -> Any:
     """Return the space of readings that are clipped to +- `limit`, followed by those of a clock."""
     high = np.append(np.full(readings, limit, np.float32), np.ones(clock, np.float32))
@@ -364,10 +375,10 @@ def observation_box(limit: float, readings: int, clock: int) -> Any:
 
 
 def _recreate(
-    kind: type[ComponentEnv], arguments: Any, keywords: Mapping[str, Any], state: EnvState, seed: int | None, spec: Any
+    make: Callable[..., ComponentEnv], arguments: Any, keywords: Mapping[str, Any], state: EnvState, seed: int | None, spec: Any
 ) -> ComponentEnv:
     """Return an environment that was made so, in this state."""
-    env = kind(*arguments, **keywords)
+    env = make(*arguments, **keywords)
     env.restore(state)
     env._np_random_seed, env.spec = seed, spec
     return env

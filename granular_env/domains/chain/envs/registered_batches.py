@@ -1,4 +1,4 @@
-"""The native batch of each registered environment of a chain: an attribute with the environment's class name."""
+"""The native batch of each registered environment of a chain: an attribute with the name of the environment's factory."""
 
 from __future__ import annotations
 
