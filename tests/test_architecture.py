@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.domains import DOMAINS, load
 
 ROOT = Path(__file__).resolve().parent.parent

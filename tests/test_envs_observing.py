@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from support.env_toys import SMALL, actions, transcript
 
-from granular_env.components.counter_random import normal, stream_key
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.counter_random import normal, stream_key
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
 

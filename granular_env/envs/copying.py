@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import inspect
+from abc import ABCMeta
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial, wraps
 from typing import Any, ParamSpec, Self, TypeVar, get_args, get_origin, get_type_hints
@@ -17,7 +18,16 @@ Given = ParamSpec("Given")
 Made = TypeVar("Made", bound="Recreatable")
 
 
-class Recreatable:
+class _Announcing(ABCMeta):
+    """Marks an instance once its whole `__init__`, that of subclasses too, has run."""
+
+    def __call__(cls, *positional: Any, **named: Any) -> Any:
+        made = super().__call__(*positional, **named)
+        made._complete = True
+        return made
+
+
+class Recreatable(metaclass=_Announcing):
     """Base of what can be made again: from the arguments of its constructor, or of the factory that made it.
 
     Subclasses give `__reduce__`, which adds the present state to these arguments.
@@ -25,6 +35,7 @@ class Recreatable:
 
     _made_by: Callable[..., Any]
     _made_with: Arguments
+    _complete: bool = False
 
     def __new__(cls, *arguments: Any, **keywords: Any) -> Self:
         """Keep the arguments; `ParameterError` with the nearest name for a keyword that there is not."""
@@ -32,6 +43,10 @@ class Recreatable:
         made = super().__new__(cls)
         made._made_by, made._made_with = cls, (_kept(arguments), _kept(keywords))
         return made
+
+    def is_read_once(self, name: str) -> bool:
+        """Return whether an attribute is an argument of what made this that nothing reads afterwards."""
+        return self._complete and name not in vars(self) and name in (known_arguments(self._made_by) or ())
 
     def __copy__(self) -> Self:
         """Return an independent copy: one that shares the state would step the original as well."""
