@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import ParameterError, caution, shortened
+from .support.validation import finite_number, positive_number
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -445,27 +446,6 @@ def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
         for index in range(len(shifted) - 2, first - 1, -1):
             shifted[index] += offset * shifted[index + 1]
     return shifted
-
-
-def finite_number(name: str, value: Any, expected: str = "a number") -> float:
-    """`value` as a float; `ParameterError` for text, arrays, NaN, infinity and whatever else is no number."""
-    try:
-        if isinstance(value, (str, bytes, bool)) or np.ndim(value):
-            raise TypeError
-        number = float(value)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ParameterError(f"{name}: got {shortened(value)}, expected {expected}") from error
-    if not math.isfinite(number):
-        raise ParameterError(f"{name}: got {number}, expected a finite number")
-    return number
-
-
-def positive_number(name: str, value: Any) -> float:
-    """`value` as a float above 0; `ParameterError` otherwise."""
-    number = finite_number(name, value)
-    if number <= 0.0:
-        raise ParameterError(f"{name}: got {number:g}, expected more than 0")
-    return number
 
 
 def _array(name: str, values: npt.ArrayLike, dimensions: int) -> FloatArray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..components.contract import Component
+from ..components.component import Component
 from .font import text_mask
 from .task import Task
 

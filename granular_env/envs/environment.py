@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.envs.registration import EnvSpec
 
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import ParameterError, StepError, nearest, shortened
-from ..components.profiles import finite_number
+from ..components.support.validation import finite_number
 from ..domains.chain.envs.task_check import refuse_incomplete
 from .clock import clock_readings
 from .copying import Recreatable

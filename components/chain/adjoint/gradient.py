@@ -13,7 +13,7 @@ import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
-from ...jit import JIT, address, current, jit, refuse_stale
+from ...support.jit import JIT, address, current, jit, refuse_stale
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition

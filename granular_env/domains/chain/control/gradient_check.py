@@ -12,7 +12,7 @@ from granular_env.components.chain import Chain, table
 from granular_env.components.chain.adjoint import check_functions, valued
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import current
+from granular_env.components.support.jit import current
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.readings import input_work
 from granular_env.components.chain.table import GRAINS, SCALARS
 from granular_env.components.chain.theory import SOLITARY_ENERGY
-from granular_env.components.jit import jit
-from granular_env.components.profiles import finite_number, positive_number
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import finite_number, positive_number
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions

@@ -13,8 +13,8 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.readings import right_wall_force
 from granular_env.components.chain.table import GRAINS, REST, SCALARS, STIFFNESS, U
-from granular_env.components.jit import inlined, jit
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.jit import inlined, jit
+from granular_env.components.support.validation import positive_number
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions

@@ -172,7 +172,7 @@ def caller(signature: str) -> Any:
 @cache
 def source_hash() -> str:
     """Hash of all component sources and of numba's, llvmlite's and numpy's versions."""
-    root = Path(__file__).resolve().parent
+    root = Path(__file__).resolve().parent.parent
     state = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {np.__version__}".encode())
     for path in sorted(root.rglob("*.py")):
         state.update(str(path.relative_to(root)).encode())
