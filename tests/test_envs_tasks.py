@@ -14,7 +14,6 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain import ChainEnv, PistonEnv, ProtectionEnv
 from granular_env.envs import ComponentEnv
-from granular_env.envs.font import text_mask
 
 
 @pytest.fixture(params=sorted(MAKERS))
@@ -142,11 +141,15 @@ def test_a_moving_grain_is_coloured_where_it_is() -> None:
     assert [index for index in range(10) if row[centres[index], 2] - row[centres[index], 0] > 100] == [7]
 
 
-def test_letters_are_told_apart() -> None:
-    letters = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ.-+=/:_(),%"
-    shapes = {text_mask(letter, 1).tobytes() for letter in letters}
-    assert len(shapes) == len(letters)
-    assert text_mask("ab", 3).shape == (21, 36)
+def test_a_picture_says_when_and_what_is_put_in() -> None:
+    env = PistonEnv(grains=10, render_mode="rgb_array")
+    env.reset(seed=1)
+    caption = lambda: env.render()[14:34, 40:].tobytes()  # noqa: E731
+    before = caption()
+    env.step([0.5])
+    after = caption()
+    env.reset(seed=1)
+    assert before == caption() != after
 
 
 # -- authors' slips -----------------------------------------------------------------------------------------------------
