@@ -240,8 +240,8 @@ class Stepping(Physics):
         words = f"{left / 3600.0:,.1f} hours" if left > 7200.0 else f"{left / 60.0:.0f} minutes"
         size = f"{ticks * self.step_size:.9g} s are {ticks:,} internal steps of {self.step_size:.9g} s"
         caution(
-            f"step: {size}; after {spent:.0f} s of wall time {done / ticks:.1%} are done, about {words} are left; Ctrl-C undoes "
-            "the step. Durations are in seconds: a microsecond is 1e-6"
+            f"step: {size}; after {spent:.0f} s of wall time {done / ticks:.1%} are done, about {words} are left; Ctrl-C "
+            "undoes the step. Durations are in seconds: a microsecond is 1e-6"
         )
 
     def _timed_advance(self, ticks: int) -> None:
