@@ -57,8 +57,7 @@ def page(name: str) -> str:
     spec, sections = gymnasium.spec(name), docstring_sections(type(env))
     lines = [f"# {short}", "", sections.pop(""), ""]
     lines += [f"![{caption(short)}](../images/environments/{slug(short)}.gif)", "", f"*{caption(short)}*", ""]
-    lines += ["| | |", "|---|---|"]
-    lines += [f"| make | `gymnasium.make({name!r})` |", f"| action space | `{env.action_space}` |"]
+    lines += [f"| made by | `gymnasium.make({name!r})` |", "|---|---|", f"| action space | `{env.action_space}` |"]
     lines += [f"| observation space | `{shown_box(env)}` |"]
     lines += [f"| control steps | {env.deadline:g} of {env.duration * 1e6:g} us; {env.internal_steps} internal steps each |"]
     lines += [f"| reward threshold | {spec.reward_threshold:g}, what {known(short)} returns, rounded down |"]

@@ -1,7 +1,8 @@
 from . import domains, viewing
 from .components.catalogue import make
 from .components.chain import Chain
-from .components.contract import Component, Snapshot, Variable
+from .components.component import Component
+from .components.contract import Variable
 from .components.errors import (
     ExperimentError,
     FmuError,
@@ -15,6 +16,7 @@ from .components.errors import (
 )
 from .components.materials.elastic import Material
 from .components.profiles import Profile
+from .components.snapshot import Snapshot
 from .recording import open_log, record, recover, verify
 from .running import run
 from .sweep import open_sweep, run_sweep

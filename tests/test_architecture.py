@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 
 ROOT = Path(__file__).resolve().parent.parent
 PUBLIC = (

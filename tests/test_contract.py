@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from granular_env.components import catalogue, errors
-from granular_env.components.contract import Block, Component, GranularError, ParameterError
+from granular_env.components.component import Component
+from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.components.validation import filled
+from granular_env.components.snapshot import Block
+from granular_env.components.support.validation import filled
 
 
 def test_every_error_is_of_the_family() -> None:
@@ -116,7 +118,7 @@ def test_third_parties_cannot_replace_ours(foreign) -> None:  # noqa: ANN001
 
 
 @pytest.mark.parametrize(
-    "value", ["no_such_module:X", "json:no_such_name", "json:loads", "granular_env.components.contract:Block"]
+    "value", ["no_such_module:X", "json:no_such_name", "json:loads", "granular_env.components.snapshot:Block"]
 )
 def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: ANN001
     foreign(theirs=value)

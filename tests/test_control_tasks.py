@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from granular_env.components.chain.adjoint import evaluate, value_and_bars
 from granular_env.components.chain.table import MASS, REST, STIFFNESS, U, V
 from granular_env.components.chain.theory import lattice_wave
-from granular_env.components.contract import ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.domains.chain import ChainEnv
 from granular_env.domains.chain.tasks.absorption import AbsorptionEnv
 from granular_env.domains.chain.tasks.best_known import best_return

@@ -14,7 +14,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
-from granular_env.components.contract import ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain import PistonEnv, ProtectionEnv
 from granular_env.envs import ComponentEnv, register_all

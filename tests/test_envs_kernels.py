@@ -13,13 +13,13 @@ import pytest
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import JIT, address, caller, jit
+from granular_env.components.support.jit import JIT, address, caller, jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv, PistonEnv, ProtectionEnv
 from granular_env.envs import ComponentEnv
 
 TASK = """
 import numpy as np
-from granular_env.components.jit import jit
+from granular_env.components.support.jit import jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
 import granular_env as ge
 {imported}
@@ -73,7 +73,7 @@ def test_an_edited_neighbour_in_its_package_is_noticed(tmp_path: Path) -> None:
     (package / "task.py").write_text(TASK.format(imported="from .prices import price", begun=0.0, reward="price()"))
     for price in (2.0, 4.0):
         (package / "prices.py").write_text(
-            f"from granular_env.components.jit import jit\n\n\n@jit\ndef price():\n    return {price}\n"
+            f"from granular_env.components.support.jit import jit\n\n\n@jit\ndef price():\n    return {price}\n"
         )
         assert run(tmp_path, "own_tasks.task") == f"0.0 {price} {price} {price}"
 

@@ -14,7 +14,7 @@ from support.env_toys import MAKERS, SMALL, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.components.packing import pack, unpack
+from granular_env.components.support.serialization import pack, unpack
 from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv
 from granular_env.envs import ComponentEnv, EnvState, RecordEnv
 from granular_env.recording import record

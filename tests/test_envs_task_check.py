@@ -15,8 +15,8 @@ from support.env_toys import MAKERS, Swing
 from granular_env.components.chain import Chain, features
 from granular_env.components.chain.table import U, V
 from granular_env.components.errors import GranularWarning, ParameterError
-from granular_env.components.jit import jit
 from granular_env.components.oscillator import Oscillator
+from granular_env.components.support.jit import jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv, check_task
 from granular_env.domains.chain.envs.task_check import refuse_incomplete
 from granular_env.envs import ComponentEnv

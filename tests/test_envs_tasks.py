@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.env_toys import MAKERS, Swing
 
-from granular_env.components.contract import ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain import ChainEnv, PistonEnv, ProtectionEnv
 from granular_env.envs import ComponentEnv

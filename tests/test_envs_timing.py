@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from support.env_toys import MAKERS
 
-from granular_env.components.errors import ParameterError
+from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv
 from granular_env.envs import register_all
 from granular_env.envs.policies import Constant, play
@@ -206,6 +206,22 @@ def test_doing_nothing_earns_nothing_whatever_the_deadline(name: str, deadline: 
     assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(0.0, abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("name", "least", "unit"), [("EnergyDelivery", 197, "J"), ("Protection", 277, "N s")], ids=["energy", "protection"]
+)
+def test_a_deadline_that_no_drive_can_meet_is_told(name: str, least: int, unit: str) -> None:
+    """Nothing that is held back arrives sooner than the full drive from the first moment on."""
+    for action in ("force", "piston"):
+        with pytest.warns(GranularWarning, match=f"deadline: 20 control steps .* 0 {unit} of the wanted"):
+            env = gymnasium.make(f"granular_env/{name}-v1", deadline=20, action=action)
+        assert play(env, Constant(1.0), seed=1)[0] < 0.01
+    with pytest.warns(GranularWarning, match=f"deadline: {least - 1} control steps"):
+        gymnasium.make(f"granular_env/{name}-v1", deadline=least - 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", GranularWarning)
+        gymnasium.make(f"granular_env/{name}-v1", deadline=least)
+
+
 # -- what an environment cannot do -------------------------------------------------------------------------------------
 
 
@@ -242,6 +258,25 @@ def test_options_that_are_read_once_cannot_be_set_later(name: str) -> None:
         setattr(env, name, getattr(env, name, 1))
     env.step_error_reward = -3.0
     assert copy.deepcopy(env).deadline == env.deadline == 700
+
+
+@pytest.mark.parametrize("name", ["amplitude", "place", "grains", "action_scale", "step_size", "chain"])
+def test_arguments_of_a_task_cannot_be_set_later(name: str) -> None:
+    """Nothing reads them any more: the agent would go on with the old goal."""
+    env = gymnasium.make("granular_env/PulseForming-v1").unwrapped
+    with pytest.raises(ParameterError, match=f"{name}: .*make another one with {name}="):
+        setattr(env, name, 3.0)
+
+
+def test_attributes_of_ones_own_can_be_set() -> None:
+    class Counting(PulseFormingEnv):
+        def __init__(self, bonus: float = 1.0, **options: Any) -> None:
+            super().__init__(**options)
+            self.bonus = bonus
+
+    env = Counting(bonus=2.0)
+    env.bonus, env.label = 3.0, "mine"  # type: ignore[attr-defined]
+    assert env.bonus == 3.0 and copy.deepcopy(env).bonus == 2.0
 
 
 def test_a_hold_beyond_the_deadline_is_refused() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from granular_env.components.contract import GranularWarning, ParameterError
+from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains.chain import ChainEnv, ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv
 from granular_env.envs import register_all
 from granular_env.recording import record, verify

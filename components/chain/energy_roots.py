@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import inlined, jit
+from ..support.jit import inlined, jit
 from .kernels import overlap
 from .table import MASS, REST, SMALLEST_OVERLAP, STIFFNESS, U, V
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..jit import inlined, jit
-from ..powers import power
+from ..support.jit import inlined, jit
+from ..support.powers import power
 from .laws import dispatch, hertz
 from .laws import power as power_law
 from .table import (

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..jit import inlined, jit
+from ..support.jit import inlined, jit
 from . import kernels
 from .table import DISSIPATION, ELASTIC, GRAINS, SCALARS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
 

@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.contract import Component, Observer
+from granular_env.components.component import Component
+from granular_env.components.contract import Observer
 from granular_env.components.errors import GranularWarning
 from granular_env.domains.chain.measurement import History, Watch
 from granular_env.experiments import Experiment

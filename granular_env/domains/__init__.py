@@ -2,13 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from types import ModuleType
+import lazy_loader
 
-__all__ = ["chain"]
-
-
-def __getattr__(name: str) -> ModuleType:
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return import_module(f"{__name__}.{name}")
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import inspect
+from abc import ABCMeta
 from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any, Self, get_args, get_origin, get_type_hints
@@ -13,13 +14,23 @@ import numpy as np
 from ..components.errors import ParameterError, nearest
 
 
-class Recreatable:
+class _Announcing(ABCMeta):
+    """Marks an instance once its whole `__init__`, that of subclasses too, has run."""
+
+    def __call__(cls, *positional: Any, **named: Any) -> Any:
+        made = super().__call__(*positional, **named)
+        made._complete = True
+        return made
+
+
+class Recreatable(metaclass=_Announcing):
     """Base of what can be made again from the arguments of its constructor.
 
     Subclasses give `__reduce__`, which adds the present state to these arguments.
     """
 
     _made_with: tuple[tuple[Any, ...], dict[str, Any]]
+    _complete: bool = False
 
     def __new__(cls, *arguments: Any, **keywords: Any) -> Self:
         """Keep the arguments; `ParameterError` with the nearest name for a keyword that there is not."""
@@ -29,6 +40,10 @@ class Recreatable:
         made = super().__new__(cls)
         made._made_with = _kept(arguments), _kept(keywords)
         return made
+
+    def is_read_once(self, name: str) -> bool:
+        """Return whether an attribute is an argument of the constructor that nothing reads afterwards."""
+        return self._complete and name not in vars(self) and name in (known_arguments(type(self)) or ())
 
     def __copy__(self) -> Self:
         """Return an independent copy: one that shares the state would step the original as well."""

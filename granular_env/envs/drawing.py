@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
-from ..components.contract import Component
+from ..components.component import Component
 from .task import Task
 
 Colour = tuple[int, ...]

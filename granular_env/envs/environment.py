@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.envs.registration import EnvSpec
 
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import ParameterError, StepError, nearest, shortened
-from ..components.profiles import finite_number
+from ..components.support.validation import finite_number
 from ..domains.chain.envs.task_check import refuse_incomplete
 from .clock import clock_readings
 from .copying import Recreatable
@@ -107,8 +107,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self._random_state: Mapping[str, Any] | None = None
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute; `ParameterError` for an option that the constructor alone reads."""
-        if name in _READ_ONCE and (name in vars(self) or name not in _KEPT):
+        """Set an attribute; `ParameterError` for an argument that the constructor alone reads."""
+        if (name in _READ_ONCE and (name in vars(self) or name not in _KEPT)) or (name[0] != "_" and self.is_read_once(name)):
             raise ParameterError(f"{name}: it cannot be set in an environment that is made; make another one with {name}=...")
         super().__setattr__(name, value)
 

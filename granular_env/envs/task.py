@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.random import Generator
 
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import ParameterError, shortened
 
 Seen = Mapping[str, npt.NDArray[np.float64]]

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from granular_env.components.errors import GranularError, GranularWarning
-from granular_env.components.jit import source_hash
-from granular_env.components.kernel_cache import cache_folder
+from granular_env.components.support.jit import source_hash
+from granular_env.components.support.kernel_cache import cache_folder
 from granular_env.experiments.load import load_experiment
 from granular_env.experiments.prepare import Prepared, prepare
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.components.memory import refuse_beyond
+from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.domains.chain.measurement.observer import Watch, watched
 from granular_env.domains.chain.measurement.peaks import SAMPLES, resolved_top
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, nearest
 from granular_env.experiments.faults import Faults, shortened
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain import PistonEnv, ProtectionEnv
 from granular_env.envs import ComponentEnv, Task

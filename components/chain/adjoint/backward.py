@@ -11,8 +11,8 @@ from math import sqrt
 
 import numpy as np
 
-from ...jit import inlined, jit
-from ...powers import power
+from ...support.jit import inlined, jit
+from ...support.powers import power
 from .. import kernels
 from ..table import (
     BEFORE,

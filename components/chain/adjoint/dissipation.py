@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from ...jit import inlined, jit
+from ...support.jit import inlined, jit
 from ..integrators.dissipation import prepare
 from ..laws import dispatch, viscous
 from ..table import (

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import inlined, jit
+from ...support.jit import inlined, jit
 from ..laws import dispatch, hertz, viscous
 from ..table import (
     BEFORE,

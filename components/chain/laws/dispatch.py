@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..table import (
     CONTACT,
     DEEPEST,

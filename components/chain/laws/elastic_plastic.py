@@ -18,8 +18,8 @@ from typing import Literal
 import numpy as np
 
 from ...errors import ParameterError
-from ...jit import inlined, jit
-from ...roots import two_thirds_power
+from ...support.jit import inlined, jit
+from ...support.roots import two_thirds_power
 from ..fields import NotNegative, Positive, field
 from ..table import CONTACT, DEEPEST, GRAINS, LOST, PLASTIC, RESIDUAL, REST, SCALARS, STIFFNESS, UNLOADING
 from . import hertz

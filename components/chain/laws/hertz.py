@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Literal
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..fields import field
 from ..table import HERTZ, SMALLEST_OVERLAP
 from .law import Law

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..fields import NotNegative, field
 from ..table import HERTZ, KUWABARA_KONO, SMALLEST_OVERLAP
 from .law import Dissipative, FloatArray

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ...named import Named
-from ...roots import two_thirds_power
+from ...support.roots import two_thirds_power
+from ...support.tagged_union import Named
 from ..table import HERTZ, NONE
 
 FloatArray = npt.NDArray[np.float64]

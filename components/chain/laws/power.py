@@ -10,8 +10,8 @@ from typing import Literal
 
 import numpy as np
 
-from ...jit import inlined
-from ...powers import power
+from ...support.jit import inlined
+from ...support.powers import power
 from ..fields import field
 from ..table import POWER, SMALLEST_OVERLAP
 from .law import FloatArray, Law

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..fields import NotNegative, field
 from ..table import HERTZ, SMALLEST_OVERLAP, VISCOUS
 from .law import Dissipative, FloatArray

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.parameters import WALLS
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, ParameterError, StepError, shortened
-from granular_env.components.jit import entry_point
-from granular_env.components.profiles import finite_number
+from granular_env.components.support.jit import entry_point
+from granular_env.components.support.validation import finite_number
 from granular_env.envs.clock import show_clock
 from granular_env.envs.drawing import draw
 from granular_env.envs.environment import ComponentEnv, Observation, Ready, _checked_scales, observation_box

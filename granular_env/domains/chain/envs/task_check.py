@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from granular_env.components.chain import table
 from granular_env.components.errors import ParameterError, caution, shortened
-from granular_env.components.plain_function import plain_function
+from granular_env.components.support.plain_function import plain_function
 from granular_env.envs.task import Task
 
 from .episode_state import ELAPSED

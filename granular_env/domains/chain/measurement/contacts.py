@@ -6,8 +6,8 @@ import numpy as np
 
 from granular_env.components.chain import kernels, table
 from granular_env.components.chain.laws import Law, dispatch, elastic_plastic
-from granular_env.components.contract import FloatArray
-from granular_env.components.jit import jit
+from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.jit import jit
 
 
 def forces_and_energies(

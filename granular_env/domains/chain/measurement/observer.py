@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.components.contract import Component, FloatArray, Held
+from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
-from granular_env.components.memory import refuse_beyond
+from granular_env.components.inputs import Held
+from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.memory_limits import refuse_beyond
 
 from .chain_history import History
 from .from_log import chain_geometry, of_chain

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from granular_env.components.contract import FloatArray
 from granular_env.components.errors import ParameterError
+from granular_env.components.snapshot import FloatArray
 
 from .validation import fraction, positive
 

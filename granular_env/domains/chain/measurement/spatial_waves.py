@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from granular_env.components.contract import FloatArray
+from granular_env.components.snapshot import FloatArray
 
 from .chain_history import Direction, History
 from .peaks import ridges, top

@@ -12,7 +12,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.energy_roots import energy_between, pull_energy_between
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.table import GRAINS, SCALARS
-from granular_env.components.jit import jit
+from granular_env.components.support.jit import jit
 from granular_env.envs.policies import Constant, Policy
 
 from ..envs.environment import ChainEnv, ChainOptions

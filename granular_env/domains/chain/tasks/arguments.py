@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from granular_env.components.chain import Chain, table
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.validation import positive_number
 
 from ..envs.domain_randomization import make_chain
 

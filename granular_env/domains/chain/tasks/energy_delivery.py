@@ -13,14 +13,15 @@ from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.readings import input_work
 from granular_env.components.chain.table import GRAINS, SCALARS
 from granular_env.components.chain.theory import SOLITARY_ENERGY
-from granular_env.components.jit import jit
-from granular_env.components.profiles import finite_number, positive_number
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import finite_number, positive_number
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import passing_waves
 from .arguments import CLOCK, chosen, driven_chain, hertz_chain, observed, timed, whole
+from .arrival import caution_late
 from .baselines import open_loops
 from .target_waves import shape_energies, wave_shapes
 
@@ -221,3 +222,9 @@ class EnergyDeliveryEnv(ChainEnv):
             return EnergyDeliveryTask(chain, energy, region, work_price, duration, deadline, actions, arguments)
 
         super().__init__(component, task, **merged)
+        if "deadline" in options:
+            first = component.parameters.grains - region + 1
+            caution_late(
+                self.component, actions, duration, deadline, energy, "J",
+                lambda driven: energy_between(driven.table, first, driven.parameters.grains),
+            )  # fmt: skip

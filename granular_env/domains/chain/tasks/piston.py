@@ -9,8 +9,8 @@ import numpy as np
 from granular_env.components.chain import Chain
 from granular_env.components.chain.readings import input_work
 from granular_env.components.chain.table import GRAINS, SCALARS, U, V
-from granular_env.components.jit import jit
-from granular_env.components.profiles import finite_number, positive_number
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import finite_number, positive_number
 
 from ..envs.domain_randomization import make_chain
 from ..envs.environment import ChainEnv, ChainOptions

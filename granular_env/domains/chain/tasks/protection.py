@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Unpack
 
 import numpy as np
@@ -13,14 +13,15 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.readings import right_wall_force
 from granular_env.components.chain.table import GRAINS, REST, SCALARS, STIFFNESS, U
-from granular_env.components.jit import inlined, jit
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.jit import inlined, jit
+from granular_env.components.support.validation import positive_number
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import ramped_push
 from .arguments import CLOCK, chosen, driven_chain, hertz_chain, timed
+from .arrival import caution_late
 from .baselines import open_loops
 
 FloatArray = npt.NDArray[np.float64]
@@ -103,6 +104,18 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     bar[U, n + 1] -= slope * tangent
     bar[REST, n] += slope * tangent
     bar[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
+
+
+def _impulse_of(duration: float) -> Callable[[Chain], float]:
+    """Return what adds up the wall's impulse [N s], called after each control step of that duration [s]."""
+    total = 0.0
+
+    def arrived(chain: Chain) -> float:
+        nonlocal total
+        total += duration * right_wall_force(chain.table)
+        return total
+
+    return arrived
 
 
 # -- task and environment ---------------------------------------------------------------------------------------------
@@ -248,3 +261,5 @@ class ProtectionEnv(ChainEnv):
             return ProtectionTask(chain, impulse, peak_scale, duration, deadline, actions, observations, arguments)
 
         super().__init__(component, task, **merged)
+        if deadline and "deadline" in options:
+            caution_late(self.component, actions, duration, deadline, impulse, "N s", _impulse_of(duration))

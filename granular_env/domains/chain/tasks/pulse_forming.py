@@ -11,8 +11,8 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import jit
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import positive_number
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions

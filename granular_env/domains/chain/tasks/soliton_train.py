@@ -11,10 +11,10 @@ from numpy.random import Generator
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
-from granular_env.components.elementary import root
 from granular_env.components.errors import ParameterError, shortened
-from granular_env.components.jit import jit
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.elementary import root
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import positive_number
 from granular_env.envs.policies import Constant, Policy
 
 from ..envs.environment import ChainEnv, ChainOptions

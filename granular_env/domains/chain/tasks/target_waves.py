@@ -21,9 +21,9 @@ from granular_env.components.chain.energy_roots import energy_root, pull_energy_
 from granular_env.components.chain.readings import input_work
 from granular_env.components.chain.table import GRAINS, MASS, SCALARS, V
 from granular_env.components.chain.theory.lattice import LatticeWave, lattice_wave
-from granular_env.components.elementary import exponential, logarithm, root
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import inlined, jit
+from granular_env.components.support.elementary import exponential, logarithm, root
+from granular_env.components.support.jit import inlined, jit
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -1,0 +1,3 @@
+from . import chain
+
+__all__ = ["chain"]
