@@ -1,7 +1,6 @@
-"""Contact laws, one a file: what they declare, and their formulas.
+"""Contact laws, one a file: parameters, formulas, their derivatives, sources. `functions.py` says what a law's file defines.
 
-A law is conservative, velocity-dependent or has a history, and says so. Elastic forces and dissipation are given to the kernels
-as kinds (`layout`), `dispatch` finds the functions.
+A law is conservative, velocity-dependent or has a history, and says so. A new law is a file and a line in `LAWS`.
 """
 
 from __future__ import annotations
