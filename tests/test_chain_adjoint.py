@@ -14,9 +14,9 @@ import pytest
 from granular_env import Chain, ParameterError, StepError
 from granular_env.components.chain.adjoint import evaluate, gradient, tape, value_and_adjoint
 from granular_env.components.chain.layout import FREE_ROW, U, V
-from granular_env.components.chain.specialisation import specialise
 from granular_env.components.chain.objective import Objective
-from granular_env.components.jit import jit
+from granular_env.components.chain.specialisation import specialise
+from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control.finite_differences import central_differences
 from granular_env.domains.chain.control.gradient import value_and_grad
 from granular_env.domains.chain.control.objective import (

@@ -26,7 +26,7 @@ from granular_env.components.chain.layout import (
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.specialisation import specialise
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import inlined, jit
+from granular_env.components.support.jit import inlined, jit
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 
@@ -43,7 +43,8 @@ CASES: dict[str, dict[str, Any]] = {
 
 def plain_force(chain: ge.Chain, j: int, d: float, w: float) -> float:
     """Return the force of a contact that is loaded for the first time: the formula of its docs page."""
-    law, k = chain.parameters.law, float(chain.geometry.stiffness[j])
+    law: Any = chain.parameters.law
+    k = float(chain.geometry.stiffness[j])
     if d <= 0.0:
         return 0.0
     elastic = k * d**law.exponent
@@ -67,7 +68,7 @@ def forces_on(chain: ge.Chain) -> np.ndarray:
 
 def shaken(name: str, **parameters: Any) -> ge.Chain:
     """Return a chain between walls with pressed and open contacts, some of them in fast approach or parting."""
-    chain = ge.make("chain", **({"grains": 7, "left": "plane", "right": "plane"} | CASES[name] | parameters))
+    chain = ge.Chain(**({"grains": 7, "left": "plane", "right": "plane"} | CASES[name] | parameters))
     random = np.random.default_rng(3)
     chain.reset(velocity=random.uniform(-2.0, 2.0, 7), displacement=random.uniform(-8e-6, 8e-6, 7))
     return chain
@@ -184,9 +185,9 @@ def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> No
         case["contact_stiffness"] *= change.get("contact_stiffness", 1.0)
         if "dissipation" in change:
             case["law"] = {**case["law"], "dissipation": case["law"]["dissipation"] * change["dissipation"]}
-        return float(evaluate(ge.make("chain", **shape, **case), push * drive[None], 3, objective)[0])
+        return float(evaluate(ge.Chain(**shape, **case), push * drive[None], 3, objective)[0])
 
-    chain = ge.make("chain", **shape, **CASES[name])
+    chain = ge.Chain(**shape, **CASES[name])
     found = value_and_adjoint(chain, drive, 3, objective)
     h = 1e-5
     names = ["contact_stiffness"] + (["dissipation"] if isinstance(chain.parameters.law, Dissipative) else [])
@@ -208,7 +209,7 @@ def test_a_law_has_loops_of_its_own_and_others_are_shared() -> None:
 
 
 def test_loops_without_a_law_do_not_run() -> None:
-    chain = ge.make("chain", grains=3)
+    chain = ge.Chain(grains=3)
     with pytest.raises(Exception, match="force|no contact law"):
         kernels.contact_forces(chain.table.copy(), U, V, np.zeros(4))
 
@@ -247,7 +248,7 @@ class Forgetful(Dissipative):
 def test_a_law_that_lacks_a_function_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
     with pytest.raises(ParameterError, match=r"law 'unfinished' lacks energy in .*test_chain_law_functions"):
-        ge.make("chain", grains=3, law="unfinished")
+        ge.Chain(grains=3, law="unfinished")
 
 
 def test_what_no_integrator_combines_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,13 +256,13 @@ def test_what_no_integrator_combines_is_refused_by_name(monkeypatch: pytest.Monk
     for name in ("energy", "coefficient", "begin", "remember"):
         monkeypatch.setitem(globals(), name, force)
     with pytest.raises(ParameterError, match="law 'forgetful' has a history and a dissipation"):
-        ge.make("chain", grains=3, law="forgetful")
+        ge.Chain(grains=3, law="forgetful")
 
 
 def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
     monkeypatch.setitem(globals(), "energy", force)
-    chain = ge.make("chain", grains=3, law="unfinished", contact_stiffness=1e9)
+    chain = ge.Chain(grains=3, law="unfinished", contact_stiffness=1e9)
     said = "no gradients of 'unfinished', which lacks stiffness, force_pullback, energy_pullback; use hertz, "
     with pytest.raises(ParameterError, match=said):
         value_and_adjoint(chain, np.zeros((3, 2)), 1, Objective(_note, _value, _pull))
@@ -271,15 +272,14 @@ def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monk
 
 
 def _names(path: Path) -> set[str]:
-    """Return the identifiers, imported modules and short texts of a file, its docstrings left out."""
+    """Return the classes, imported modules and texts of a file."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Name):
+        if isinstance(node, ast.ImportFrom):
+            of_laws = node.module is None or node.module.endswith("laws")
+            found |= {node.module or "", *(one.name for one in node.names if of_laws)}
+        elif isinstance(node, ast.Name) and node.id[0].isupper():
             found.add(node.id)
-        elif isinstance(node, ast.Attribute):
-            found.add(node.attr)
-        elif isinstance(node, ast.ImportFrom):
-            found |= {(node.module or "").rpartition(".")[2], *(one.name for one in node.names)}
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             found.add(node.value)
     return found
@@ -288,11 +288,9 @@ def _names(path: Path) -> set[str]:
 @pytest.mark.parametrize("name", LAWS)
 def test_few_files_name_a_law(name: str) -> None:
     """Its own, the table and the parameters, whose default one law is; and the laws that extend it, which import it."""
-    root = Path(__file__).resolve().parents[1] / "components"
-    wanted = {name, LAWS[name].__name__}
+    root = Path(__file__).resolve().parents[1] / "components" / "chain"
+    wanted = {name, LAWS[name].__name__, f"laws.{name}"}
     naming = {path.relative_to(root).as_posix() for path in root.rglob("*.py") if wanted & _names(path)}
-    extending = {
-        f"chain/laws/{other}.py" for other in LAWS if other != name and name in _names(root / f"chain/laws/{other}.py")
-    }
-    assert naming - extending <= {f"chain/laws/{name}.py", "chain/laws/__init__.py", "chain/parameters.py", "chain/__init__.py"}
+    extending = {f"laws/{other}.py" for other in LAWS if other != name and name in _names(root / f"laws/{other}.py")}
+    assert naming - extending <= {f"laws/{name}.py", "laws/__init__.py", "parameters.py", "__init__.py"}
     assert name == "hertz" or not extending

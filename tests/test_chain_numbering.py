@@ -10,8 +10,9 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.chain.adjoint import evaluate
-from granular_env.domains.chain import ProtectionEnv, measurement
+from granular_env.domains.chain import measurement
 from granular_env.domains.chain.control.objective import contact_force, total
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.sweep import run_sweep
 
 GRAINS = 8
@@ -62,7 +63,7 @@ def test_a_wall_in_the_place_of_a_free_end_shifts_no_sensor() -> None:
 
 
 def test_sensors_objectives_and_sweeps_count_as_the_output_does(tmp_path: Path) -> None:
-    env = ProtectionEnv(grains=GRAINS, clock=0, observe={"contact_force": [2, -3]}, deadline=None)
+    env = make_protection(grains=GRAINS, clock=0, observe={"contact_force": [2, -3]}, deadline=None)
     env.reset(seed=0)
     for _ in range(20):
         observation, *_ = env.step(np.array([0.8], np.float32))

@@ -7,10 +7,13 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..contract import Block, Component, FloatArray, Held, Ledger, Particles, StepError, Variable
-from ..errors import ParameterError, caution
-from ..jit import entry_point
+from ..component import Component
+from ..contract import Ledger, Particles, Variable
+from ..errors import ParameterError, StepError, caution
+from ..inputs import Held
 from ..profiles import CompiledProfile
+from ..snapshot import Block, FloatArray
+from ..support.jit import entry_point
 from . import kernels, layout
 from .diagnostics import Validity
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size

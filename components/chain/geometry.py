@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
-from ..powers import power
-from ..roots import fifth_root, round_down_to_125
+from ..support.powers import power
+from ..support.roots import fifth_root, round_down_to_125
 from .arrangements.random_radii import drawn
 from .equilibrium import static_forces
 from .laws import Dissipative

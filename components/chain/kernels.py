@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..jit import inlined, jit
+from ..support.jit import inlined, jit
 from .laws import functions as law
 from .laws.functions import DISSIPATES, REMEMBERS
 from .layout import (

@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..jit import inlined, jit
-from ..powers import power
+from ..support.jit import inlined, jit
+from ..support.powers import power
 from . import kernels
 from .laws import functions as law
 from .laws.functions import DISSIPATES

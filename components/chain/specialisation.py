@@ -14,7 +14,7 @@ from typing import Any
 
 from numba.core.dispatcher import Dispatcher
 
-from ..jit import JIT, inlined, jit
+from ..support.jit import JIT, inlined, jit
 from .laws import LAWS, functions
 from .laws.law import Law, lacks, law_functions
 from .layout import LAW, SCALARS
@@ -31,7 +31,7 @@ def specialise(kernel: Callable[..., Any], law: type[Law]) -> Callable[..., Any]
 
 
 @cache
-def _specialisation(law: type[Law]) -> _Specialisation:
+def _specialisation(law: Any) -> _Specialisation:
     return _Specialisation(law)
 
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from granular_env.components.errors import ExperimentError, GranularError, StepError
-from granular_env.components.validation import explained
+from granular_env.components.support.validation import explained
 
 Model = TypeVar("Model", bound="Table")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import ExperimentError, ParameterError, StepError, caution, nearest
 from granular_env.components.profiles import Profile
 

@@ -21,7 +21,7 @@ from pydantic import ConfigDict, Field, PrivateAttr
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, ParameterError, nearest
-from granular_env.components.validation import validated
+from granular_env.components.support.validation import validated
 
 from .faults import Faults, Table, shortened
 from .inputs import ProfileTable, parse_input

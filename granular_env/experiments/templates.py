@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError
 from granular_env.components.files import read_bounded

@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from ..components.errors import LogError
-from ..components.memory import refuse_beyond
+from ..components.support.memory_limits import refuse_beyond
 
 _ADVICE = "open it with allow_large=True if you trust where it comes from"
 # One chunk is decompressed as a whole; ours are near 1 MB or hold one array, which for the largest components is more [bytes].

@@ -22,8 +22,8 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from granular_env.components.counter_random import uniform
 from granular_env.components.errors import nearest
+from granular_env.components.support.counter_random import uniform
 from granular_env.experiments.faults import Faults, Table, shortened
 
 _DECIMAL = Context(prec=40)

@@ -8,7 +8,7 @@ import re
 from typing import Any
 
 from granular_env.components.errors import ExperimentError, GranularError
-from granular_env.components.packing import canonical_json
+from granular_env.components.support.serialization import canonical_json
 from granular_env.experiments.load import load_experiment, shipped_experiments
 from granular_env.experiments.schema import Experiment
 

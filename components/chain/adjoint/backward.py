@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
 from ..laws import functions as law
 from ..laws.functions import DISSIPATES

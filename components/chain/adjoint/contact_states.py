@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ...jit import jit
+from ...support.jit import jit
 from ..component import Chain
 from ..integrators.dissipation import half_sweep, is_closing, prepare
 from ..laws.functions import DISSIPATES, JUMPS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import inlined, jit
+from ...support.jit import inlined, jit
 from .. import kernels
 from ..integrators.dissipation import closed_time, is_closing, prepare
 from ..laws import functions as law

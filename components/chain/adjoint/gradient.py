@@ -13,7 +13,7 @@ import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
-from ...jit import JIT, address, jit, refuse_stale
+from ...support.jit import JIT, address, current, jit, refuse_stale
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
@@ -170,7 +170,7 @@ def _run(
 def valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
     """An objective's number for these sums of its features, and dJ/dsums; `ParameterError` where one is no finite number."""
     slopes = np.zeros(objective.count)
-    given = objective.value(sums, objective.constants, slopes)
+    given = current(objective.value)(sums, objective.constants, slopes)
     if not isinstance(given, (int, float, np.number)):
         raise ParameterError(f"objective.value: got {shortened(given)} from it, expected a number")
     value = float(given)

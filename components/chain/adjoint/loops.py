@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import caller, jit
+from ...support.jit import caller, jit
 from ..integrators import SIGNATURE
 from ..layout import (
     DISSIPATED,

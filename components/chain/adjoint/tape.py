@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
 from ..integrators.compositions import falling_stage, kick_and_drift
 from ..integrators.dissipation import half_sweep, prepare

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...jit import inlined, jit
+from ...support.jit import inlined, jit
 from .. import kernels
 from ..laws import functions as law
 from ..laws.functions import DISSIPATES, LONG_FORMULA, REMEMBERS

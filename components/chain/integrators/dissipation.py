@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import inlined, jit
+from ...support.jit import inlined, jit
 from .. import kernels
 from ..laws import functions as law
 from ..laws.functions import JUMPS

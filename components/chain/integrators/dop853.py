@@ -12,7 +12,7 @@ from math import sqrt
 
 import numpy as np
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
 from ..layout import (
     BESIDE_GRAINS,

@@ -8,7 +8,7 @@ state.
 
 from __future__ import annotations
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
 from ..layout import BESIDE_GRAINS, FREE_ROW, GRAINS, HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, TALLY, U, V
 from . import runge_kutta

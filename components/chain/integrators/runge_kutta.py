@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
 from ..layout import BESIDE_GRAINS, FREE_ROW, GRAINS, SCALARS, STEP, U, V
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from pydantic import SerializeAsAny
 
-from ...named import ByName
+from ...support.tagged_union import ByName
 from .elastic_plastic import ElasticPlastic
 from .hertz import Hertz
 from .kuwabara_kono import KuwabaraKono

@@ -12,7 +12,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import ClassVar, Literal
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..fields import field
 from ..layout import SMALLEST_OVERLAP, STIFFNESS
 from .law import Law

@@ -11,7 +11,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..fields import NotNegative, field
 from ..layout import LAW_CONSTANTS
 from .hertz import energy, energy_pullback, energy_root, energy_root_pullback, force, force_pullback, stiffness

@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ...named import Named
-from ...roots import two_thirds_power
+from ...support.roots import two_thirds_power
+from ...support.tagged_union import Named
 from ..layout import MOST_HISTORY_ROWS
 from . import functions
 
@@ -133,7 +133,7 @@ def refuse_incomplete(law: type[Law], name: str) -> None:
 
 
 @cache
-def law_functions(law: type[Law]) -> ModuleType:
+def law_functions(law: Any) -> ModuleType:
     """Return a law's functions and properties under the names of `functions.py`, for the loops."""
     own = sys.modules[law.__module__]
     space = ModuleType(own.__name__)

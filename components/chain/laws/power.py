@@ -10,8 +10,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ...jit import inlined
-from ...powers import power
+from ...support.jit import inlined
+from ...support.powers import power
 from ..fields import field
 from ..layout import EXPONENT, SCALARS, SMALLEST_OVERLAP, STIFFNESS
 from .law import FloatArray, Law

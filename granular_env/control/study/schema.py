@@ -21,7 +21,7 @@ from typing import Any, Literal, Self
 from pydantic import ConfigDict, Field, PrivateAttr, model_validator
 
 from granular_env.components.errors import ExperimentError, nearest
-from granular_env.components.packing import canonical_json, digest
+from granular_env.components.support.serialization import canonical_json, digest
 from granular_env.experiments.faults import Faults, Table, shortened
 
 from .methods import METHODS, MethodTable

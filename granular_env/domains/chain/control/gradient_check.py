@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,7 @@ from granular_env.components.chain import Chain, layout
 from granular_env.components.chain.adjoint import check_functions, valued
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.jit import current
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -40,6 +42,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     """
     objective.fit(chain.parameters.grains, steps)
     check_functions(objective)
+    objective = replace(objective, note=current(objective.note), value=current(objective.value), pull=current(objective.pull))
     rng = np.random.default_rng(_SEED)
     a, inputs = _state(chain, rng), rng.normal(size=2)
     sums = _noted(objective, a, 0, steps, inputs)

@@ -8,7 +8,7 @@ contact. It is to become small; a factor of -1 in front of a term makes what is 
 One's own objective is three jitted functions. The kinetic energy of grain 5, averaged over the run:
 
     from granular_env.components.chain.layout import MASS, V
-    from granular_env.components.jit import jit
+    from granular_env.components.support.jit import jit
 
     @jit
     def note(a, step, steps, inputs, constants, sums):
@@ -43,8 +43,8 @@ from granular_env.components.chain import Chain, quantities
 from granular_env.components.chain.layout import U, V
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, shortened
-from granular_env.components.jit import jit
-from granular_env.components.profiles import finite_number
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import finite_number
 
 __all__ = [
     "Objective",

@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from granular_env.components.chain import Chain, quantities
 from granular_env.components.chain.layout import U, V
-from granular_env.components.counter_random import normal, stream_key
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.components.jit import JIT, inlined, jit
-from granular_env.components.profiles import finite_number
+from granular_env.components.support.counter_random import normal, stream_key
+from granular_env.components.support.jit import JIT, inlined, jit
+from granular_env.components.support.validation import finite_number
 
 FloatArray = npt.NDArray[np.float64]
 

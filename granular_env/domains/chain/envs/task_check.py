@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from granular_env.components.chain import layout
 from granular_env.components.errors import ParameterError, caution, shortened
-from granular_env.components.plain_function import plain_function
-from granular_env.envs.task import Task
+from granular_env.components.support.plain_function import plain_function
 
 from .episode_state import ELAPSED
 
@@ -112,21 +111,6 @@ def refuse_slips(env: ChainEnv) -> None:
     except Exception:  # a start that is not one, a reward that is no number: told where it happens
         return
     _refused_nothing.add(known)
-
-
-def refuse_incomplete(task: Any) -> None:
-    """Refuse what lacks one of the attributes that every task has.
-
-    Raises:
-        ParameterError: it is no task, or an attribute is missing; names it.
-    """
-    if not isinstance(task, Task):
-        raise ParameterError(f"task: got {shortened(task)}, expected an object of a class made from Task")
-    for name, example in (("name", '"swing"'), ("actions", '{"left_force": 100.0}'), ("observations", '{"velocity": 1.0}')):
-        if getattr(task, name, None) is None:
-            raise ParameterError(f"task: {type(task).__name__} has no {name}; give it one, such as {name} = {example}")
-        if name != "name" and not isinstance(getattr(task, name), Mapping):
-            raise ParameterError(f"task.{name}: got {shortened(getattr(task, name))}, expected a mapping, such as {example}")
 
 
 def _play(env: Any, steps: int, seed: int, random: np.random.Generator) -> int:

@@ -9,7 +9,7 @@ from granular_env.components.chain.laws import LAWS, Law
 from granular_env.components.chain.laws import functions as law_functions
 from granular_env.components.chain.specialisation import specialise
 from granular_env.components.contract import FloatArray
-from granular_env.components.jit import jit
+from granular_env.components.support.jit import jit
 
 
 def forces_and_energies(

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.components.contract import Component, FloatArray
+from granular_env.components.component import Component
 from granular_env.components.errors import LogError, ParameterError, shortened
+from granular_env.components.snapshot import FloatArray
 
 from .chain_history import History
 from .validation import whole_number

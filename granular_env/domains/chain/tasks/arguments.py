@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.laws.functions import ENERGY_ROOT
 from granular_env.components.chain.laws.law import lacks
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.validation import positive_number
 
 from ..envs.domain_randomization import make_chain
 
@@ -145,12 +145,12 @@ _SEEN = {"self", "chain", "options", "observe", "noise", "info", "clock", "rende
 _CHAIN_DEFAULTS = {"radius": 3e-3, "material": "steel"}
 
 
-def chosen(environment: type, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Which arguments of an environment's constructor differ from their defaults, name -> value: the problem's name.
+def chosen(environment: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Which arguments of an environment's factory differ from their defaults, name -> value: the problem's name.
 
     Args:
-        environment: the class.
-        given: the local variables at the constructor's beginning.
+        environment: the factory.
+        given: the local variables at its beginning.
     """
     defaults = {name: one.default for name, one in inspect.signature(environment).parameters.items()}
     defaults |= {name: value for name, value in _CHAIN_DEFAULTS.items() if name in defaults}

@@ -20,9 +20,9 @@ import numpy.typing as npt
 from granular_env.components.chain.layout import GRAINS, MASS, SCALARS, V
 from granular_env.components.chain.quantities import energy_root, energy_root_pullback, input_work
 from granular_env.components.chain.theory.lattice import LatticeWave, lattice_wave
-from granular_env.components.elementary import exponential, logarithm, root
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import inlined, jit
+from granular_env.components.support.elementary import exponential, logarithm, root
+from granular_env.components.support.jit import inlined, jit
 
 FloatArray = npt.NDArray[np.float64]
 
