@@ -149,6 +149,30 @@ def elastic_plastic():
     save(figure, "elastic-plastic")
 
 
+@drawing.styled
+def linear():
+    """The loop of force, and restitution against the damping ratio, with and without tension."""
+    figure = drawing.new_figure(9.0, 3.6)
+    left, right = figure.subplots(1, 2)
+    spring = {"mass": 2e-3, "contact_stiffness": 1e7}
+    critical = 2.0 * np.sqrt(np.prod(scales(law="linear", **spring)))
+
+    def law(ratio):
+        return {"law": {"name": "linear", "dissipation": ratio * critical}, **spring}
+
+    loops(left, [(f"zeta = {ratio:g}", 1.0, law(ratio)) for ratio in (0.0, 0.1, 0.4)])
+    ratios = np.linspace(0.0, 0.9, 91)
+    root = np.sqrt(1.0 - ratios**2)
+    right.plot(ratios, np.exp(-np.pi * ratios / root), **drawing.line(0), label="were it to pull")
+    opening = np.pi - np.arctan2(2.0 * ratios * root, 1.0 - 2.0 * ratios**2)
+    right.plot(ratios, np.exp(-ratios / root * opening), **drawing.line(1), label="without tension")
+    runs = np.linspace(0.0, 0.9, 10)
+    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
+    right.set(xlabel="damping ratio", ylabel="e", title="Restitution, at any speed")
+    right.legend()
+    save(figure, "linear")
+
+
 def draw():
     """All of them."""
     IMAGES.mkdir(parents=True, exist_ok=True)
@@ -157,6 +181,7 @@ def draw():
     for name, law, loss in DISSIPATIVE:
         dissipative(name, law, loss)
     elastic_plastic()
+    linear()
 
 
 if __name__ == "__main__":

@@ -14,10 +14,11 @@ from .elastic_plastic import ElasticPlastic
 from .hertz import Hertz
 from .kuwabara_kono import KuwabaraKono
 from .law import Dissipative, Law
+from .linear import Linear
 from .power import Power
 from .viscous import Viscous
 
-__all__ = ["LAWS", "ChosenLaw", "Dissipative", "ElasticPlastic", "Hertz", "KuwabaraKono", "Law", "Power", "Viscous"]
+__all__ = ["LAWS", "ChosenLaw", "Dissipative", "ElasticPlastic", "Hertz", "KuwabaraKono", "Law", "Linear", "Power", "Viscous"]
 
 LAWS: dict[str, type[Law]] = {
     "hertz": Hertz,
@@ -25,6 +26,7 @@ LAWS: dict[str, type[Law]] = {
     "viscous": Viscous,
     "kuwabara_kono": KuwabaraKono,
     "elastic_plastic": ElasticPlastic,
+    "linear": Linear,
 }
 
 ChosenLaw = Annotated[SerializeAsAny[Law], ByName(LAWS)]
