@@ -19,8 +19,9 @@ from . import kernels, layout
 from .diagnostics import Validity
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
 from .integrators import SCHEMES, SIGNATURE, dop853
-from .laws import Dissipative, Law, elastic_plastic
+from .laws import LAWS, Dissipative, Law
 from .parameters import WALLS, ChainParameters
+from .specialisation import specialise
 
 # Where a contact sees fewer force evaluations a step is refused.
 _LEAST_FORCES = 16.0
@@ -35,7 +36,7 @@ _EXHAUSTED = 2
 _LARGE_RADIUS, _LIGHT_DENSITY = 0.1, 100.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
-_GEOMETRY_ROWS = 17
+_GEOMETRY_ROWS = 18
 
 
 class Chain(Component):
@@ -71,8 +72,7 @@ class Chain(Component):
         self._scheme = SCHEMES[p.integrator]
         self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.exponent)
         self.step_size = self._suggested_step() if p.step_size is None else p.step_size
-        damped = isinstance(p.law, Dissipative)
-        self.scheme_kernel = self._scheme.advance_damped if damped else self._scheme.advance
+        self.scheme_kernel = self._of_law(self._scheme.advance)
         self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
         width = layout.row_width(p.grains)
@@ -97,6 +97,10 @@ class Chain(Component):
             largest_angle=self._largest_angle(self._wanted_forces),
             pressed_angle=self._scheme.pressed_angle,
         )
+
+    def _of_law(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a kernel for the chain's contact law."""
+        return specialise(kernel, type(self.parameters.law))
 
     def _largest_angle(self, forces: float) -> float:
         """Step x frequency of a contact at which it sees so many force evaluations."""
@@ -130,16 +134,17 @@ class Chain(Component):
         places = slice(0, p.grains + 1)
         rows[layout.STIFFNESS, places] = chain.stiffness
         rows[layout.REST_OVERLAP, places] = chain.rest_overlap
-        rows[layout.CONTACT, places] = chain.law_constants
+        constants = chain.law_constants.T
+        rows[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + len(constants), places] = constants
         rows[layout.INVERSE_MASS, self._grains] = 1.0 / chain.mass
         rows[layout.MASS, self._grains] = chain.mass
         for end, column in ((p.left, 1), (p.right, p.grains)):
             if end == "piston":
                 rows[layout.INVERSE_MASS, column] = rows[layout.MASS, column] = 0.0
-        rows[layout.SCALARS, :14] = (
+        rows[layout.SCALARS, :13] = (
             self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1],
             chain.static_force[0], chain.static_force[-1], chain.sound_speed.min(), p.tolerance, p.grains,
-            p.law.elastic, p.law.damping, p.law.exponent, p.gravity,
+            list(LAWS).index(p.law.name), p.law.exponent, p.gravity,
         )  # fmt: skip
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
@@ -149,7 +154,7 @@ class Chain(Component):
         def seen(forces: float) -> FloatArray:
             p = self.parameters.law.exponent
             frequency = self._largest_angle(forces) / self.step_size
-            tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.stiffness[places])
+            tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.steepest[places])
             # The overlap of that tangent stiffness; linear contacts have one frequency, whatever the overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
@@ -241,9 +246,9 @@ class Chain(Component):
             self._table[layout.U, self._grains] = displacement
         self._refuse_start()
         if self.parameters.law.has_history:
-            elastic_plastic.begin(self._table)
+            self._of_law(kernels.begin_histories)(self._table)
             # Contacts that start beyond yield got there before the clock began.
-            elastic_plastic.remember(self._table, layout.U)
+            self._of_law(kernels.remember)(self._table, layout.U)
             self._table[layout.DISSIPATED] = 0.0
         kinetic, potential, momentum = self._sums()
         self._table[layout.TALLY, layout.START_ENERGY], self._table[layout.TALLY, layout.START_MOMENTUM] = (
@@ -426,7 +431,7 @@ class Chain(Component):
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
-        kinetic, elastic, momentum = kernels.energies(self._table, self.geometry.mass)
+        kinetic, elastic, momentum = self._of_law(kernels.energies)(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
@@ -445,11 +450,11 @@ class Chain(Component):
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
-        kernels.contact_forces(self._table, layout.U, layout.V, forces)
+        self._of_law(kernels.contact_forces)(self._table, layout.U, layout.V, forces)
         return forces
 
     def _force_in(self, contact: int) -> float:
-        return float(kernels.contact_force(self._table, layout.U, layout.V, contact))
+        return float(self._of_law(kernels.contact_force)(self._table, layout.U, layout.V, contact))
 
     def drawables(self) -> tuple[Points, ...]:
         """Return the grains, along x."""
@@ -523,7 +528,7 @@ class Chain(Component):
 def _first_state_row(law: Law) -> int:
     """Where the state begins: contacts have a history only where the law says so."""
     if law.has_history:
-        return layout.UNLOADING
+        return layout.DISSIPATED - law.history_rows
     return layout.TALLY if law.conservative else layout.DISSIPATED
 
 
