@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 
 import granular_env  # noqa: F401 - registers the environments
-from granular_env.components.chain.table import U, V
+from granular_env.components.chain.layout import U, V
 from granular_env.domains import load
 from granular_env.domains.chain import ChainEnv
 from granular_env.domains.chain.tasks import ENVIRONMENTS

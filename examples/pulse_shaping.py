@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 import granular_env as ge
-from granular_env.components.chain.adjoint import value_and_bars
+from granular_env.components.chain.adjoint import value_and_adjoint
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs.policies import OpenLoop, play
 
@@ -27,7 +27,8 @@ def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int
     objective, steps = env.task.objective(env.component, len(drive)), len(drive)
 
     def cost(scaled: np.ndarray) -> tuple[float, np.ndarray]:
-        bars = value_and_bars(env.component, np.column_stack([UNIT * scaled, np.zeros(steps)]), env.internal_steps, objective)
+        drive = np.column_stack([UNIT * scaled, np.zeros(steps)])
+        bars = value_and_adjoint(env.component, drive, env.internal_steps, objective)
         return weight * bars.value, weight * UNIT * bars.inputs[:, 0]
 
     weight = 1.0

@@ -20,7 +20,7 @@ from granular_env.control.task_problem import TaskProblem
 ROOT = Path(__file__).resolve().parents[1]
 MODULE = '''
 import granular_env as ge
-from granular_env.components.chain.table import V
+from granular_env.components.chain.layout import V
 from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control.objective import total, velocity
 from granular_env.domains.chain import ChainEnv, ChainTask

@@ -13,8 +13,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from scipy.interpolate import CubicSpline
 
-from granular_env.components.chain.adjoint import evaluate, value_and_bars
-from granular_env.components.chain.table import MASS, REST, STIFFNESS, U, V
+from granular_env.components.chain.adjoint import evaluate, value_and_adjoint
+from granular_env.components.chain.layout import MASS, REST_OVERLAP, STIFFNESS, U, V
 from granular_env.components.chain.theory import lattice_wave
 from granular_env.components.errors import ParameterError
 from granular_env.domains.chain import ChainEnv
@@ -207,12 +207,12 @@ def test_pull_is_the_slope_of_value_and_note(name: str, action: str, chain: dict
     objective.pull(a, bar, steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes)
     assert np.abs(bar).max() > 0.0
     compared = 0
-    for row in (U, V, REST, STIFFNESS, MASS):
+    for row in (U, V, REST_OVERLAP, STIFFNESS, MASS):
         for column in range(14):
             # At an overlap at rest of 0 its root has no slope.
-            if bar[row, column] == 0.0 or (row == REST and a[REST, column] == 0.0):
+            if bar[row, column] == 0.0 or (row == REST_OVERLAP and a[REST_OVERLAP, column] == 0.0):
                 continue
-            step = {U: 1e-11, REST: 1e-11, V: 1e-4, MASS: 1e-8, STIFFNESS: 1e5}[row]
+            step = {U: 1e-11, REST_OVERLAP: 1e-11, V: 1e-4, MASS: 1e-8, STIFFNESS: 1e5}[row]
             up, down = a.copy(), a.copy()
             up[row, column] += step
             down[row, column] -= step
@@ -245,7 +245,7 @@ def test_the_gradient_of_a_task_agrees_with_differences() -> None:
     drive = np.zeros((180, 2))
     drive[:, 0] = 1000.0 * env.task.baselines()["theory"].drive[:, 0]
     objective = env.task.objective(env.component, 180)
-    bars = value_and_bars(env.component, drive, 3, objective)
+    bars = value_and_adjoint(env.component, drive, 3, objective)
     for step in (10, 17, 24):
         both = np.stack([drive, drive])
         both[:, step, 0] += 0.05, -0.05

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from granular_env.components.contract import GranularError, ParameterError
+from granular_env.components.errors import GranularError, ParameterError
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.envs import RecordEnv, register_all

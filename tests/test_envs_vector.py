@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from granular_env.components.contract import GranularWarning, ParameterError
+from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains.chain import ChainEnv, ChainVectorEnv
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain.adjoint import value_and_bars
+from granular_env.components.chain.adjoint import value_and_adjoint
 from granular_env.components.errors import ParameterError
 
 FloatArray = npt.NDArray[np.float64]
@@ -43,7 +43,7 @@ def value_and_grad(
             env.task.demand = np.array([info[name] for name in goal])
         inputs = np.zeros((steps, 2))
         inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
-        bars = value_and_bars(env.component, inputs, env.internal_steps, _objective(env, steps, stage or {}))
+        bars = value_and_adjoint(env.component, inputs, env.internal_steps, _objective(env, steps, stage or {}))
         value += bars.value / len(seeds)
         slopes[:late] += env.actuator.scales * bars.inputs[actuator.delay :, actuator.sides] / len(seeds)
     return value, slopes

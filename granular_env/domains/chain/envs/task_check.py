@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain import table
+from granular_env.components.chain import layout
 from granular_env.components.errors import ParameterError, caution, shortened
 from granular_env.components.support.plain_function import plain_function
 
@@ -24,8 +24,8 @@ FloatArray = npt.NDArray[np.float64]
 
 # The rows of the table with a number for each grain or contact.
 _GRAIN_ROWS = {
-    getattr(table, name): name
-    for name in ("STIFFNESS", "REST", "INVERSE_MASS", "MASS", "LIMIT", "CONTACT", "LOST", "U", "V", "PEAK")
+    getattr(layout, name): name
+    for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "LIMIT", "CONTACT", "DISSIPATED", "U", "V", "PEAK")
 }
 # Looking at each index of longer chains would take seconds; numpy's own look at the bounds remains.
 _LONGEST_LOOKED_AT = 2000
@@ -231,7 +231,7 @@ class _Guarded(np.ndarray[Any, Any]):
             return
         row, column = index
         if isinstance(column, (int, np.integer)) and row in _GRAIN_ROWS and not 0 <= column <= self._grains + 1:
-            if not (row == table.V and column >= 0 and _asked_by_package(sys._getframe(2))):
+            if not (row == layout.V and column >= 0 and _asked_by_package(sys._getframe(2))):
                 raise self._slip("reads", index)
 
     def _slip(self, does: str, index: Any) -> _SlipError:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.random import Generator
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.energy_roots import energy_between, pull_energy_between
+from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.table import GRAINS, SCALARS
+from granular_env.components.chain.quantities import energy_between, energy_between_pullback
 from granular_env.components.support.jit import jit
 from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Constant, Policy
@@ -55,7 +55,7 @@ def _value(sums, constants, slopes):
 @jit
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
-        pull_energy_between(a, bar, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
+        energy_between_pullback(a, bar, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
 
 
 class AbsorptionTask(ChainTask):

@@ -8,10 +8,9 @@ from typing import Any, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.energy_roots import energy_between, pull_energy_between
+from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.readings import input_work
-from granular_env.components.chain.table import GRAINS, SCALARS
+from granular_env.components.chain.quantities import energy_between, energy_between_pullback, input_work
 from granular_env.components.chain.theory import SOLITARY_ENERGY
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number, positive_number
@@ -76,8 +75,8 @@ def _value(sums, constants, slopes):
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
         n = int(a[SCALARS, GRAINS])
-        pull_energy_between(a, bar, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
-        pull_energy_between(a, bar, 1, n, slopes[1] / constants[_ENERGY])
+        energy_between_pullback(a, bar, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
+        energy_between_pullback(a, bar, 1, n, slopes[1] / constants[_ENERGY])
 
 
 class EnergyDeliveryTask(ChainTask):

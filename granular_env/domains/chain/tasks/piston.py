@@ -7,8 +7,8 @@ from typing import Any, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.readings import input_work
-from granular_env.components.chain.table import GRAINS, SCALARS, U, V
+from granular_env.components.chain.layout import GRAINS, SCALARS, U, V
+from granular_env.components.chain.quantities import input_work
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number, positive_number
 from granular_env.envs.environment import environment_factory

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.layout import GRAINS, REST_OVERLAP, SCALARS, STIFFNESS, U
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.readings import right_wall_force
-from granular_env.components.chain.table import GRAINS, REST, SCALARS, STIFFNESS, U
+from granular_env.components.chain.quantities import right_wall_force
 from granular_env.components.support.jit import inlined, jit
 from granular_env.components.support.validation import positive_number
 from granular_env.envs.environment import environment_factory
@@ -68,7 +68,7 @@ def _power(x, constants):
 def _elastic_force(a):
     """Elastic force at the wall [N], and its derivative with respect to the overlap [N/m]."""
     n = int(a[SCALARS, GRAINS])
-    d = max(a[U, n] - a[U, n + 1] + a[REST, n], 0.0)
+    d = max(a[U, n] - a[U, n + 1] + a[REST_OVERLAP, n], 0.0)
     return a[STIFFNESS, n] * d * math.sqrt(d), 1.5 * a[STIFFNESS, n] * math.sqrt(d)
 
 
@@ -103,7 +103,7 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _power(ratio, constants) / force
     bar[U, n] += slope * tangent
     bar[U, n + 1] -= slope * tangent
-    bar[REST, n] += slope * tangent
+    bar[REST_OVERLAP, n] += slope * tangent
     bar[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
 
 

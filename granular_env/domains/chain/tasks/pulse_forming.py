@@ -22,7 +22,7 @@ from .analytic_drives import passing_waves, wave_velocities
 from .arguments import CLOCK, chosen, driven_chain, hertz_chain, numbers, observed, timed
 from .arrival import refuse_crowded, refuse_early
 from .baselines import open_loops
-from .target_waves import COLUMNS, distance, follow, pull_distance, shape_energies, wave_shapes
+from .target_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if weight > 0.0:
         waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        pull_distance(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
+        distance_pullback(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
 
 
 class PulseFormingTask(ChainTask):

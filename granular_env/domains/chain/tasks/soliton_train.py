@@ -29,8 +29,8 @@ from .target_waves import (
     COLUMNS,
     PLACE,
     distance,
+    distance_pullback,
     follow,
-    pull_distance,
     shape_energies,
     wave_shapes,
 )
@@ -87,7 +87,7 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
         waves, goal = int(constants[_WAVES]), constants[_SHAPES:]
         energy = _energy(goal, waves, constants[_ENERGY])
-        pull_distance(a, bar, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
+        distance_pullback(a, bar, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
 
 
 class SolitonTrainTask(ChainTask):
