@@ -8,7 +8,7 @@ import numpy as np
 
 from ..components.errors import LogError
 from .container import Container
-from .format import CLOSED, COLUMNS, END, EVENTS, FRAMES, HASHES, HEADER, KINDS, SNAPSHOTS, START, STEPS, TOPICS, Record, decode
+from .format import CLOSED, COLUMNS, EVENTS, FRAMES, HASHES, HEADER, KINDS, SNAPSHOTS, START, STEPS, TOPICS, Record, decode
 
 # Whole numbers of ticks beyond this are not told apart by a time in float64.
 _MOST_TICKS = 2**53
@@ -137,6 +137,3 @@ def _rows(container: Container, log: str):  # noqa: ANN202 - rows of the index
             if kind is not None:
                 record = decode(message.data, kind, log if kind != HEADER else None, container.most_text)
                 yield (*record.row, chunk)
-
-
-__all__ = ["CHUNK", "COUNT", "DETAIL", "END", "FIRST", "KIND", "LAST", "NUMBER", "SEGMENT", "Index", "Segment", "find_index"]

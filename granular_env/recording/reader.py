@@ -13,7 +13,6 @@ import numpy as np
 from ..components.component import Component
 from ..components.contract import Particles, Variable
 from ..components.errors import GranularError, LogError, ParameterError, nearest
-from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
 from ..writing import counted
@@ -29,7 +28,6 @@ from .format import (
     HEADER,
     PROFILE,
     SNAPSHOTS,
-    START,
     STEPS,
     TOPICS,
     Record,
@@ -37,7 +35,7 @@ from .format import (
     log_identity,
     nanoseconds,
 )
-from .index import CHUNK, COUNT, DETAIL, FIRST, LAST, SEGMENT, Segment, find_index
+from .index import CHUNK, COUNT, DETAIL, FIRST, SEGMENT, Segment, find_index
 from .sink import as_path
 from .steps import Steps
 
@@ -441,6 +439,3 @@ def restore(component: Component, snapshot: Snapshot) -> None:
         component.restore(snapshot)
     except GranularError as error:
         raise LogError(f"a snapshot in the log does not fit its component: {error}") from error
-
-
-__all__ = ["Held", "Log", "LAST", "START", "open_log", "restore"]

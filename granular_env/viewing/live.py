@@ -16,6 +16,7 @@ import numpy as np
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 from granular_env.components.inputs import Held
+from granular_env.components.support.roots import round_up_to_125
 
 from .blueprint import blueprint
 from .extras import needed
@@ -276,5 +277,4 @@ def _roomy(limit: float, value: float) -> float:
     """Return the limit while it holds the value, else the next 1, 2 or 5 x 10^k: few changes while a wave grows."""
     if value <= limit or not math.isfinite(value):
         return limit
-    decade = 10.0 ** math.floor(math.log10(value))
-    return next(float(f"{step * decade:.6g}") for step in (1, 2, 5, 10) if step * decade >= value * (1.0 - 1e-12))
+    return round_up_to_125(value * (1.0 - 1e-12))
