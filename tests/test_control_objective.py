@@ -11,8 +11,8 @@ import pytest
 
 from granular_env import Chain, ParameterError
 from granular_env.components.chain.adjoint import evaluate
+from granular_env.components.chain.layout import MASS, PEAK, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.table import MASS, PEAK, V
 from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control.finite_differences import central_differences
 from granular_env.domains.chain.control.gradient import value_and_grad

@@ -284,11 +284,15 @@ def test_columns_have_units(tmp_path):
 
 
 def test_every_number_that_can_be_taken_has_a_unit():
-    from granular_env.sweep.measures import _MEASUREMENTS, Measurement
+    from granular_env.domains import DOMAINS, load
+    from granular_env.sweep.measures import Measurement
 
-    for name, takes in _MEASUREMENTS.items():
-        for take in takes:
-            assert Measurement(name, take, 0, ()).unit(None)
+    homes = [domain.columns for domain in DOMAINS.values() if domain.columns is not None]
+    assert homes
+    for home in homes:
+        for name, takes in load(home).MEASUREMENTS.items():
+            for take in takes:
+                assert Measurement(home, name, take, 0, ()).unit(None)
 
 
 def test_extremes_are_looked_for_at_each_step_where_nothing_else_is_said(tmp_path):

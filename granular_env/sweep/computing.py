@@ -195,6 +195,7 @@ def program() -> str:
     for path in (
         *own,
         package / "running.py",
+        package / "peaks.py",
         *sorted((package / "experiments").glob("*.py")),
         *sorted((package / "domains").glob("*/measurement/*.py")),
     ):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...support.jit import inlined
-from ..table import (
+from ..layout import (
     CONTACT,
     DEEPEST,
     EXPONENT,

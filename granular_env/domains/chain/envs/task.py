@@ -20,7 +20,7 @@ from granular_env.envs.task import Seen, Task
 
 FloatArray = npt.NDArray[np.float64]
 
-# The table (`components.chain.table`), the counters, the task's constants.
+# The table (`components.chain.layout`), the counters, the task's constants.
 BEGIN = "void(float64[:, ::1], float64[::1], float64[::1])"
 # The table, the inputs applied (left, right), the counters, the constants, the control step's length, control steps done,
 # the deadline.

@@ -43,7 +43,7 @@ def of_chain(
 
     return History(
         time, velocity, chain.mass, chain.stiffness, chain.rest_overlap, chain.position, displacement, piston,
-        overlap, contact_force, parameters.law, chain.contact,
+        overlap, contact_force, parameters.law, chain.law_constants,
     )  # fmt: skip
 
 

@@ -1,3 +1,0 @@
-from . import chain
-
-__all__ = ["chain"]
