@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from .colours import DIVERGING, PALETTE, symmetric_limit
+from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
+
 from .extras import needed
 from .fields import Field
 from .footage import Curve

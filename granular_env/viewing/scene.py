@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.colours import PALETTE, diverging, rgb, sequential, symmetric_limit
 from granular_env.recording.exaggeration import chosen_exaggeration
 
 from .caption import caption
 from .closeup import closeup_eye, has_closeup, send_closeup
-from .colours import PALETTE, diverging, rgb, sequential, symmetric_limit
 from .extras import needed
 from .eye import Eye
 from .footage import Footage, Motion

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .colours import diverging, rgb
+from granular_env.colours import diverging, rgb
+
 from .drawing import DARK, NOT_SAMPLED, canvas, draw_space_time, nearest_frames, new_figure, time_unit
 from .extras import needed
 from .fields import as_field

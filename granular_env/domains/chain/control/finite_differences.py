@@ -95,9 +95,9 @@ def _first_change(one: npt.NDArray[np.uint64], other: npt.NDArray[np.uint64]) ->
 def _extrapolated(quotients: list[float], roundings: list[float]) -> tuple[float, float]:
     """Return the entry of Neville's table that is worth most: C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75.
 
-    `scipy.differentiate.derivative` needs 11 to 15 evaluations instead of 16, but on the cases of the tests its errors are 5 to
-    18 times as large (in the median, at orders 4 to 8), and a third to a half of its estimates are below the true error; none of
-    these is.
+    `scipy.differentiate.derivative` needs 11 to 15 evaluations instead of 16, but on the cases of the tests its errors are 5
+    to 18 times as large (in the median, at orders 4 to 8), and a third to a half of its estimates are below the true error;
+    here none is.
     """
     best, error, row = quotients[0], float("inf"), [quotients[0]]
     for quotient, rounding in zip(quotients[1:], roundings[1:], strict=True):
