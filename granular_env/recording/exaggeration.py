@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
+
+from granular_env.components.support.arrays import FloatArray
 
 from ..components.support.roots import round_down_to_125
-
-FloatArray = npt.NDArray[np.float64]
 
 # The deepest overlap of two neighbours is drawn as about this part of the smaller radius.
 _DRAWN_OVERLAP = 0.5

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
+from granular_env.components.support.arrays import FloatArray
 
 from .extras import needed
 from .fields import Field
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-FloatArray = npt.NDArray[np.float64]
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 

@@ -19,11 +19,10 @@ from granular_env.components.chain.adjoint import KNOWN, checked_drive, contact_
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, nearest, shortened
 from granular_env.components.materials.elastic import material
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.validation import positive_number
 
 from .gradient import Judged, objective_of
-
-FloatArray = npt.NDArray[np.float64]
 
 _LEVELS, _FACTOR = 8, 2.0
 # What a run's rounding leaves of J, as a part of it: some operations of each step add up.
