@@ -25,13 +25,14 @@ FloatArray = npt.NDArray[np.float64]
 
 # Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.
 _SINE_DEGREE = 23
-HALF_SINE_ERROR = 1.8e-13
 _MAXIMUM_DEGREE = 31
 # Two times closer than this part of a tick are the same instant: the rounding of decimal fractions of a second.
 _SAME_TICK = 1e-6
 # Two times that differ by no more than this part of the latest one are one instant, computed in two ways.
 _SAME_INSTANT = 1e-13
 _LONGEST_DESCRIPTION = 100
+# Polynomials that are re-centred together: their coefficients fit into the processor's cache.
+_SHIFTED_TOGETHER = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -476,12 +477,16 @@ def _shifted_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
     """Coefficients of p(s + offset) for each row, bit for bit as `_shifted`; rows without an offset keep their bits."""
     shifted = coefficients.copy()
     moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
-    if len(moved):
-        block, by = shifted[moved], offsets[moved]
-        for first in range(block.shape[1] - 1):
-            for index in range(block.shape[1] - 2, first - 1, -1):
-                block[:, index] += by * block[:, index + 1]
-        shifted[moved] = block
+    for begin in range(0, len(moved), _SHIFTED_TOGETHER):
+        some = moved[begin : begin + _SHIFTED_TOGETHER]
+        # One row for each power, so that numpy runs over neighbours in memory.
+        powers, by = np.ascontiguousarray(coefficients[some].T), offsets[some]
+        product = np.empty(len(some))
+        for first in range(len(powers) - 1):
+            for index in range(len(powers) - 2, first - 1, -1):
+                np.multiply(by, powers[index + 1], out=product)
+                powers[index] += product
+        shifted[some] = powers.T
     return shifted
 
 

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any, ClassVar
 
 from .contract import Observer, Physics, Variable
-from .errors import GranularError, ParameterError, nearest
+from .errors import GranularError, ParameterError, caution, nearest
 from .inputs import Held, hold_input
 from .profiles import CompiledProfile
 from .snapshot import Block
@@ -17,6 +17,9 @@ from .support.validation import Parameters, finite_number
 
 # A long step is cut, invisibly, into pieces of about this wall time, so that Ctrl-C and observers get their turn [s].
 _CHUNK_SECONDS = 0.05
+# A step of so many ticks that has lasted so long, and has so long to go, is told of: a slip in a duration takes hours [s].
+_MANY_TICKS = 1_000_000
+_SILENT_SECONDS, _LONG_SECONDS = 5.0, 60.0
 
 
 class Stepping(Physics):
@@ -236,12 +239,16 @@ class Stepping(Physics):
         """A step in pieces: for observers and for Ctrl-C; all of it or nothing."""
         start, end = self._tick, self._tick + ticks
         self._keep_for_undo()
+        begun, told = perf_counter(), ticks < _MANY_TICKS
         try:
             while self._tick < end:
                 stop = min(end, self._tick + self._chunk_ticks)
                 for observer in self._observers:
                     stop = min(stop, max(observer.next_tick, self._tick + 1))
                 self._timed_advance(stop - self._tick)
+                if not told and (spent := perf_counter() - begun) > _SILENT_SECONDS:
+                    told = True
+                    self._tell_time_left(self._tick - start, ticks, spent)
                 for observer in self._observers:
                     if observer.next_tick <= stop:
                         observer.look(self)
@@ -253,6 +260,18 @@ class Stepping(Physics):
             self._observers[0].stepped(self, ticks, inputs)
         else:
             _call_all([observer.stepped for observer in self._observers], self, ticks, inputs)
+
+    def _tell_time_left(self, done: int, ticks: int, spent: float) -> None:
+        """Warn of a step that has `spent` seconds behind it and takes much longer."""
+        left = spent * (ticks - done) / done
+        if left < _LONG_SECONDS:
+            return
+        words = f"{left / 3600.0:,.1f} hours" if left > 7200.0 else f"{left / 60.0:.0f} minutes"
+        size = f"{ticks * self.step_size:.9g} s are {ticks:,} internal steps of {self.step_size:.9g} s"
+        caution(
+            f"step: {size}; after {spent:.0f} s of wall time {done / ticks:.1%} are done, about {words} are left; Ctrl-C "
+            "undoes the step. Durations are in seconds: a microsecond is 1e-6"
+        )
 
     def _timed_advance(self, ticks: int) -> None:
         begin = perf_counter()

@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from granular_env import Chain, ParameterError, StepError
-from granular_env.components.chain.adjoint import evaluate, gradient, tape, value_and_bars
+from granular_env.components.chain.adjoint import evaluate, gradient, tape, value_and_adjoint
+from granular_env.components.chain.layout import FREE_ROW, U, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.table import FREE_ROW, U, V
+from granular_env.components.chain.specialisation import specialise
 from granular_env.components.support.jit import jit
-from granular_env.control.differences import central_differences
-from granular_env.control.gradient import value_and_grad
-from granular_env.control.objective import (
+from granular_env.domains.chain.control.finite_differences import central_differences
+from granular_env.domains.chain.control.gradient import value_and_grad
+from granular_env.domains.chain.control.objective import (
     applied,
     contact_force,
     displacement,
@@ -249,15 +250,15 @@ def _stepped(chain: Chain, drive: Any) -> Any:
 def test_evaluate_and_the_tape_have_the_bits_of_the_component(name: str) -> None:
     """What is differentiated is the very run that is made: displacements and velocities after every control step."""
     chain, drive, _ = task(name, seed=3)
-    composition, damped = gradient.composition_of(chain)
-    rows = TICKS * tape.rows_per_tick(len(composition.kicks), damped)
+    composition, law = gradient.composition_of(chain), type(chain.parameters.law)
+    rows = TICKS * specialise(tape.rows_per_tick, law)(len(composition.kicks))
     a, before = chain.detached_table(rows), chain.save().to_bytes()
     inputs = gradient.checked_drive(chain, drive)
     evaluated = _state_of_evaluate(chain, drive)
     assert chain.save().to_bytes() == before
     for left, right in inputs:
-        end = tape.record(
-            a, left, right, TICKS, FREE_ROW + 1, damped, composition.drifts, composition.kicks, composition.passed
+        end = specialise(tape.record, law)(
+            a, left, right, TICKS, FREE_ROW + 1, composition.drifts, composition.kicks, composition.passed
         )
         assert end == FREE_ROW + 1 + rows
         state = _stepped(chain, np.array([[left, right]]))
@@ -270,7 +271,7 @@ def test_a_chain_that_is_advanced_in_tiles_has_the_same_bits_on_the_tape() -> No
     chain = Chain(grains=16_500, precompression=10.0, step_size=5e-7)
     objective = total(chain, velocity(3).at_end())
     drive = np.full((3, 2), [100.0, -5.0])
-    bars = value_and_bars(chain, drive, TICKS, objective)
+    bars = value_and_adjoint(chain, drive, TICKS, objective)
     assert bars.value == _stepped(chain, drive)[16_500 + 3]
     assert bars.inputs[0, 0] > 0.0 == bars.inputs[0, 1]
 
@@ -288,7 +289,7 @@ def test_gradients_are_the_same_every_time_and_members_are_independent() -> None
     """Twice the same bits; a batch of drives gives what each gives alone; the chain is as it was."""
     chain, drive, objective = task("kuwabara_kono", seed=5)
     before = chain.save().to_bytes()
-    one, two = (value_and_bars(chain, drive, TICKS, objective) for _ in range(2))
+    one, two = (value_and_adjoint(chain, drive, TICKS, objective) for _ in range(2))
     assert np.array_equal(one.table, two.table)
     assert np.array_equal(one.inputs, two.inputs)
     members = np.stack([drive, 0.5 * drive, drive])
@@ -302,9 +303,9 @@ def test_a_gradient_starts_from_the_present_state() -> None:
     """Half a run, then the rest, is the whole run."""
     chain, drive, _ = task("power", seed=4)
     objective = total(chain, energy(2, 5).at_end())
-    whole = value_and_bars(chain, drive, TICKS, objective)
+    whole = value_and_adjoint(chain, drive, TICKS, objective)
     _stepped(chain, drive[:5])
-    rest = value_and_bars(chain, drive[5:], TICKS, objective)
+    rest = value_and_adjoint(chain, drive[5:], TICKS, objective)
     assert rest.value == whole.value
     assert np.array_equal(rest.inputs, whole.inputs[5:])
 
@@ -314,8 +315,8 @@ def test_without_the_jit() -> None:
     program = """
 import numpy as np
 from granular_env import Chain
-from granular_env.control.gradient import value_and_grad
-from granular_env.control.objective import contact_force, energy, total
+from granular_env.domains.chain.control.gradient import value_and_grad
+from granular_env.domains.chain.control.objective import contact_force, energy, total
 for law in ("hertz", {"name": "viscous", "dissipation": 20.0}):
     chain = Chain(grains=4, law=law, right="plane", precompression=20.0, step_size=1e-6)
     objective = total(chain, 1e3 * energy(1, 2).at_end(), contact_force(-1).peak(scale=20.0))
@@ -480,9 +481,9 @@ def test_memory_grows_with_the_root_of_the_horizon() -> None:
 
     def held(steps: int) -> int:
         drive = np.zeros((steps, 2))
-        value_and_bars(chain, drive, TICKS, objective)
+        value_and_adjoint(chain, drive, TICKS, objective)
         tracemalloc.start()
-        value_and_bars(chain, drive, TICKS, objective)
+        value_and_adjoint(chain, drive, TICKS, objective)
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return peak - 2 * drive.nbytes

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from terminal_tools import run_in_terminal, seen_lines
+from support.terminal_tools import run_in_terminal, seen_lines
 
 from granular_env import terminal
 from granular_env.cli import main
@@ -320,7 +320,7 @@ def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder
     from granular_env.recording import caps
 
     monkeypatch.setattr(caps, "_CHUNK_BYTES", 10)
-    monkeypatch.setattr(caps, "_memory", lambda: 0)
+    monkeypatch.setattr(caps, "whole_memory", lambda: 0)
     assert main(arguments) == 2
     told = capsys.readouterr().err
     # In the words of the command line, and in no others.
@@ -518,6 +518,16 @@ def test_results_for_programs(log, folder, capsys):
     assert (facts["log"], facts["tick"], facts["time"], facts["interrupted"]) == ("b.mcap", 1000, 10.0, False)
     assert abs(facts["balances"]["energy"]["energy_residual"]) < 1e-3
     assert parsed(capsys, "check", "oscillator/pushed")["ticks"] == 1000
+    assert parsed(capsys, "replay", "b.mcap")["tick"] == 1000
+    verified = parsed(capsys, "replay", "b.mcap", "--verify")
+    assert (verified["outcome"], verified["complete"], verified["ticks"], verified["variable"]) == (
+        "identical",
+        True,
+        1000,
+        None,
+    )
+    Path("cut.mcap").write_bytes(Path("b.mcap").read_bytes()[:-1])
+    assert parsed(capsys, "replay", "cut.mcap", "--verify", status=3)["outcome"] == "incomplete"
     assert parsed(capsys, "check", "tapered-chains")["tasks"] == 15
     assert parsed(capsys, "check", log)["complete"] is True
     chain = parsed(capsys, "describe", "chain")

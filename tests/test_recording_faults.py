@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from recording_helpers import chain_log, mutated, oscillator_log, rewrite
+from support.recording_helpers import chain_log, mutated, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError, ParameterError
@@ -192,7 +192,7 @@ def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int
     from granular_env.components.chain.component import Chain
     from granular_env.recording import caps
 
-    monkeypatch.setattr(caps, "_memory", lambda: gigabytes << 30)
+    monkeypatch.setattr(caps, "whole_memory", lambda: gigabytes << 30)
     checks = caps.Caps("a.mcap")
     for count in (grains, int(grains)):
         if fits:

@@ -195,8 +195,9 @@ def program() -> str:
     for path in (
         *own,
         package / "running.py",
+        package / "peaks.py",
         *sorted((package / "experiments").glob("*.py")),
-        *sorted((package / "measurement").glob("*.py")),
+        *sorted((package / "domains").glob("*/measurement/*.py")),
     ):
         state.update(path.read_bytes())
     for name in ("scipy", "pydantic"):

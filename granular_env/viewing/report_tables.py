@@ -9,6 +9,7 @@ import shlex
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from granular_env.components.contract import Event
 from granular_env.components.errors import GranularError, LogError
@@ -26,7 +27,7 @@ _LONGEST_TEXT = 20_000
 _WORKED_OUT = {"mass": "mass", "contact_stiffness": "stiffness"}
 
 
-def balances(footage: Footage) -> str:
+def balances(footage: Footage) -> Markup:
     """Return the entries of the balances at the start and at the end, and how well they add up."""
     rows = []
     for balance in footage.balances:
@@ -55,11 +56,11 @@ def _closure(footage: Footage, balance: BalanceNames) -> str:
     return f"The balance of {quantity} closes to {share}; what is left over is the error of the numerics."
 
 
-def events(log: Any) -> str:
+def events(log: Any) -> Markup:
     """Return what happened to the component in the run; empty where nothing could."""
     kinds = log.event_kinds
     if not kinds:
-        return ""
+        return Markup()
     found = log.events()
     if not found:
         return page.paragraph("Nothing happened of what could: " + ", ".join(kinds) + ".")
@@ -76,7 +77,7 @@ def _event_row(event: Event, step_size: float) -> list[Any]:
     return [event.tick * step_size, event.kind.replace("_", " "), index, event.value, event.limit]
 
 
-def validity(log: Any) -> str:
+def validity(log: Any) -> Markup:
     """Return how far the model's assumptions held."""
     metadata = log.metadata
     figures_of_run, cautions = metadata.get("report") or {}, metadata.get("cautions") or []
@@ -89,7 +90,7 @@ def validity(log: Any) -> str:
             page.paragraph("The component reports no figures of validity, or the run was interrupted before it could.")
         )
     parts.append(page.bullets(cautions, "cautions") if cautions else page.paragraph("No cautions."))
-    return "".join(parts)
+    return Markup().join(parts)
 
 
 def _number(value: Any) -> Any:
@@ -98,7 +99,7 @@ def _number(value: Any) -> Any:
     return "unknown" if value is None else value
 
 
-def parameters(log: Any) -> str:
+def parameters(log: Any) -> Markup:
     """Return every parameter with its value, also where that is a default or was worked out."""
     metadata = log.metadata
     fields = _fields(metadata.get("component"))
@@ -154,19 +155,19 @@ def _short(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
-def experiment(log: Any) -> str:
+def experiment(log: Any) -> Markup:
     """Return the experiment as a TOML file that can be run again; "" where the log was recorded by a script."""
     content = log.metadata.get("experiment")
     if not isinstance(content, dict) or "component" not in content:
-        return ""
+        return Markup()
     text = toml_document(content)
-    words = "The experiment as it was run, as a file for `granular-env run`; data files that it names are not here."
+    words = "The experiment as it was run, as a file for the command granular-env run; data files that it names are not here."
     if len(text) > _LONGEST_TEXT:
         text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"
     return page.paragraph(words) + page.preformatted(text)
 
 
-def environment(log: Any) -> str:
+def environment(log: Any) -> Markup:
     """Return what the log was recorded with, and its size."""
     metadata = log.metadata
     rows = [[f"{name} version", text] for name, text in (metadata.get("versions") or {}).items()]
@@ -185,7 +186,7 @@ def file_size(count: int) -> str:
     return f"{count} bytes"
 
 
-def replay(log: Any) -> str:
+def replay(log: Any) -> Markup:
     """Return the commands that re-run the log, branch it off and show it."""
     path = shlex.quote(page.printable(log.path))
     middle = log.start_tick * log.step_size + (round(0.5 * log.duration / log.step_size)) * log.step_size

@@ -1,0 +1,254 @@
+"""Quantities of a chain's table for jitted code, with their pullbacks: what sensors, tasks and objectives read.
+
+A quantity is read off the table (`layout.py`): grain i, from 0, is column i + 1; contact j lies between columns j and j + 1, so
+that contacts 0 and n are the walls'. `x_pullback(a, bar, ..., slope)` adds slope times the derivative of `x(a, ...)` to `bar`.
+Forces have the bits of the component's outputs.
+
+A peak over time is not smooth: it is replaced by the p-norm over the control steps, f0 (sum_t (f_t / f0)^p)^(1/p), p even. It
+lies above the largest |f_t|, by a factor of m^(1/p) at most for m equal peaks; `peak_feature` is its summand, `peak_value` the
+root.
+
+Roots of the energy measure distances between states in which every motion counts by its energy. A contact that stores the
+energy e above that at rest has the root q = +-sqrt(e), negative where it is less pressed than at rest. Two states differ by
+sum_i m_i (v_i - v'_i)^2 / 2 + sum_j (q_j - q'_j)^2: the energy itself where the second is at rest. A gap stores nothing. For
+laws that have an `energy_root`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..support.jit import inlined, jit
+from ..support.powers import power
+from . import kernels
+from .laws import functions as law
+from .laws.functions import DISSIPATES
+from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
+from .specialisation import of_any_law
+
+# -- contacts and ends, and the work of inputs ---------------------------------------------------------------------------
+
+
+@jit
+def _nothing(a, *rest):
+    """Return NaN for laws that do not tell a quantity."""
+    return np.nan
+
+
+@jit
+def _spoil(a, bar, *rest):
+    """Make a derivative NaN for laws that do not tell it."""
+    bar[U, 0] = np.nan
+
+
+@jit
+def _contact_force(a, j):
+    """Return the compressive force in contact j, dissipation included, never a pull; 0 where there is no contact [N]."""
+    return kernels.contact_force(a, U, V, j)
+
+
+@inlined
+def _pressed_overlap(a, j):
+    return kernels.pressed(a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j])
+
+
+@inlined
+def _add_overlap(bar, j, slope):
+    """Add slope times the derivative by the overlap of contact j."""
+    bar[U, j] += slope
+    bar[U, j + 1] -= slope
+    bar[REST_OVERLAP, j] += slope
+
+
+@jit
+def _contact_force_pullback(a, bar, j, slope):
+    """Add slope dF/da."""
+    d = _pressed_overlap(a, j)
+    steepness = slope * law.stiffness(a, j, d)
+    if DISSIPATES:
+        speed = a[V, j] - a[V, j + 1]
+        coefficient = law.coefficient(a, j, d) if d > 0.0 else 0.0
+        if law.force(a, j, d) + coefficient * speed < 0.0:
+            return
+        bar[V, j] += slope * coefficient
+        bar[V, j + 1] -= slope * coefficient
+        if d > 0.0:
+            steepness += law.coefficient_pullback(a, bar, j, d, slope * speed)
+    law.force_pullback(a, bar, j, d, slope)
+    _add_overlap(bar, j, steepness)
+
+
+@jit
+def _contact_energy(a, j):
+    """Return the elastic energy stored in contact j [J]."""
+    return law.energy(a, j, _pressed_overlap(a, j))
+
+
+@jit
+def _contact_energy_pullback(a, bar, j, slope):
+    """Add slope dE/da."""
+    d = _pressed_overlap(a, j)
+    law.energy_pullback(a, bar, j, d, slope)
+    _add_overlap(bar, j, slope * law.force(a, j, d))
+
+
+@jit
+def _energy_root(a, j):
+    """Return q of contact j [J^0.5]."""
+    return law.energy_root(a, j, _pressed_overlap(a, j), a[REST_OVERLAP, j])
+
+
+@jit
+def _energy_root_pullback(a, bar, j, slope):
+    """Add slope dq_j/da."""
+    by_overlap, by_rest = law.energy_root_pullback(a, bar, j, _pressed_overlap(a, j), a[REST_OVERLAP, j], slope)
+    _add_overlap(bar, j, by_overlap)
+    bar[REST_OVERLAP, j] += by_rest
+
+
+contact_force = of_any_law(_contact_force, _nothing)
+contact_force_pullback = of_any_law(_contact_force_pullback, _spoil, law.ELASTIC_GRADIENT)
+contact_energy = of_any_law(_contact_energy, _nothing)
+contact_energy_pullback = of_any_law(_contact_energy_pullback, _spoil, law.ELASTIC_GRADIENT)
+energy_root = of_any_law(_energy_root, _nothing, law.ENERGY_ROOT)
+energy_root_pullback = of_any_law(_energy_root_pullback, _spoil, law.ENERGY_ROOT)
+
+
+@jit
+def grain_force(a, i):
+    """What a sensor inside the grain of column i reads: the mean of the forces in its two contacts."""
+    return 0.5 * (contact_force(a, i - 1) + contact_force(a, i))
+
+
+@inlined
+def left_wall_force(a):
+    """Force between the left wall and the chain, never negative; 0 without a wall."""
+    return contact_force(a, 0)
+
+
+@inlined
+def right_wall_force(a):
+    """Force between the chain and the right wall, never negative; 0 without a wall."""
+    return contact_force(a, int(a[SCALARS, GRAINS]))
+
+
+@inlined
+def input_work(a):
+    """Work done by inputs and boundaries since the reset, as the component's `input_work`."""
+    behind = int(a[SCALARS, GRAINS]) + 2
+    return (a[TALLY, WORK_LEFT] + a[TALLY, WORK_RIGHT]) + a[V, behind] + a[V, behind + 1]
+
+
+# -- pullbacks ----------------------------------------------------------------------------------------------------------
+
+
+@jit
+def whole_power(x, p):
+    """x^p for a whole p >= 0, by repeated squaring."""
+    result, left = 1.0, int(p)
+    while left > 0:
+        if left % 2 == 1:
+            result *= x
+        x *= x
+        left //= 2
+    return result
+
+
+@jit
+def peak_feature(f, scale, p):
+    """(f / scale)^p, whose sum over the control steps `peak_value` turns into a smooth maximum."""
+    return whole_power(f / scale, p)
+
+
+@jit
+def peak_feature_pullback(f, scale, p):
+    """Its derivative by f."""
+    return p * whole_power(f / scale, p - 1) / scale
+
+
+@jit
+def peak_value(total, scale, p):
+    """The smooth maximum scale total^(1/p), and its derivative by the total; (0, 0) where nothing was felt."""
+    if not total > 1e-300:  # NaN too, which must not be hidden
+        return scale * total, 0.0
+    root = scale * power(total, 1.0 / p)
+    return root, root / (p * total)
+
+
+@jit
+def kinetic_energy(a, first, last):
+    """Of the grains first..last, from 0 and both included [J]; a piston's own grain has none."""
+    total = 0.0
+    for i in range(first + 1, last + 2):
+        total += 0.5 * a[MASS, i] * a[V, i] * a[V, i]
+    return total
+
+
+@jit
+def kinetic_energy_pullback(a, bar, first, last, slope):
+    """Adds slope dE/da."""
+    for i in range(first + 1, last + 2):
+        bar[V, i] += slope * a[MASS, i] * a[V, i]
+        bar[MASS, i] += slope * 0.5 * a[V, i] * a[V, i]
+
+
+@jit
+def momentum(a, first, last):
+    """Of the grains first..last, from 0 and both included [kg m/s]; a piston's own grain has none."""
+    total = 0.0
+    for i in range(first + 1, last + 2):
+        total += a[MASS, i] * a[V, i]
+    return total
+
+
+@jit
+def momentum_pullback(a, bar, first, last, slope):
+    """Adds slope dp/da."""
+    for i in range(first + 1, last + 2):
+        bar[V, i] += slope * a[MASS, i]
+        bar[MASS, i] += slope * a[V, i]
+
+
+@jit
+def energy(a, first, last):
+    """Kinetic energy of the grains first..last and half the elastic energy of each contact for each of its grains among them.
+
+    So the energies of neighbouring stretches add up. Walls hold the other half of theirs.
+    """
+    total = kinetic_energy(a, first, last)
+    for j in range(first, last + 2):
+        total += (0.5 if j in (first, last + 1) else 1.0) * contact_energy(a, j)
+    return total
+
+
+@jit
+def energy_pullback(a, bar, first, last, slope):
+    """Adds slope dE/da."""
+    kinetic_energy_pullback(a, bar, first, last, slope)
+    for j in range(first, last + 2):
+        contact_energy_pullback(a, bar, j, (0.5 if j in (first, last + 1) else 1.0) * slope)
+
+
+# -- roots of the energy ------------------------------------------------------------------------------------------------
+
+
+@jit
+def energy_between(a, first, last):
+    """Energy above that at rest of the columns first..last and of the contacts from `first` on up to `last` [J]."""
+    energy = 0.0
+    for i in range(first, last + 1):
+        energy += 0.5 * a[MASS, i] * (a[V, i] * a[V, i])
+    for j in range(first, last + 1):
+        q = energy_root(a, j)
+        energy += q * q
+    return energy
+
+
+@jit
+def energy_between_pullback(a, bar, first, last, slope):
+    """Add slope denergy/da of `energy_between` to bar."""
+    for i in range(first, last + 1):
+        bar[V, i] += slope * a[MASS, i] * a[V, i]
+        bar[MASS, i] += slope * 0.5 * (a[V, i] * a[V, i])
+    for j in range(first, last + 1):
+        energy_root_pullback(a, bar, j, 2.0 * slope * energy_root(a, j))

@@ -1,0 +1,50 @@
+from . import domains, viewing
+from .components.catalogue import make
+from .components.chain import Chain
+from .components.component import Component
+from .components.contract import Variable
+from .components.errors import (
+    ExperimentError,
+    FmuError,
+    GranularError,
+    GranularWarning,
+    LogError,
+    MissingExtraError,
+    ParameterError,
+    StepError,
+    SweepError,
+)
+from .components.materials.elastic import Material
+from .components.profiles import Profile
+from .components.snapshot import Snapshot
+from .recording import open_log, record, recover, verify
+from .running import run
+from .sweep import open_sweep, run_sweep
+
+__all__ = [
+    "Chain",
+    "Component",
+    "ExperimentError",
+    "FmuError",
+    "GranularError",
+    "GranularWarning",
+    "LogError",
+    "Material",
+    "MissingExtraError",
+    "ParameterError",
+    "Profile",
+    "Snapshot",
+    "StepError",
+    "SweepError",
+    "Variable",
+    "domains",
+    "make",
+    "open_log",
+    "open_sweep",
+    "record",
+    "recover",
+    "run",
+    "run_sweep",
+    "verify",
+    "viewing",
+]

@@ -1,0 +1,57 @@
+"""Colours of logs, viewer, figures and environments: one diverging map, and lines that the colour-blind can tell apart."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+# Blue - near white - red (ColorBrewer RdBu, its darkest ends left out: they vanish on a dark background).
+DIVERGING = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
+# Dark to light yellow (part of matplotlib's "cividis"-like path), for quantities that have no sign.
+SEQUENTIAL = ("#3b4a6b", "#666970", "#958f78", "#c8b866", "#fee838")
+# Okabe and Ito's palette, without its black and its pale yellow.
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+
+
+def rgb(text: str) -> tuple[int, int, int]:
+    """Red, green and blue, 0 to 255, of ``#rrggbb``."""
+    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+
+
+def _mapped(part: npt.NDArray[np.float64], anchors: tuple[str, ...]) -> npt.NDArray[np.uint8]:
+    table = np.array([rgb(anchor) for anchor in anchors], dtype=np.float64)
+    places = np.linspace(0.0, 1.0, len(anchors))
+    part = np.clip(np.nan_to_num(part, nan=0.5), 0.0, 1.0)
+    channels = [np.interp(part, places, table[:, channel]) for channel in range(3)]
+    return np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
+
+
+def diverging(values: npt.NDArray[np.float64], limit: float, zero: str | None = None) -> npt.NDArray[np.uint8]:
+    """Return the colours of signed values between -limit (blue) and +limit (red); shape (*values.shape, 3).
+
+    Args:
+        values: any shape.
+        limit: magnitude of the fullest colours.
+        zero: the colour of 0, such as a grey that is seen on white; default: near white.
+    """
+    anchors = DIVERGING if zero is None else (DIVERGING[0], zero, DIVERGING[-1])
+    return _mapped(0.5 + 0.5 * np.asarray(values) / limit, anchors)
+
+
+def sequential(values: npt.NDArray[np.float64], limit: float) -> npt.NDArray[np.uint8]:
+    """Colours of values from 0 (dark) to limit (yellow). Shape (*values.shape, 3)."""
+    return _mapped(np.asarray(values) / limit, SEQUENTIAL)
+
+
+def symmetric_limit(values: npt.ArrayLike) -> float:
+    """Colour limit for signed values: the largest magnitude, rounded up to two digits; 1 where all is zero."""
+    array = np.abs(np.asarray(values, dtype=np.float64))
+    finite = array[np.isfinite(array)]
+    largest = float(finite.max()) if finite.size else 0.0
+    if largest <= 0.0:
+        return 1.0
+    decade = 10.0 ** (math.floor(math.log10(largest)) - 1)
+    # Rounding of the division must not lift 50 to 51.
+    return float(f"{math.ceil(largest / decade - 1e-9) * decade:.6g}")

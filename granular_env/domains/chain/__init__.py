@@ -1,0 +1,8 @@
+"""The chain of grains: its environments and their native batch, tasks, measurements, gradients, views, and a paper's atlas."""
+
+from __future__ import annotations
+
+import lazy_loader
+
+# The names of __init__.pyi: Gymnasium and numba take a while to import.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,61 @@
+"""The grains around the fastest one, drawn large: where overlaps can be seen on a chain of any length."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.viewing.camera import Camera
+from granular_env.viewing.extras import needed
+from granular_env.viewing.footage import Motion
+
+if TYPE_CHECKING:
+    from granular_env.viewing.scene import Scales
+
+WINDOW = 24
+
+
+def has_closeup(motion: Motion) -> bool:
+    """Return whether a close-up shows more than the whole does."""
+    return motion.colour is not None and motion.every == 1 and len(motion.radius) > 2 * WINDOW
+
+
+def closeup_camera(motion: Motion) -> Camera:
+    """Return the camera that looks at a window and at the numbers beneath."""
+    largest = float(motion.radius.max())
+    return Camera("cameras/closeup", (0.0, -0.6 * largest), 2.0 * largest * (WINDOW + 1), 4.0 * largest)
+
+
+def windows(motion: Motion) -> npt.NDArray[np.int64]:
+    """Return the first grain of the window of each frame, around the grain of the largest magnitude, shape (frames,)."""
+    assert motion.colour is not None
+    fastest = np.abs(motion.colour).argmax(axis=1)
+    return np.clip(fastest - WINDOW // 2, 0, len(motion.radius) - WINDOW)
+
+
+def send_closeup(recording: Any, motion: Motion, scales: Scales, colours: npt.NDArray[np.uint8], when: list[Any]) -> None:
+    """Send the windows of all frames, each shifted so that its middle lies at x = 0; each fifth grain says its number."""
+    rr = needed("rerun", "the viewer")
+    frames = len(motion.times)
+    members = windows(motion)[:, None] + np.arange(WINDOW)
+    rows = np.arange(frames)[:, None]
+    drawn = motion.reference[members] + scales.exaggeration * motion.displacement[rows, members]
+    drawn[..., 0] -= 0.5 * (drawn[:, :1, 0] + drawn[:, -1:, 0])
+    grains = rr.Points3D.columns(
+        positions=drawn.reshape(-1, 3).astype(np.float32),
+        colors=colours[rows, members].reshape(-1, 3),
+        radii=motion.radius[members].reshape(-1).astype(np.float32),
+    )
+    recording.send_columns("closeup/grains", when, grains.partition(np.full(frames, WINDOW)))
+    marked = [(frame, place) for frame in range(frames) for place in range(WINDOW) if members[frame, place] % 5 == 0]
+    places = np.array([drawn[mark] for mark in marked], dtype=np.float32)
+    places[:, 2] -= 1.1 * motion.radius.max()
+    labels = rr.Points3D.columns(
+        positions=places,
+        labels=[str(members[mark]) for mark in marked],
+        radii=np.zeros(len(marked), np.float32),
+    )
+    counts = np.bincount([frame for frame, _ in marked], minlength=frames)
+    recording.send_columns("closeup/grain_numbers", when, labels.partition(counts))

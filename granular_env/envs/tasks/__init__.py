@@ -1,1 +1,0 @@
-"""Tasks, one a file: what is rewarded, and the environment that is registered for it."""
