@@ -39,6 +39,7 @@ CASES: dict[str, dict[str, Any]] = {
     "kuwabara_kono": {"law": {"name": "kuwabara_kono", "dissipation": 4e3}, **SPHERES},
     "elastic_plastic": {"law": {"name": "elastic_plastic", "yield_pressure": 2e9}, **SPHERES},
     "linear": {"law": {"name": "linear", "dissipation": 20.0}, "contact_stiffness": 1e7},
+    "walton_braun": {"law": {"name": "walton_braun", "unloading_stiffness": 2.5e7}, "contact_stiffness": 1e7},
 }
 
 
