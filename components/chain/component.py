@@ -8,7 +8,8 @@ from typing import Any, Self
 import numpy as np
 
 from ..component import Component
-from ..contract import Ledger, Particles, Variable
+from ..contract import Balance, Variable
+from ..drawables import Points
 from ..errors import ParameterError, StepError, caution
 from ..inputs import Held
 from ..profiles import CompiledProfile
@@ -77,7 +78,7 @@ class Chain(Component):
         width = layout.row_width(p.grains)
         last = layout.FREE_ROW + self._scheme.history_rows
         self.state_rows = slice(_first_state_row(p.law), last)
-        self._live_in(np.zeros((last + self._scheme.scratch_rows, width)))
+        self._live_in(self._claim_memory((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # Pistons carry their own grains.
         self._weight = p.gravity * self._table[layout.MASS, self._grains]
@@ -110,18 +111,16 @@ class Chain(Component):
         state = memory[self.state_rows]
         self._block = Block(state.reshape(-1), rows=("f8", state.shape))
 
-    def twin(self, memory: FloatArray) -> Self:
-        """A chain of the same parameters, at its start, whose table is the memory given; much cheaper than making one anew.
+    def clone(self, memory: FloatArray | None = None) -> Self:
+        """Return a chain of the same parameters, at its start; much cheaper than making one anew.
 
         Args:
-            memory: C-ordered, of the shape of `table`.
+            memory: of the shape of `memory` of this chain, which becomes its table; None for memory of its own.
         """
-        if memory.shape != self._table.shape or memory.dtype != np.float64 or not memory.flags.c_contiguous:
-            raise ParameterError(
-                f"memory: got {memory.dtype} of shape {memory.shape}, expected C-ordered float64 of shape {self._table.shape}"
-            )
         other: Self = object.__new__(type(self))
         vars(other).update(vars(self))
+        other._memory = memory
+        memory = other._claim_memory(self._table.shape)
         memory[:] = self._table
         # Warnings that this chain gave already move its limits.
         memory[layout.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
@@ -212,6 +211,9 @@ class Chain(Component):
             places,
             f"compressive force in each contact, never negative; {_NUMBERING}",
             axes=("contact",),
+        )
+        yield Variable(
+            "potential_energy", "output", "J", (), "stored energy: elastic, and of the weight where there is gravity"
         )
         yield Variable(
             "left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall"
@@ -397,8 +399,8 @@ class Chain(Component):
         table_of_run[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         return table_of_run
 
-    def ledger(self) -> Ledger:
-        """Energy and momentum; the work of a precompressing force on a free end is input work."""
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()
         tally = self._table[layout.TALLY]
         n = self.parameters.grains
@@ -408,11 +410,18 @@ class Chain(Component):
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
         impulse += self._whole_weight * self.time
-        return Ledger(
-            kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=lost, fracture_energy=0.0, input_work=work,
-            energy_residual=kinetic + potential + lost - float(tally[layout.START_ENERGY]) - work,
-            momentum=momentum, impulse=impulse,
-            momentum_residual=momentum - float(tally[layout.START_MOMENTUM]) - impulse,
+        return (
+            Balance(
+                "energy", "J",
+                stored={"kinetic_energy": kinetic, "potential_energy": potential},
+                lost={"dissipated_energy": lost},
+                supplied={"input_work": work},
+                initial=float(tally[layout.START_ENERGY]),
+            ),
+            Balance(
+                "momentum", "kg m/s",
+                stored={"momentum": momentum}, supplied={"impulse": impulse}, initial=float(tally[layout.START_MOMENTUM]),
+            ),
         )  # fmt: skip
 
     def _input_work(self) -> float:
@@ -447,11 +456,10 @@ class Chain(Component):
     def _force_in(self, contact: int) -> float:
         return float(self._of_law(kernels.contact_force)(self._table, layout.U, layout.V, contact))
 
-    def particles(self) -> Particles:
-        """The grains, as spheres along x."""
-        reference = np.zeros((self.parameters.grains, 3))
-        reference[:, 0] = self.geometry.position
-        return Particles(reference, self.geometry.radius.copy(), "displacement", "velocity")
+    def drawables(self) -> tuple[Points, ...]:
+        """Return the grains, along x."""
+        reference = self.geometry.position[:, np.newaxis].copy()
+        return (Points("grains", reference, self.geometry.radius.copy(), "displacement", "velocity"),)
 
     def validity(self) -> Validity:
         """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
