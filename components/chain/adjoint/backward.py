@@ -55,11 +55,10 @@ def _undo_forces(a, bar, row):
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         f_bar = bar[PUSH, j + _ONE] - bar[PUSH, j]
         d = kernels.pressed(a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j])
-        g = law.stiffness(a, j, d) * f_bar
+        bar[FORCE, j], stiffness = law.force_pullback(a, bar, j, d, f_bar)
+        g = stiffness * f_bar
         bar[SLOPE, j] = g
-        bar[FORCE, j] = law.force(a, j, d)
         bar[REST_OVERLAP, j] += g
-        law.force_pullback(a, bar, j, d, f_bar)
 
 
 @jit

@@ -93,12 +93,12 @@ def _undo_preparation(a, bar, u, h):
         bar[INVERSE_MASS, j] += masses_bar
         bar[INVERSE_MASS, j + _ONE] += masses_bar
         f_bar = -bound_bar * time
-        law.force_pullback(a, bar, j, d, f_bar)
-        g = law.stiffness(a, j, d) * f_bar + law.coefficient_pullback(a, bar, j, d, pull_bar * time)
+        force, stiffness = law.force_pullback(a, bar, j, d, f_bar)
+        g = stiffness * f_bar + law.coefficient_pullback(a, bar, j, d, pull_bar * time)
         approach_bar = 0.0
         if JUMPS:
             if is_closing(middle, w, h):
-                time_bar = share * (pull_bar * coefficient - bound_bar * law.force(a, j, d))
+                time_bar = share * (pull_bar * coefficient - bound_bar * force)
                 g += time_bar / w
                 approach_bar = -time_bar * middle / (w * w)
         bar[REST_OVERLAP, j] += g

@@ -51,15 +51,11 @@ def energy(a, j, d):
 
 
 @inlined
-def stiffness(a, j, d):
-    """Return 1.5 k d^0.5."""
-    return a[STIFFNESS, j] * (1.5 * sqrt(d))
-
-
-@inlined
 def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk."""
-    bar[STIFFNESS, j] += (d * sqrt(d)) * slope
+    """Add slope dF/dk; return F and 1.5 k d^0.5."""
+    k, root = a[STIFFNESS, j], sqrt(d)
+    bar[STIFFNESS, j] += (d * root) * slope
+    return k * (d * root), k * (1.5 * root)
 
 
 @inlined

@@ -53,15 +53,11 @@ def energy(a, j, d):
 
 
 @inlined
-def stiffness(a, j, d):
-    """Return k while the grains touch."""
-    return a[STIFFNESS, j] if d > 0.0 else 0.0
-
-
-@inlined
 def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk."""
+    """Add slope dF/dk; return F and k while the grains touch."""
+    k = a[STIFFNESS, j]
     bar[STIFFNESS, j] += d * slope
+    return k * d, k if d > 0.0 else 0.0
 
 
 @inlined

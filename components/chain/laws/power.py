@@ -55,16 +55,12 @@ def energy(a, j, d):
 
 
 @inlined
-def stiffness(a, j, d):
-    """Return p k d^(p - 1)."""
-    p = a[SCALARS, EXPONENT]
-    return a[STIFFNESS, j] * (p * _raised(d, p - 1.0))
-
-
-@inlined
 def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk."""
-    bar[STIFFNESS, j] += _raised(d, a[SCALARS, EXPONENT]) * slope
+    """Add slope dF/dk; return F and p k d^(p - 1)."""
+    k, p = a[STIFFNESS, j], a[SCALARS, EXPONENT]
+    raised = _raised(d, p)
+    bar[STIFFNESS, j] += raised * slope
+    return k * raised, k * (p * _raised(d, p - 1.0))
 
 
 @inlined
