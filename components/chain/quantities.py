@@ -23,7 +23,7 @@ from ..support.powers import power
 from . import kernels
 from .laws import functions as law
 from .laws.functions import DISSIPATES
-from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
+from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, STIFFNESS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
 from .specialisation import of_any_law
 
 # -- contacts and ends, and the work of inputs ---------------------------------------------------------------------------
@@ -74,7 +74,8 @@ def _contact_force_pullback(a, bar, j, slope):
         bar[V, j + 1] -= slope * coefficient
         if d > 0.0:
             by_overlap = law.coefficient_pullback(a, bar, j, d, slope * speed)
-    _, stiffness = law.force_pullback(a, bar, j, d, slope)
+    _, stiffness, by_stiffness = law.force_slopes(a, j, d)
+    bar[STIFFNESS, j] += slope * by_stiffness
     _add_overlap(bar, j, slope * stiffness + by_overlap)
 
 

@@ -19,6 +19,7 @@ from ..layout import (
     REST_OVERLAP,
     RIGHT_DRIVE,
     SCALARS,
+    STIFFNESS,
     U,
     V,
 )
@@ -93,8 +94,9 @@ def _undo_preparation(a, bar, u, h):
         bar[INVERSE_MASS, j] += masses_bar
         bar[INVERSE_MASS, j + _ONE] += masses_bar
         f_bar = -bound_bar * time
-        force, stiffness = law.force_pullback(a, bar, j, d, f_bar)
-        g = stiffness * f_bar + law.coefficient_pullback(a, bar, j, d, pull_bar * time)
+        force, by_overlap, by_stiffness = law.force_slopes(a, j, d)
+        bar[STIFFNESS, j] += by_stiffness * f_bar
+        g = by_overlap * f_bar + law.coefficient_pullback(a, bar, j, d, pull_bar * time)
         approach_bar = 0.0
         if JUMPS:
             if is_closing(middle, w, h):

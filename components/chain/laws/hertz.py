@@ -51,11 +51,10 @@ def energy(a, j, d):
 
 
 @inlined
-def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk; return F and 1.5 k d^0.5."""
+def force_slopes(a, j, d):
+    """Return F, 1.5 k d^0.5 and d^1.5."""
     k, root = a[STIFFNESS, j], sqrt(d)
-    bar[STIFFNESS, j] += (d * root) * slope
-    return k * (d * root), k * (1.5 * root)
+    return k * (d * root), k * (1.5 * root), d * root
 
 
 @inlined

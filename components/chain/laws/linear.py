@@ -53,11 +53,10 @@ def energy(a, j, d):
 
 
 @inlined
-def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk; return F and k while the grains touch."""
+def force_slopes(a, j, d):
+    """Return F, k while the grains touch, and d."""
     k = a[STIFFNESS, j]
-    bar[STIFFNESS, j] += d * slope
-    return k * d, k if d > 0.0 else 0.0
+    return k * d, k if d > 0.0 else 0.0, d
 
 
 @inlined

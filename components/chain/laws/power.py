@@ -55,12 +55,11 @@ def energy(a, j, d):
 
 
 @inlined
-def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk; return F and p k d^(p - 1)."""
+def force_slopes(a, j, d):
+    """Return F, p k d^(p - 1) and d^p."""
     k, p = a[STIFFNESS, j], a[SCALARS, EXPONENT]
     raised = _raised(d, p)
-    bar[STIFFNESS, j] += raised * slope
-    return k * raised, k * (p * _raised(d, p - 1.0))
+    return k * raised, k * (p * _raised(d, p - 1.0)), raised
 
 
 @inlined
