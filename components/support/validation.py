@@ -111,16 +111,31 @@ def _meaning(model: type[BaseModel], place: list[str]) -> str:
     return f"it is {field.description}" if field is not None and field.description else "it has no default"
 
 
-def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
-    """An array of `shape` from a number, an array, or {index: value} (the rest is 0); `ParameterError` otherwise."""
+def start_array(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
+    """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the rest is 0).
+
+    A row is what one index of the first axis holds: for shape (n, 2) two numbers.
+
+    Raises:
+        ParameterError: it is none of these, or not finite.
+    """
     array = np.zeros(shape)
-    if isinstance(value, Mapping):
-        places = [_index(name, key, shape) for key in value]
-        if len(set(places)) < len(places):
-            raise ParameterError(f"{name}: got the indices {shortened(list(value))}, expected each index once")
-        for index, item in zip(places, value.values(), strict=True):
-            array[index] = finite_number(f"{name}[{index}]", item)
+    if not isinstance(value, Mapping):
+        array[...] = _values(name, value, shape, "a single number, or")
         return array
+    if not shape:
+        raise ParameterError(f"{name}: got {{index: value}}, expected a single number")
+    indices = [_index(name, key, shape[0]) for key in value]
+    if len(set(indices)) < len(indices):
+        raise ParameterError(f"{name}: got the indices {shortened(list(value))}, expected each index once")
+    for index, item in zip(indices, value.values(), strict=True):
+        place = f"{name}[{index}]"
+        array[index] = _values(place, item, shape[1:], "a number, or") if len(shape) > 1 else finite_number(place, item)
+    return array
+
+
+def _values(name: str, value: Any, shape: tuple[int, ...], also: str) -> FloatArray:
+    """Return finite numbers that can be laid over an array of that shape: one, a row, or all of them."""
     try:
         given = np.asarray(value)
     except ValueError as error:  # rows of unlike length
@@ -129,18 +144,18 @@ def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
         raise ParameterError(
             f"{name}: got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}"
         )
-    if given.shape not in ((), shape):
-        raise ParameterError(f"{name}: got shape {given.shape}, expected a single number or shape {shape}")
+    # A row for all only where there are several axes: for shape (n,) a row is a number.
+    rows = [shape[1:]] if len(shape) > 1 else []
+    if given.shape not in ((), *rows, shape):
+        known = " or ".join(f"shape {one}" for one in (*rows, shape))
+        raise ParameterError(f"{name}: got shape {given.shape}, expected {also} {known}")
     if not np.isfinite(given).all():
-        raise ParameterError(f"{name}: got NaN or infinity, expected finite numbers")
-    array[...] = given
-    return array
+        where = [int(index) for index in np.argwhere(~np.isfinite(given))[0]]
+        raise ParameterError(f"{name}{where or ''}: got {given[tuple(where)]}, expected a finite number")
+    return given.astype(np.float64)
 
 
-def _index(name: str, key: Any, shape: tuple[int, ...]) -> int:
-    if len(shape) != 1:
-        raise ParameterError(f"{name}: got {{index: value}} for shape {shape}, expected a number or an array of that shape")
-    length = shape[0]
+def _index(name: str, key: Any, length: int) -> int:
     try:
         index = int(key if not isinstance(key, bool) else "")
     except (TypeError, ValueError, OverflowError) as error:
