@@ -58,9 +58,8 @@ def _caption(component: Component, task: Task) -> str:
     parts = [task.name, f"t = {component.time * 1e3:.4f} ms" if component.step_size < 1e-3 else f"t = {component.time:.2f} s"]
     for name in task.actions:
         value, unit = component.get(name), component.variables[name].unit
-        parts.append(
-            f"{name} = {value:+.2f} {unit}" if np.ndim(value) == 0 else f"|{name}| <= {np.abs(value).max():.2f} {unit}"
-        )
+        shown = f"{name} = {value:+.2f}" if np.ndim(value) == 0 else f"|{name}| <= {np.abs(value).max():.2f}"
+        parts.append(f"{shown} {unit}")
     return "      ".join(parts)
 
 

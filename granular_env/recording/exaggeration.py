@@ -54,17 +54,16 @@ def _row_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArr
 
 def _contact_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
     """Return the limit for points that lie anywhere: of each pair that nearly touches, by its approach along its line."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    pairs = cKDTree(reference).query_pairs(_NEARLY * 2.0 * float(radius.max()), output_type="ndarray")
+    pairs = KDTree(reference).query_pairs(_NEARLY * 2.0 * float(radius.max()), output_type="ndarray")
     if not len(pairs):
         return _LARGEST
     one, other = pairs.T
     apart = reference[other] - reference[one]
     distance = np.sqrt((apart * apart).sum(axis=1))
-    closing = (
-        -((displacement[:, other] - displacement[:, one]) * (apart / distance[:, None])).sum(axis=2).min(axis=0, initial=0.0)
-    )
+    approach = (displacement[:, other] - displacement[:, one]) * (apart / distance[:, None])
+    closing = -approach.sum(axis=2).min(axis=0, initial=0.0)
     gap = np.maximum(distance - radius[one] - radius[other], 0.0)
     allowed = gap + _DRAWN_OVERLAP * np.minimum(radius[one], radius[other])
     moving = closing > 0.0
