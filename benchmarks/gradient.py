@@ -10,8 +10,8 @@ import numpy as np
 
 from granular_env import Chain
 from granular_env.components.chain.adjoint import evaluate
-from granular_env.control.gradient import value_and_grad
-from granular_env.control.objective import total, velocity
+from granular_env.domains.chain.control.gradient import value_and_grad
+from granular_env.domains.chain.control.objective import total, velocity
 
 from .figures import Figure
 from .timing import interleaved, ratio

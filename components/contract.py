@@ -366,9 +366,9 @@ class Component(metaclass=_Fixed):
             StepError: the physics would break down; the state is that from before the step.
             GranularError: another thread, or an observer, steps it while it steps.
         """
-        # This is the hot path of step-wise control: what is usual is looked up, everything else goes to a slower function. `own`
-        # goes past `__setattr__`, which would cost a third of a short step.
-        own: dict[str, Any] = self.__dict__
+        # This is the hot path of step-wise control: what is usual is looked up, everything else goes to a slower function.
+        # Writing to `own` bypasses `__setattr__`, which would cost a third of a short step.
+        own: dict[str, Any] = self.__dict__  # type: ignore[assignment]
         try:
             ticks = self._tick_counts[duration]
         except (KeyError, TypeError):
@@ -448,7 +448,7 @@ class Component(metaclass=_Fixed):
         except ValueError:  # another length
             self.refuse_foreign(snapshot)
             raise
-        self.__dict__["_tick"] = snapshot.tick  # as in `step`
+        vars(self)["_tick"] = snapshot.tick  # as in `step`
         for observer in self._observers:
             observer.began(self)
 
@@ -594,7 +594,7 @@ class Component(metaclass=_Fixed):
         status = self._advance(ticks)
         if status:
             raise self._explain(status)
-        self.__dict__["_tick"] += ticks  # as in `step`
+        vars(self)["_tick"] += ticks  # as in `step`
         if ticks == self._chunk_ticks:
             spent = perf_counter() - begin
             if spent < 0.5 * _CHUNK_SECONDS:

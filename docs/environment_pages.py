@@ -14,7 +14,8 @@ import numpy as np
 
 import granular_env  # noqa: F401 - registers the environments
 from granular_env.components.chain.table import U, V
-from granular_env.envs import ChainEnv, drawing
+from granular_env.domains.chain import ChainEnv
+from granular_env.envs import drawing
 from granular_env.envs.policies import OpenLoop
 from granular_env.envs.registration import ENVIRONMENTS
 

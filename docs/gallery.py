@@ -8,8 +8,10 @@ import appearance
 import numpy as np
 
 import granular_env as ge
-from granular_env.control.policies import Dashpot, OpenLoop, Policy, Sensors
-from granular_env.envs import AbsorptionEnv, ChainEnv, PulseFormingEnv, RecordEnv
+from granular_env.domains.chain import AbsorptionEnv, ChainEnv, PulseFormingEnv
+from granular_env.domains.chain.tasks.impedance_matching import Dashpot, Sensors
+from granular_env.envs import RecordEnv
+from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.recording import open_log
 from granular_env.viewing import drawing, fields, footage
 

@@ -6,8 +6,8 @@ import appearance
 import numpy as np
 
 import granular_env as ge
-from granular_env import measurement
 from granular_env.components.chain import theory
+from granular_env.domains.chain import measurement
 from granular_env.viewing import drawing
 
 IMAGES = Path(__file__).parent / "images" / "laws"

@@ -33,7 +33,7 @@ def take_viewer(log: Log, folder: Path) -> None:
 
 def take_report(log: Log, folder: Path) -> None:
     """Take the top of a report, light and dark, side by side."""
-    from browser import Browser
+    from support.browser import Browser
 
     page = viewing.report(log, folder / "report", variables=["velocity", "contact_force"])
     halves = []

@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from granular_env.envs.tasks.absorption import AbsorptionEnv
-from granular_env.envs.tasks.matched import Dashpot, Sensors
+from granular_env.domains.chain.tasks.absorption import AbsorptionEnv
+from granular_env.domains.chain.tasks.impedance_matching import Dashpot, Sensors
 
 WAVES = [(strikers, speed) for strikers in (1, 2) for speed in (3.0, 5.0, 8.0)]
 

@@ -9,8 +9,8 @@ from scipy.optimize import minimize
 
 import granular_env as ge
 from granular_env.components.chain.adjoint import value_and_bars
-from granular_env.control.policies import OpenLoop, play
-from granular_env.envs import PulseFormingEnv
+from granular_env.domains.chain import PulseFormingEnv
+from granular_env.envs.policies import OpenLoop, play
 
 PAPER = {"contact_stiffness": 4940091615.916878}  # N/m^1.5: the paper's A = 5.6e12 N/(m^1.5 kg)
 PEAK, PUSH = 1764.3184342560278, 1e-5  # N, s: the triangle of the paper's shorter push

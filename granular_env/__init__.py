@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from .envs.registration import register_when_imported
 
 if TYPE_CHECKING:
-    from . import measurement, viewing
+    from . import domains, viewing
     from .components.catalogue import make
     from .components.chain import Chain
     from .components.contract import Component, Snapshot, Variable
@@ -47,8 +47,8 @@ _HOMES = {
     "StepError": "components.errors",
     "SweepError": "components.errors",
     "Variable": "components.contract",
+    "domains": "",
     "make": "components.catalogue",
-    "measurement": "",
     "open_log": "recording",
     "open_sweep": "sweep",
     "record": "recording",
@@ -75,8 +75,8 @@ __all__ = [
     "StepError",
     "SweepError",
     "Variable",
+    "domains",
     "make",
-    "measurement",
     "open_log",
     "open_sweep",
     "record",

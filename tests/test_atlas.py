@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from atlas_toys import HOSTILE, experiment, toy
+from support.atlas_toys import HOSTILE, experiment, toy
 
 from granular_env import atlas
 from granular_env.atlas import papers
@@ -185,8 +185,8 @@ def test_wrong_arguments_are_named(arguments, words, tmp_path, monkeypatch, caps
 
 def test_a_process_that_dies_is_told(tmp_path):
     code = (
-        "import os\nfrom atlas_toys import *\nfrom granular_env import atlas\nfrom granular_env.components.errors import *\n"
-        "from dying import die\n"
+        "import os\nfrom support.atlas_toys import *\nfrom granular_env import atlas\n"
+        "from granular_env.components.errors import *\nfrom dying import die\n"
         "if __name__ == '__main__':\n"
         "    paper = toy()\n    paper.entries.append(Entry('dies', '5', 'Dies', 'Text.', die, weight=9.0))\n"
         f"    try:\n        atlas.compute(paper, {str(tmp_path)!r}, processes=2)\n"

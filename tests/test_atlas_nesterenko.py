@@ -4,9 +4,9 @@ import json
 import math
 import re
 
-import browser
 import numpy as np
 import pytest
+from support import browser
 
 from granular_env import atlas
 from granular_env.atlas import papers

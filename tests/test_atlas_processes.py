@@ -11,8 +11,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from atlas_toys import toy
-from terminal_tools import run_in_terminal, seen_lines
+from support.atlas_toys import toy
+from support.terminal_tools import run_in_terminal, seen_lines
 
 from granular_env import atlas
 from granular_env.atlas.context import Context
@@ -25,8 +25,8 @@ SCRIPT = """
 import sys
 sys.path[:0] = [{tests!r}]
 from endless import endless
-from atlas_toys import toy
-from terminal_tools import run_in_terminal, seen_lines
+from support.atlas_toys import toy
+from support.terminal_tools import run_in_terminal, seen_lines
 from granular_env import atlas
 from granular_env.atlas import papers
 from granular_env.atlas.model import Entry
@@ -39,7 +39,7 @@ if __name__ == "__main__":
     sys.exit(main(["atlas", "toy-2000", "--out", sys.argv[1], "--processes", sys.argv[2], "--quiet"]))
 """
 ENDLESS = """
-from atlas_toys import experiment
+from support.atlas_toys import experiment
 from granular_env.atlas.model import Findings
 
 def endless(context):
@@ -172,7 +172,7 @@ def test_an_entry_tells_of_its_begin_of_each_run_and_of_its_end(tmp_path, proces
 
 
 def test_a_context_counts_the_runs_of_an_entry(tmp_path):
-    from atlas_toys import experiment
+    from support.atlas_toys import experiment
 
     context, seen = Context(tmp_path, {}), []
     context.begin(seen.append)

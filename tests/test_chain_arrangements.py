@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from chain_tools import state_hash
 from hypothesis import given
 from hypothesis import strategies as st
+from support.chain_tools import state_hash
 
 import granular_env as ge
 from granular_env.cli import main

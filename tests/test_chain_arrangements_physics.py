@@ -9,9 +9,9 @@ import pytest
 from scipy import fft
 
 import granular_env as ge
-from granular_env import measurement
 from granular_env.components.chain import theory
 from granular_env.components.counter_random import uniform
+from granular_env.domains.chain import measurement
 
 R = 3e-3
 FORCE = 20.0

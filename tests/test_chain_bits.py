@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chain_tools import INTEGRATORS, ROOT, bit_cases, python
+from support.chain_tools import INTEGRATORS, ROOT, bit_cases, python
 
 import granular_env as ge
 from granular_env.components.chain.integrators import compositions
@@ -15,7 +15,7 @@ from granular_env.components.chain.integrators import compositions
 GRAINS, TICKS = 11, 40
 
 _UNJITTED = """
-import chain_tools
+from support import chain_tools
 chain_tools.print_bit_cases({schemes!r}, {grains}, {ticks})
 """
 _TILED = """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from chain_tools import INTEGRATORS, PUSH, SPEED, advance, magnitude, paper_chain, unit_chain
+from support.chain_tools import INTEGRATORS, PUSH, SPEED, advance, magnitude, paper_chain, unit_chain
 
 import granular_env as ge
 

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from chain_tools import INTEGRATORS, advance, unit_chain
+from support.chain_tools import INTEGRATORS, advance, unit_chain
 
 import granular_env as ge
 from granular_env.components.materials.elastic import PRESETS

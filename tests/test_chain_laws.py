@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from chain_tools import python
+from support.chain_tools import python
 
 import granular_env as ge
 from granular_env.components.chain import theory

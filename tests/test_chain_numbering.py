@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env import measurement
 from granular_env.components.chain.adjoint import evaluate
-from granular_env.control.objective import contact_force, total
-from granular_env.envs import ProtectionEnv
+from granular_env.domains.chain import ProtectionEnv, measurement
+from granular_env.domains.chain.control.objective import contact_force, total
 from granular_env.sweep import run_sweep
 
 GRAINS = 8

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from chain_tools import INTEGRATORS, MASS, RADIUS, STIFFNESS, paper_chain, unit_chain
+from support.chain_tools import INTEGRATORS, MASS, RADIUS, STIFFNESS, paper_chain, unit_chain
 
 import granular_env as ge
 from granular_env.components.chain import theory

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from chain_tools import RADIUS
 from scipy.integrate import solve_ivp
 from scipy.special import beta
+from support.chain_tools import RADIUS
 
 import granular_env as ge
 from granular_env.components.chain import theory

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from chain_tools import peaks, unit_chain
 from scipy.integrate import solve_ivp
+from support.chain_tools import peaks, unit_chain
 
 import granular_env as ge
 from granular_env.components.chain import theory

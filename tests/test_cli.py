@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from terminal_tools import run_in_terminal, seen_lines
+from support.terminal_tools import run_in_terminal, seen_lines
 
 from granular_env import terminal
 from granular_env.cli import main

@@ -1,7 +1,7 @@
 """What the contract promises, tested for every component of the catalogue.
 
-The drives are in component_examples.py; a new component is tested by adding an entry there. What a component must refuse is in
-test_conformance_refusals.py.
+The drives are in support/component_examples.py; a new component is tested by adding an entry there. What a component must
+refuse is in test_conformance_refusals.py.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from component_examples import EXAMPLES, Example, of_component
-from conformance_tools import Watcher, bits, drive, every_example, readings
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.component_examples import EXAMPLES, Example, of_component
+from support.conformance_tools import Watcher, bits, drive, every_example, readings
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Component, Snapshot
@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @pytest.mark.parametrize("name", catalogue.names())
 def test_every_component_has_an_example(name: str) -> None:
-    assert of_component(name), f"add an entry for {name!r} to tests/component_examples.py"
+    assert of_component(name), f"add an entry for {name!r} to tests/support/component_examples.py"
 
 
 @every_example
@@ -160,8 +160,8 @@ def test_a_profile_is_read_at_the_present_time(example: Example) -> None:
 _ELSEWHERE = """
 import pickle, sys
 sys.path.insert(0, sys.argv[1])
-from component_examples import EXAMPLES
-from conformance_tools import drive
+from support.component_examples import EXAMPLES
+from support.conformance_tools import drive
 from granular_env.components.contract import Snapshot
 sent, answers = pickle.load(sys.stdin.buffer), {}
 for example in EXAMPLES:

@@ -7,8 +7,8 @@ import warnings
 
 import numpy as np
 import pytest
-from component_examples import EXAMPLES, Example
-from conformance_tools import Watcher, bits, drive, every_example, readings
+from support.component_examples import EXAMPLES, Example
+from support.conformance_tools import Watcher, bits, drive, every_example, readings
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Component, GranularError, GranularWarning, ParameterError, Snapshot, StepError

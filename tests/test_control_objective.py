@@ -12,10 +12,10 @@ from granular_env.components.chain.adjoint import evaluate
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.table import MASS, PEAK, V
 from granular_env.components.jit import jit
-from granular_env.control.checking import check_objective
-from granular_env.control.differences import central_differences
-from granular_env.control.gradient import value_and_grad
-from granular_env.control.objective import (
+from granular_env.domains.chain.control.finite_differences import central_differences
+from granular_env.domains.chain.control.gradient import value_and_grad
+from granular_env.domains.chain.control.gradient_check import check_objective
+from granular_env.domains.chain.control.objective import (
     Term,
     applied,
     contact_force,

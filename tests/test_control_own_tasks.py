@@ -22,8 +22,8 @@ MODULE = '''
 import granular_env as ge
 from granular_env.components.chain.table import V
 from granular_env.components.jit import jit
-from granular_env.control.objective import total, velocity
-from granular_env.envs import ChainEnv, ChainTask
+from granular_env.domains.chain.control.objective import total, velocity
+from granular_env.domains.chain import ChainEnv, ChainTask
 
 
 @jit

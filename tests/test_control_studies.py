@@ -13,7 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from control_toys import Bowl, bowl_study
+from support.control_toys import Bowl, bowl_study
 
 from granular_env.cli import main
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
@@ -256,7 +256,7 @@ def test_a_larger_budget_goes_on_and_finds_what_it_would_have_found_at_once(tmp_
 KILLED = """
 import sys
 sys.path.insert(0, {tests!r})
-from control_toys import Bowl, bowl_study
+from support.control_toys import Bowl, bowl_study
 from granular_env.control.study import running
 running._SAVED_EVERY = 0.0
 running.run_study(bowl_study(*({{"type": name}} for name in {methods!r})), {folder!r}, problem=Bowl(pause=2e-3))

@@ -17,15 +17,15 @@ from granular_env.components.chain.adjoint import evaluate, value_and_bars
 from granular_env.components.chain.table import MASS, REST, STIFFNESS, U, V
 from granular_env.components.chain.theory import lattice_wave
 from granular_env.components.contract import ParameterError
-from granular_env.control.policies import play
-from granular_env.envs import ChainEnv, register_all
-from granular_env.envs.policies import Constant, OpenLoop
-from granular_env.envs.tasks.absorption import AbsorptionEnv
-from granular_env.envs.tasks.energy_delivery import EnergyDeliveryEnv
-from granular_env.envs.tasks.protection import ProtectionEnv
-from granular_env.envs.tasks.pulse_forming import PulseFormingEnv
-from granular_env.envs.tasks.shipped import best_return
-from granular_env.envs.tasks.soliton_train import SolitonTrainEnv
+from granular_env.domains.chain import ChainEnv
+from granular_env.domains.chain.tasks.absorption import AbsorptionEnv
+from granular_env.domains.chain.tasks.best_known import best_return
+from granular_env.domains.chain.tasks.energy_delivery import EnergyDeliveryEnv
+from granular_env.domains.chain.tasks.protection import ProtectionEnv
+from granular_env.domains.chain.tasks.pulse_forming import PulseFormingEnv
+from granular_env.domains.chain.tasks.soliton_train import SolitonTrainEnv
+from granular_env.envs import register_all
+from granular_env.envs.policies import Constant, OpenLoop, play
 
 register_all()
 TASKS: dict[str, type[ChainEnv]] = {

@@ -11,12 +11,13 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS, SMALL, Swing, actions, transcript
 from gymnasium.utils.env_checker import check_env
+from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ComponentEnv, PistonEnv, ProtectionEnv, register_all
+from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.envs import ComponentEnv, register_all
 from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()

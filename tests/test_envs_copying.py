@@ -10,11 +10,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS, actions, transcript
+from support.env_toys import MAKERS, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import ParameterError
-from granular_env.envs import ChainVectorEnv, PistonEnv, ProtectionEnv, RecordEnv, register_all
+from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv
+from granular_env.envs import RecordEnv, register_all
 from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()

@@ -14,12 +14,13 @@ import pytest
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
 from granular_env.components.jit import JIT, address, caller, jit
-from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv, ComponentEnv, PistonEnv, ProtectionEnv
+from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv, PistonEnv, ProtectionEnv
+from granular_env.envs import ComponentEnv
 
 TASK = """
 import numpy as np
 from granular_env.components.jit import jit
-from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv
+from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
 import granular_env as ge
 {imported}
 

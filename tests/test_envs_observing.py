@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from env_toys import SMALL, actions, transcript
+from support.env_toys import SMALL, actions, transcript
 
 from granular_env.components.counter_random import normal, stream_key
 from granular_env.components.errors import ParameterError
-from granular_env.envs import PistonEnv, ProtectionEnv
+from granular_env.domains.chain import PistonEnv, ProtectionEnv
 
 PRESSED = {"grains": 6, "deadline": 50, "chain": {"precompression": 20.0}}
 

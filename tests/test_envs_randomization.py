@@ -8,12 +8,13 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import actions, transcript
 from gymnasium.vector import AutoresetMode
+from support.env_toys import actions, transcript
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
-from granular_env.envs import ChainVectorEnv, EnvState, PistonEnv, ProtectionEnv, PulseFormingEnv, RecordEnv, register_all
+from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv
+from granular_env.envs import EnvState, RecordEnv, register_all
 from granular_env.envs.registration import ENVIRONMENTS
 from granular_env.recording import record, verify
 

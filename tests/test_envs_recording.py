@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from granular_env.components.contract import GranularError, ParameterError
-from granular_env.envs import PistonEnv, ProtectionEnv, RecordEnv, register_all
+from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.envs import RecordEnv, register_all
 from granular_env.recording import open_log, verify
 
 register_all()

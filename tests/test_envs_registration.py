@@ -62,7 +62,7 @@ import sys
 sys.modules["gymnasium"] = None
 import granular_env, granular_env.envs
 try:
-    granular_env.envs.PistonEnv
+    granular_env.domains.chain.PistonEnv
 except ImportError as error:
     print(type(error).__name__)
 """

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from env_toys import MAKERS, SMALL, actions, transcript
+from support.env_toys import MAKERS, SMALL, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
 from granular_env.components.packing import pack, unpack
-from granular_env.envs import ChainVectorEnv, ComponentEnv, EnvState, PistonEnv, ProtectionEnv, RecordEnv
+from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv
+from granular_env.envs import ComponentEnv, EnvState, RecordEnv
 from granular_env.recording import record
 
 HARD: dict[str, Any] = {
@@ -57,8 +58,9 @@ def test_a_new_process_goes_on_with_the_same_bits(tmp_path: Path) -> None:
 import sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from pathlib import Path
-from env_toys import actions, transcript
-from granular_env.envs import EnvState, PistonEnv
+from support.env_toys import actions, transcript
+from granular_env.domains.chain import PistonEnv
+from granular_env.envs import EnvState
 env = PistonEnv(**{HARD!r})
 for number in range(4):
     env.restore(EnvState.from_bytes((Path({str(tmp_path)!r}) / f"{{number}}.state").read_bytes()))

@@ -8,18 +8,19 @@ from typing import Any, NamedTuple
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS, Swing
 from numba import types
 from numba.extending import intrinsic
+from support.env_toys import MAKERS, Swing
 
 from granular_env.components.chain import Chain, features
 from granular_env.components.chain.table import U, V
 from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.components.jit import jit
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ChainEnv, ChainTask, ChainVectorEnv, ComponentEnv, check_task
+from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv, check_task
+from granular_env.domains.chain.envs.task_check import refuse_incomplete
+from granular_env.envs import ComponentEnv
 from granular_env.envs.registration import ENVIRONMENTS
-from granular_env.envs.task_check import refuse_incomplete
 
 DEADLINE = 20
 

@@ -8,11 +8,12 @@ from collections.abc import Callable
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS, Swing
+from support.env_toys import MAKERS, Swing
 
 from granular_env.components.contract import ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.envs import ChainEnv, ComponentEnv, PistonEnv, ProtectionEnv
+from granular_env.domains.chain import ChainEnv, PistonEnv, ProtectionEnv
+from granular_env.envs import ComponentEnv
 from granular_env.envs.font import text_mask
 
 
@@ -192,7 +193,7 @@ def test_an_argument_that_is_not_there_gets_the_nearest_name() -> None:
 
 
 def test_pictures_show_walls_and_what_is_wanted() -> None:
-    from granular_env.envs import PulseFormingEnv
+    from granular_env.domains.chain import PulseFormingEnv
 
     dark = lambda image, rows, columns: (image[rows, columns].max(axis=2) < 60).sum()  # noqa: E731
     pictures = {}

@@ -10,12 +10,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_toys import MAKERS
+from support.env_toys import MAKERS
 
 from granular_env.components.errors import ParameterError
-from granular_env.control.policies import play
-from granular_env.envs import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv, register_all
-from granular_env.envs.policies import Constant
+from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv
+from granular_env.envs import register_all
+from granular_env.envs.policies import Constant, play
 from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()

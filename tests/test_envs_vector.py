@@ -11,7 +11,8 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from granular_env.components.contract import GranularWarning, ParameterError
-from granular_env.envs import ChainEnv, ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, register_all
+from granular_env.domains.chain import ChainEnv, ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv
+from granular_env.envs import register_all
 from granular_env.recording import record, verify
 
 register_all()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from chain_tools import MASS, SPEED
+from support.chain_tools import MASS, SPEED
 
 import granular_env as ge
-from granular_env import measurement
 from granular_env.components.chain import theory
+from granular_env.domains.chain import measurement
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from golden_logs import CASES, FOLDER, final_hash, log_path, played
+from support.golden_logs import CASES, FOLDER, final_hash, log_path, played
 
 import granular_env as ge
 

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import granular_env as ge
-from granular_env import measurement
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.measurement import History
+from granular_env.domains.chain import measurement
+from granular_env.domains.chain.measurement import History
 
 SPACING = 2.0
 numbers = st.floats(0.5, 2.0)

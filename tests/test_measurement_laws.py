@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env import measurement
 from granular_env.components.errors import LogError
+from granular_env.domains.chain import measurement
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chain_tools import MASS, SPEED, paper_chain, unit_chain
+from support.chain_tools import MASS, SPEED, paper_chain, unit_chain
 
 import granular_env as ge
-from granular_env import measurement
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.measurement import History
+from granular_env.domains.chain import measurement
+from granular_env.domains.chain.measurement import History
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 

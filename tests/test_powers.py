@@ -6,7 +6,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from chain_tools import python
+from support.chain_tools import python
 
 from granular_env.components.powers import power
 

@@ -7,7 +7,7 @@ import sys
 import types
 
 import pytest
-from terminal_tools import ROOT, run_in_terminal, seen_lines
+from support.terminal_tools import ROOT, run_in_terminal, seen_lines
 
 from granular_env import progress
 from granular_env.terminal import printable

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
+from support.recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.contract import Component, Snapshot

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from recording_helpers import chain_log, mutated, oscillator_log, rewrite
+from support.recording_helpers import chain_log, mutated, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.contract import Snapshot

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from recording_helpers import chain_log, oscillator_log
+from support.recording_helpers import chain_log, oscillator_log
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
@@ -367,7 +367,7 @@ def test_a_tick_that_would_take_for_ever_is_refused(tmp_path: Path) -> None:
 
 def test_a_log_of_such_a_tick_is_different_in_seconds(tmp_path: Path) -> None:
     """Made as somebody would who wants a verification never to end: a short run, with another step size in its header."""
-    from recording_helpers import rewrite
+    from support.recording_helpers import rewrite
 
     component = catalogue.make(
         "chain", grains=5, radius=3e-3, material="steel", integrator="dop853", left="plane", right="plane", step_size=1e-6

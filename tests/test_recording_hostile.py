@@ -13,7 +13,7 @@ from pathlib import Path
 import lz4.frame
 import numpy as np
 import pytest
-from recording_helpers import chain_log, changed, oscillator_log, rewrite
+from support.recording_helpers import chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError
@@ -142,7 +142,7 @@ def rewrite_index(path: Path, out: Path, change: Callable[[Record], Record]) -> 
         def add(self, record: Record, nanoseconds: int) -> None:
             super().add(change(record), nanoseconds)
 
-    import recording_helpers
+    from support import recording_helpers
 
     honest, recording_helpers.Sink = recording_helpers.Sink, Lying  # type: ignore[misc]
     try:

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env import measurement
 from granular_env.cli import main
+from granular_env.domains.chain import measurement
 from granular_env.sweep import axes, bundles, load_plan, open_sweep, run_sweep, shipped_plans
 from granular_env.sweep.computing import Order
 from granular_env.sweep.engines import processes

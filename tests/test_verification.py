@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
+from support.recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main

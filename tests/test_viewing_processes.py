@@ -12,9 +12,9 @@ import sys
 import time
 from pathlib import Path
 
-import browser
 import numpy as np
 import pytest
+from support import browser
 
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError

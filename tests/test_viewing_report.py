@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 import tomllib
 
-import browser
 import numpy as np
 import pytest
+from support import browser
 
 from granular_env.cli import main
 from granular_env.components.catalogue import make

@@ -13,9 +13,9 @@ from typing import Any
 
 from granular_env.components.contract import Component, Observer
 from granular_env.components.errors import GranularWarning
+from granular_env.domains.chain.measurement import History, Watch
 from granular_env.experiments import Experiment
 from granular_env.experiments.load import Source, load_experiment
-from granular_env.measurement import History, Watch
 from granular_env.recording import open_log
 from granular_env.recording.reader import Log
 from granular_env.running import run

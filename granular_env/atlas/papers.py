@@ -8,7 +8,7 @@ from granular_env.components.errors import ParameterError, nearest
 
 from .model import Paper
 
-_PAPERS = {"nesterenko-1983": "granular_env.atlas.nesterenko_1983"}
+_PAPERS = {"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983"}
 
 
 def names() -> list[str]:

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 
 from granular_env.components.errors import MissingExtraError, ParameterError, shortened
-from granular_env.envs.vector import ChainVectorEnv
+from granular_env.domains.chain.envs.vector_env import ChainVectorEnv
 
 try:
     from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMissingImports]

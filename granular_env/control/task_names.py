@@ -77,7 +77,7 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
         ParameterError: it does not take one of the arguments, the nearest is named; what makes it raises something else than an
             error of this package; or it is no environment of a chain.
     """
-    from granular_env.envs.chain_environment import ChainEnv
+    from granular_env.domains.chain.envs.environment import ChainEnv
     from granular_env.envs.task import Task
 
     known = _arguments(make)
@@ -161,7 +161,7 @@ def _arguments(make: Callable[..., Any]) -> list[str] | None:
         if parameter.kind is inspect.Parameter.VAR_KEYWORD:
             if "ChainOptions" not in str(parameter.annotation):
                 return None
-            from granular_env.envs.chain_environment import ChainOptions
+            from granular_env.domains.chain.envs.environment import ChainOptions
 
             names += list(ChainOptions.__annotations__)
         else:

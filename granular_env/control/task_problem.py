@@ -121,7 +121,7 @@ class TaskProblem:
         """A Gymnasium `VectorEnv` of so many environments; it resets in the same step."""
         from gymnasium.vector import AutoresetMode
 
-        from granular_env.envs.vector import ChainVectorEnv
+        from granular_env.domains.chain.envs.vector_env import ChainVectorEnv
 
         def lane(**arguments: Any) -> Any:
             return make_environment(self._make, arguments, self.name)

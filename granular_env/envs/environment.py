@@ -16,12 +16,12 @@ from gymnasium.envs.registration import EnvSpec
 from ..components.contract import Component
 from ..components.errors import ParameterError, StepError, nearest, shortened
 from ..components.profiles import finite_number
+from ..domains.chain.envs.task_check import refuse_incomplete
+from .clock import clock_readings
 from .copying import Recreatable
 from .drawing import draw
-from .observing import clock_readings
 from .state import Drawn, EnvState, bit_generator
 from .task import Task, checked_judgement
-from .task_check import refuse_incomplete
 
 Observation = npt.NDArray[np.float32]
 Ready = tuple[Component, Task, Drawn]

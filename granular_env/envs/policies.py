@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,17 @@ import numpy.typing as npt
 from ..components.errors import ParameterError, shortened
 
 FloatArray = npt.NDArray[np.float64]
+
+
+class Policy(Protocol):
+    """What chooses actions: a callable with a memory that `reset` clears."""
+
+    def reset(self) -> None:
+        """An episode begins."""
+
+    def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.ArrayLike:
+        """The next action."""
+        ...
 
 
 class Constant:
@@ -59,3 +70,23 @@ def _actions(name: str, given: npt.NDArray[Any], dimensions: int) -> FloatArray:
     if given.ndim != dimensions or given.dtype.kind not in "fiu" or not np.all(np.isfinite(given)):
         raise ParameterError(f"{name}: got {shortened(given)}, expected finite numbers from -1 to 1")
     return np.ascontiguousarray(given, dtype=np.float64)
+
+
+def play(
+    env: Any, policy: Policy, *, seed: int | None = None, options: dict[str, Any] | None = None
+) -> tuple[float, Mapping[str, Any]]:
+    """One episode, from its reset to its end; the return, and the last ``info``.
+
+    Args:
+        env: a Gymnasium environment.
+        policy: chooses its actions.
+        seed: of the reset.
+        options: of the reset.
+    """
+    observation, info = env.reset(seed=seed, options=options)
+    policy.reset()
+    total, over = 0.0, False
+    while not over:
+        observation, reward, terminated, truncated, info = env.step(policy(observation, info))
+        total, over = total + float(reward), terminated or truncated
+    return total, info

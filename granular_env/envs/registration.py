@@ -15,12 +15,12 @@ from typing import Any
 
 _REGISTRY_MODULE = "gymnasium.envs.registration"
 ENVIRONMENTS = {
-    "granular_env/Piston-v1": "granular_env.envs.tasks.piston:PistonEnv",
-    "granular_env/PulseForming-v1": "granular_env.envs.tasks.pulse_forming:PulseFormingEnv",
-    "granular_env/Protection-v1": "granular_env.envs.tasks.protection:ProtectionEnv",
-    "granular_env/Absorption-v1": "granular_env.envs.tasks.absorption:AbsorptionEnv",
-    "granular_env/EnergyDelivery-v1": "granular_env.envs.tasks.energy_delivery:EnergyDeliveryEnv",
-    "granular_env/SolitonTrain-v1": "granular_env.envs.tasks.soliton_train:SolitonTrainEnv",
+    "granular_env/Piston-v1": "granular_env.domains.chain.tasks.piston:PistonEnv",
+    "granular_env/PulseForming-v1": "granular_env.domains.chain.tasks.pulse_forming:PulseFormingEnv",
+    "granular_env/Protection-v1": "granular_env.domains.chain.tasks.protection:ProtectionEnv",
+    "granular_env/Absorption-v1": "granular_env.domains.chain.tasks.absorption:AbsorptionEnv",
+    "granular_env/EnergyDelivery-v1": "granular_env.domains.chain.tasks.energy_delivery:EnergyDeliveryEnv",
+    "granular_env/SolitonTrain-v1": "granular_env.domains.chain.tasks.soliton_train:SolitonTrainEnv",
 }
 # What theory returns, rounded down; of Piston-v1, which has no theory, what a push of 2.4 m/s for 18 us returns. No time limit
 # is registered: the environment ends its episodes itself at its deadline, whichever was given, and its own `spec` tells when.
@@ -44,7 +44,7 @@ def register_all(registration: Any = None) -> None:
         from gymnasium.envs import registration
     for name, entry_point in ENVIRONMENTS.items():
         if name not in registration.registry:
-            vector = f"granular_env.envs.vectors:{entry_point.partition(':')[2]}"
+            vector = f"granular_env.domains.chain.envs.vectors:{entry_point.partition(':')[2]}"
             registration.register(name, entry_point=entry_point, vector_entry_point=vector, reward_threshold=THRESHOLDS[name])
 
 

@@ -196,7 +196,7 @@ def program() -> str:
         *own,
         package / "running.py",
         *sorted((package / "experiments").glob("*.py")),
-        *sorted((package / "measurement").glob("*.py")),
+        *sorted((package / "domains").glob("*/measurement/*.py")),
     ):
         state.update(path.read_bytes())
     for name in ("scipy", "pydantic"):

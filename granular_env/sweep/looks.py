@@ -12,8 +12,8 @@ import numpy as np
 from granular_env.components.contract import Component
 from granular_env.components.errors import LogError, ParameterError
 from granular_env.components.memory import refuse_beyond
-from granular_env.measurement.crest import SAMPLES, resolved_top
-from granular_env.measurement.watching import Watch, watched
+from granular_env.domains.chain.measurement.observer import Watch, watched
+from granular_env.domains.chain.measurement.peaks import SAMPLES, resolved_top
 
 from .measures import EXTREMES, Figure, Measure, Measurement, Reading
 
@@ -109,7 +109,7 @@ class _Gathered:
     """The extreme or the mean of one reading.
 
     An extreme of a single number is read off the curve through the looks next to it, as the crests of
-    `granular_env.measurement` are; that of all elements of an array is the greatest, or the least, of the looks.
+    `granular_env.domains.chain.measurement` are; that of all elements of an array is the greatest, or the least, of the looks.
     """
 
     def __init__(self, reading: Reading) -> None:

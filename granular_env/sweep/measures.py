@@ -1,4 +1,4 @@
-"""What a plan measures of each run: words for the component's own variables, tables for `granular_env.measurement`.
+"""What a plan measures of each run: words for the component's own variables, tables for its domain's measurements.
 
 [measure]
 peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min
@@ -106,7 +106,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A function of `granular_env.measurement`, and which of its numbers is taken.
+    """A function of `granular_env.domains.chain.measurement`, and which of its numbers is taken.
 
     Attributes:
         name: of the function.
@@ -159,7 +159,7 @@ def _parsed(value: Any, place: str, faults: Faults) -> Measure | None:
 
 
 def _parsed_table(table: Mapping[str, Any], place: str, faults: Faults) -> Measurement | None:
-    from granular_env import measurement
+    from granular_env.domains.chain import measurement
 
     name = table.get("measurement")
     if not isinstance(name, str) or name not in _MEASUREMENTS:
@@ -195,7 +195,7 @@ def _number(name: str) -> Taken:
     """What the function gives, as it is."""
 
     def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        from granular_env import measurement
+        from granular_env.domains.chain import measurement
 
         return float(getattr(measurement, name)(history, **arguments))
 
@@ -206,7 +206,7 @@ def _count(name: str) -> Taken:
     """How many there are."""
 
     def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        from granular_env import measurement
+        from granular_env.domains.chain import measurement
 
         return float(len(getattr(measurement, name)(history, **arguments)))
 
@@ -217,7 +217,7 @@ def _attribute(name: str, attribute: str) -> Taken:
     """A number of what the function gives, or of one of the things that it gives."""
 
     def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        from granular_env import measurement
+        from granular_env.domains.chain import measurement
 
         found = getattr(measurement, name)(history, **arguments)
         if isinstance(found, list):
@@ -233,7 +233,7 @@ def _of_wave(function: str) -> Taken:
     """What a wave carries."""
 
     def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        from granular_env import measurement
+        from granular_env.domains.chain import measurement
 
         waves = measurement.waves_at(history, **arguments)
         return float(getattr(measurement, function)(history, waves[which])) if -len(waves) <= which < len(waves) else math.nan

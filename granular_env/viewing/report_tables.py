@@ -9,6 +9,7 @@ import shlex
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from granular_env.components.errors import GranularError, LogError
 from granular_env.toml_text import toml_document
@@ -23,7 +24,7 @@ _LONGEST_TEXT = 20_000
 _WORKED_OUT = {"mass": "mass", "contact_stiffness": "stiffness"}
 
 
-def ledger(footage: Footage) -> str:
+def ledger(footage: Footage) -> Markup:
     """Return the entries of the ledger at the start and at the end, and how well they add up."""
     names = [name for name in (*ENERGIES, *RESIDUALS, *MOMENTA) if name in footage.curves and len(footage.curves[name].values)]
     if not names:
@@ -46,7 +47,7 @@ def _closure(footage: Footage) -> str:
     return f"The ledger closes to {worst / scale:.2g} of the largest energy; what is left over is the error of the numerics."
 
 
-def validity(log: Any) -> str:
+def validity(log: Any) -> Markup:
     """Return how far the model's assumptions held."""
     metadata = log.metadata
     figures_of_run, cautions = metadata.get("report") or {}, metadata.get("cautions") or []
@@ -59,7 +60,7 @@ def validity(log: Any) -> str:
             page.paragraph("The component reports no figures of validity, or the run was interrupted before it could.")
         )
     parts.append(page.bullets(cautions, "cautions") if cautions else page.paragraph("No cautions."))
-    return "".join(parts)
+    return Markup().join(parts)
 
 
 def _number(value: Any) -> Any:
@@ -68,7 +69,7 @@ def _number(value: Any) -> Any:
     return "unknown" if value is None else value
 
 
-def parameters(log: Any) -> str:
+def parameters(log: Any) -> Markup:
     """Return every parameter with its value, also where that is a default or was worked out."""
     metadata = log.metadata
     fields = _fields(metadata.get("component"))
@@ -124,11 +125,11 @@ def _short(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
-def experiment(log: Any) -> str:
+def experiment(log: Any) -> Markup:
     """Return the experiment as a TOML file that can be run again; "" where the log was recorded by a script."""
     content = log.metadata.get("experiment")
     if not isinstance(content, dict) or "component" not in content:
-        return ""
+        return Markup()
     text = toml_document(content)
     words = "The experiment as it was run, as a file for `granular-env run`; data files that it names are not here."
     if len(text) > _LONGEST_TEXT:
@@ -136,7 +137,7 @@ def experiment(log: Any) -> str:
     return page.paragraph(words) + page.preformatted(text)
 
 
-def environment(log: Any) -> str:
+def environment(log: Any) -> Markup:
     """Return what the log was recorded with, and its size."""
     metadata = log.metadata
     rows = [[f"{name} version", text] for name, text in (metadata.get("versions") or {}).items()]
@@ -155,7 +156,7 @@ def file_size(count: int) -> str:
     return f"{count} bytes"
 
 
-def replay(log: Any) -> str:
+def replay(log: Any) -> Markup:
     """Return the commands that re-run the log, branch it off and show it."""
     path = shlex.quote(page.printable(log.path))
     middle = log.start_tick * log.step_size + (round(0.5 * log.duration / log.step_size)) * log.step_size

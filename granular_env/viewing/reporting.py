@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from granular_env.components.errors import ParameterError
 from granular_env.writing import require_writable, with_article, write_files
 
@@ -78,12 +80,12 @@ def _target(folder: Any) -> Path:
     return Path(name) / _PAGE
 
 
-def _sections(log: Any, footage: Footage, drawn: Mapping[str, Shown]) -> list[tuple[str, str]]:
+def _sections(log: Any, footage: Footage, drawn: Mapping[str, Shown]) -> list[tuple[str, Markup]]:
     """Return heading and HTML of each section."""
     shown = {
         name: (figure.heading, page.picture(figures.svg(figure.figure, name), figure.words)) for name, figure in drawn.items()
     }
-    _, ledger = shown.pop("ledger", ("", ""))
+    _, ledger = shown.pop("ledger", ("", Markup()))
     sections = [
         *shown.values(),
         ("Ledger", report_tables.ledger(footage) + ledger),
@@ -96,7 +98,7 @@ def _sections(log: Any, footage: Footage, drawn: Mapping[str, Shown]) -> list[tu
     return [(heading, content) for heading, content in sections if content]
 
 
-def _lead(log: Any, footage: Footage) -> str:
+def _lead(log: Any, footage: Footage) -> Markup:
     """Return what the experiment is, how long the run was, and what its reader should know first."""
     scale, unit = figures.time_unit(log.duration)
     metadata = log.metadata
@@ -109,4 +111,4 @@ def _lead(log: Any, footage: Footage) -> str:
     words += [page.paragraph(f"From: {described['source']}", "dim")] if described.get("source") else []
     words.append(page.paragraph(f"{what}; recorded {metadata.get('created')}; {size}.", "dim"))
     notes = [*told_events(log), *footage.notes]
-    return "".join(words) + (page.bullets(notes, "cautions") if notes else "")
+    return Markup().join([*words, *([page.bullets(notes, "cautions")] if notes else [])])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 
+from markupsafe import Markup
+
 from granular_env.viewing import page
 from granular_env.writing import counted
 
@@ -17,26 +19,26 @@ from .results import heads, verdicts
 def page_of(result: StudyResult, pictures: Mapping[str, Picture]) -> str:
     """One HTML page that needs nothing else; text of the study is escaped, the network is forbidden."""
     shown = {name: page.picture(picture.svg, picture.words) for name, picture in pictures.items()}
-    sections = [("Comparison", _comparison(result) + shown.pop("convergence", ""))]
+    sections = [("Comparison", _comparison(result) + shown.pop("convergence", Markup()))]
     if "drives" in shown:
         sections.append(("Drives", shown.pop("drives")))
     if shown:
-        sections.append(("Final state", "".join(shown.values())))
+        sections.append(("Final state", Markup().join(shown.values())))
     sections += [("Trials", _trials(result)), ("Study", page.preformatted(as_toml(result.study)))]
     return page.page(f"Study: {result.study.name}", _lead(result), sections)
 
 
-def _lead(result: StudyResult) -> str:
+def _lead(result: StudyResult) -> Markup:
     study = result.study
     notes = [f"{trial.name} ended early: {trial.failure}" for trial in result.trials if trial.failure]
     if result.interrupted:
         notes.append("The study was interrupted: these are the results so far. The same command goes on from there.")
-    words = page.paragraph(study.description) if study.description else ""
+    words = page.paragraph(study.description) if study.description else Markup()
     words += page.paragraph(f"Task {study.task.name}; every method may simulate {study.budget:,} control steps.", "dim")
-    return words + (page.bullets(notes, "cautions") if notes else "")
+    return words + (page.bullets(notes, "cautions") if notes else Markup())
 
 
-def _comparison(result: StudyResult) -> str:
+def _comparison(result: StudyResult) -> Markup:
     baselines = [[name, score.value, score.spread] for name, score in result.baselines.items()]
     cost = (
         "Physics is counted in control steps: one control step of one environment is 1. An objective with its slopes counts "
@@ -47,12 +49,12 @@ def _comparison(result: StudyResult) -> str:
     )
     return (
         page.table(heads(result), verdicts(result))
-        + (page.table(["baseline", "return", "standard deviation"], baselines) if baselines else "")
+        + (page.table(["baseline", "return", "standard deviation"], baselines) if baselines else Markup())
         + page.paragraph(cost, "dim")
     )
 
 
-def _trials(result: StudyResult) -> str:
+def _trials(result: StudyResult) -> Markup:
     rows: list[list[object]] = []
     for trial in result.trials:
         value: object = "none" if trial.score is None else trial.score.value

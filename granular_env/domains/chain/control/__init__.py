@@ -1,0 +1,1 @@
+"""Control of chains: exact gradients, objectives, and the checks of both."""

@@ -1,0 +1,161 @@
+"""Central differences beside exact gradients: what a difference quotient says, what it is worth, and whether it met a kink.
+
+Contact forces have a continuous first derivative and no second one where a contact opens or closes. A difference quotient
+across such a kink converges slowly, and a jump (of a dissipative force that sets in at a finite speed) spoils it altogether; so
+the runs that are compared are also compared contact by contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.chain import Chain
+from granular_env.components.chain.adjoint import KNOWN, checked_drive, contact_states, evaluate, natural_mass
+from granular_env.components.chain.objective import Objective
+from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.materials.elastic import material
+from granular_env.components.profiles import positive_number
+
+from .gradient import Judged, objective_of
+
+FloatArray = npt.NDArray[np.float64]
+
+_LEVELS, _FACTOR = 8, 2.0
+# What a run's rounding leaves of J, as a part of it: some operations of each step add up.
+_ROUNDING = 32.0 * np.finfo(np.float64).eps
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A derivative along a direction, by differences.
+
+    Attributes:
+        value: the quotient, extrapolated to a step of zero.
+        error: how far extrapolations differ: what the quotient is worth.
+        step: the largest step that went into it, in units of the direction.
+        kink: (control step, contact) where a contact opened, closed or began to be cut off between the runs nearest to each
+            other; None where all of them lie on one smooth piece.
+    """
+
+    value: float
+    error: float
+    step: float
+    kink: tuple[int, int] | None
+
+
+def central_differences(
+    objective: Objective | Judged,
+    chain: Chain,
+    drive: npt.ArrayLike,
+    direction: Mapping[str, npt.ArrayLike],
+    *,
+    ticks: int,
+    step: float = 1e-2,
+) -> Difference:
+    """The derivative along a direction, by central differences with ever smaller steps, extrapolated (Ridders 1982).
+
+    Only steps over which no contact changes state count; where there is none the smallest is taken, and the kink is named.
+
+    Args:
+        objective: as for `value_and_grad`.
+        chain: what is driven, from its present state; it stays as it is.
+        drive: shape (steps, 2).
+        direction: for each thing that `value_and_grad` knows and that shall change, how: in the shape of its gradient.
+        ticks: internal steps of a control step.
+        step: the first step tried, in units of the direction; each next one is half as long.
+    """
+    base = checked_drive(chain, drive)
+    judged = objective_of(objective, chain, len(base))
+    step = positive_number("step", step)
+    here = contact_states(chain, base, ticks)
+    quotients, steps, kink, size = [], [], None, 0.0
+    for level in range(_LEVELS):
+        h = step / _FACTOR**level
+        ends = [_moved(chain, base, direction, sign * h) for sign in (1.0, -1.0)]
+        kink = next((found for end in ends if (found := _first_change(here, contact_states(*end, ticks)))), None)
+        if kink is None or level == _LEVELS - 1:
+            plus, minus = (evaluate(other, inputs[None], ticks, judged)[0] for other, inputs in ends)
+            quotients.append(float(plus - minus) / (2.0 * h))
+            steps.append(h)
+            size = max(size, abs(plus), abs(minus))
+    value, error = _extrapolated(quotients, [_ROUNDING * size / h for h in steps])
+    return Difference(value, error, steps[0], kink)
+
+
+def _first_change(one: npt.NDArray[np.uint64], other: npt.NDArray[np.uint64]) -> tuple[int, int] | None:
+    places = np.argwhere(one != other)
+    return (int(places[0][0]), int(places[0][1])) if len(places) else None
+
+
+def _extrapolated(quotients: list[float], roundings: list[float]) -> tuple[float, float]:
+    """C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75: the entry of Neville's table that is worth most."""
+    best, error, row = quotients[0], float("inf"), [quotients[0]]
+    for quotient, rounding in zip(quotients[1:], roundings[1:], strict=True):
+        after = [quotient]
+        for order, before in enumerate(row):
+            weight = _FACTOR ** (2 * (order + 1))
+            after.append((weight * after[-1] - before) / (weight - 1.0))
+            differ = max(abs(after[-1] - after[-2]), abs(after[-1] - before)) + rounding
+            if differ <= error:
+                best, error = after[-1], differ
+        row = after
+    return best, error
+
+
+def _moved(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike], h: float) -> tuple[Chain, FloatArray]:
+    """A chain of other parameters in the state of this one, and another drive."""
+    for name in direction:
+        if name not in KNOWN:
+            raise ParameterError(f"direction: {name!r} has no gradient; {nearest(name, KNOWN)}")
+    changes = {name: h * _way(name, way) for name, way in direction.items()}
+    try:
+        return _shifted(chain, drive, changes)
+    except ParameterError as error:
+        raise ParameterError(
+            f"direction: {h:g} times {', '.join(direction)} leaves what a chain may be: {error}; take a smaller step, or "
+            "move the chain away from the limit"
+        ) from None
+    except ValueError as error:  # numpy's word for shapes that do not go together
+        shapes = ", ".join(f"{name} of shape {np.shape(way)}" for name, way in direction.items())
+        raise ParameterError(f"direction: got {shapes}, expected the shapes of their gradients: {error}") from None
+
+
+def _way(name: str, way: npt.ArrayLike) -> FloatArray:
+    try:
+        return np.asarray(way, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"direction.{name}: got {shortened(way)}, expected an array of numbers") from None
+
+
+def _shifted(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:
+    drive = drive + changes.pop("drive", 0.0)
+    velocity = chain.get("velocity") + changes.pop("velocity", 0.0)
+    displacement = chain.get("displacement") + changes.pop("displacement", 0.0)
+    other = Chain(**_changed(chain, changes))
+    other.reset(velocity=velocity, displacement=displacement)
+    return other, drive
+
+
+def _changed(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """The chain's parameters with everything settled that would otherwise follow from what changes."""
+    p = chain.parameters
+    given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}
+    if "radius" in changes or "mass" in changes:
+        host = [material(one) for one in (p.material if isinstance(p.material, list) else [p.material] * p.grains)]
+        masses = chain.geometry.mass + changes.get("mass", 0.0)
+        given.pop("arrangement", None)
+        given["material"] = p.arrangement.materials(host)
+        given["radius"] = list(chain.geometry.radius + changes.get("radius", 0.0))
+        by_hand = np.flatnonzero(~natural_mass(chain) | ("mass" in changes))
+        given["mass"] = {int(i): float(masses[i]) for i in by_hand} or None
+    settled = given if p.contact_stiffness is not None else {"contact_stiffness": chain.geometry.stiffness}
+    for name in changes.keys() - {"radius", "mass"}:
+        holder = given["law"] if name == "dissipation" else given
+        before = settled[name] if name == "contact_stiffness" else holder[name]
+        holder[name] = (np.asarray(before) + changes[name]).tolist()
+    return given

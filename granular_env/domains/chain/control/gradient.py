@@ -1,0 +1,74 @@
+"""Gradients of what a driven chain is judged by, with respect to its drive and its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.chain import Chain
+from granular_env.components.chain.adjoint import checked_drive, parameter_gradient, value_and_bars
+from granular_env.components.chain.objective import Objective
+from granular_env.components.errors import ParameterError, shortened
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Judged(Protocol):
+    """What has an objective: a task."""
+
+    objective: Callable[[Chain, int], Objective]
+    """objective(chain, steps): what is to become small, for an episode of so many control steps."""
+
+
+def value_and_grad(
+    objective: Objective | Judged,
+    chain: Chain,
+    drive: npt.ArrayLike,
+    *,
+    ticks: int,
+    with_respect_to: str | Iterable[str] = ("drive",),
+) -> tuple[float, dict[str, FloatArray]]:
+    """What the run of a drive is worth, and its exact derivatives.
+
+    The run starts from the chain's present state, and the chain stays as it is. The derivatives are those of the discrete run,
+    rounding apart; the internal step is held. They exist for the integrators pefrl and leapfrog and the laws hertz, power,
+    viscous and kuwabara_kono.
+
+    Args:
+        objective: an `Objective`, or a task, whose own smooth objective is taken.
+        chain: what is driven.
+        drive: inputs left and right held in each control step, shape (steps, 2); 0 where an end has none.
+        ticks: internal steps of a control step.
+        with_respect_to: "drive", "radius", "mass", "contact_stiffness", "precompression", "dissipation", "gap", "gravity",
+            "velocity" and "displacement" (at the start), one or more of them.
+
+    Returns:
+        The value; and the derivatives by name, each in the shape of what it is by: (steps, 2) for the drive, one number, shape
+        (), where a parameter was given as one number for all, else one number each.
+
+    Raises:
+        ParameterError: there is no such gradient, the drive does not fit, or the objective is not a number; says where.
+        StepError: the physics breaks down; names the control step.
+    """
+    if not isinstance(chain, Chain):
+        raise ParameterError(f"chain: got {shortened(chain)}, expected a Chain; of an environment env.unwrapped.component")
+    if not isinstance(with_respect_to, Iterable):
+        raise ParameterError(f"with_respect_to: got {shortened(with_respect_to)}, expected names, such as ('drive', 'radius')")
+    names = (with_respect_to,) if isinstance(with_respect_to, str) else tuple(with_respect_to)
+    held = checked_drive(chain, drive)
+    bars = value_and_bars(chain, held, ticks, objective_of(objective, chain, len(held)))
+    return bars.value, {name: np.array(parameter_gradient(chain, bars, name)) for name in names}
+
+
+def objective_of(objective: Objective | Judged, chain: Chain, steps: int) -> Objective:
+    """The objective itself, or a task's for that chain and horizon."""
+    if isinstance(objective, Objective):
+        return objective
+    build = getattr(objective, "objective", None)
+    found = build(chain, steps) if callable(build) else None
+    if not isinstance(found, Objective):
+        raise ParameterError(f"objective: got {shortened(objective)}, expected an Objective, or a task that has one")
+    return found

@@ -1,0 +1,374 @@
+"""A Gymnasium environment from a chain and a `ChainTask`: acting, judging and observing are compiled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Self, SupportsFloat, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.chain import Chain
+from granular_env.components.chain.parameters import WALLS
+from granular_env.components.contract import Component
+from granular_env.components.errors import GranularError, ParameterError, StepError, shortened
+from granular_env.components.jit import entry_point
+from granular_env.components.profiles import finite_number
+from granular_env.envs.clock import show_clock
+from granular_env.envs.drawing import draw
+from granular_env.envs.environment import ComponentEnv, Observation, Ready, _checked_scales, observation_box
+from granular_env.envs.state import Drawn, EnvState
+
+from .actuator import ACTUATE, Actuator, actuate
+from .domain_randomization import Randomization, redrawn, shown
+from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
+from .sensors import OBSERVE, Observing, show_goal
+from .sensors import observe as observe_kernel
+from .task import BEGIN, JUDGE, ChainTask, task_kernel
+from .task_check import refuse_slips
+
+FloatArray = npt.NDArray[np.float64]
+_LARGEST_COUNT = 2.0**53
+
+
+class ChainOptions(TypedDict, total=False):
+    """What every environment of a chain takes beside its own arguments; see `ChainEnv`."""
+
+    internal_steps: int
+    deadline: int | None
+    hold: int
+    clock: int
+    step_error_reward: float
+    render_mode: str | None
+    action_rate: float | None
+    control_delay: int
+    observe: Any
+    noise: float
+    info: str
+    randomise: Mapping[str, Any] | None
+
+
+class ChainEnv(ComponentEnv):
+    """A chain driven by an agent, as a `ChainTask` sees it.
+
+    ## Action space
+    `Box(-1, 1, (number of inputs,), float32)`. Each entry is clipped to [-1, 1], limited in rate, delayed, multiplied by the
+    task's declared scale (`env.unwrapped.task.actions`), and held over `hold` control steps. `info` has what was truly
+    applied, by the input's name. NaN, infinity and wrong shapes are refused with `ParameterError`, and nothing has moved.
+
+    ## Observation space
+    `Box(-limit, limit, (size,), float32)`: the readings chosen by `observe`, each divided by its declared scale
+    (`task.observations`; forces by `task.observed_force`), with noise where it is wanted, clipped to +-
+    `task.observation_limit`. Where the task draws a goal for each episode, the goal follows, scaled and without noise. Last
+    comes the clock, where there is one: numbers in [-1, 1].
+
+    ## Info
+    "time" [s], the inputs applied, the task's counters, and what was drawn for the episode ("drawn_radius" and so on); with
+    `info="full"` (the default) also "displacement" [m] and "velocity" [m/s] of all grains, float64, without noise, and fresh.
+
+    ## Rewards, start and end
+    The task's. A step that the component refuses ends the episode as in `ComponentEnv`.
+
+    ## Arguments
+    * `component`: a `Chain`.
+    * `task`: a `ChainTask` whose inputs it has, or a function that makes one for a chain: where the chain is drawn for each
+      episode, it is called for each chain, so that the task's constants are those of the chain.
+    * `internal_steps` (3), `deadline` (None), `hold` (1), `clock` (0), `step_error_reward` (-10.0), `render_mode` (None): as
+      for `ComponentEnv`. Rates, delays and noise count control steps, also where an action is held over several.
+    * `action_rate` (None): largest change of an entry of the action in a control step, in scales; None for no limit.
+      It begins at the input that holds at the start.
+    * `control_delay` (0): control steps between an action and its effect; before, the start's input holds.
+    * `observe` ("full"): displacement and velocity of every grain; or sensor -> places, in that order, e.g.
+      `{"velocity": [0, 31], "contact_force": [5]}`. Sensors: "displacement", "velocity" and "force" (the mean of the forces in
+      a grain's two contacts) at grains, "contact_force" in contacts (i is left of grain i), "wall_force" at "left" or "right".
+    * `noise` (0.0): standard deviation of the noise on each reading, in units of its scale. It is a function of the episode's
+      seed, the control step and the reading, nearly normal (a sum of twelve uniform numbers, within 6 deviations).
+    * `info` ("full"): "full" or "brief".
+    * `randomise` (None): see `domain_randomization`: `{"velocity": (low, high)}` draws the first grain's start velocity [m/s],
+      other names draw parameters of the chain, `{"radius": (low, high)}` for instance. Everything is drawn anew at each reset
+      from `np_random`, so the seed of the reset decides the chain too.
+    """
+
+    component: Chain
+    task: ChainTask
+
+    _infos: ClassVar[tuple[str, ...]] = ("full", "brief")
+
+    def __init__(
+        self,
+        component: Chain,
+        task: ChainTask | Callable[[Chain], ChainTask],
+        *,
+        internal_steps: int = 3,
+        deadline: int | None = None,
+        hold: int = 1,
+        clock: int = 0,
+        step_error_reward: float = -10.0,
+        render_mode: str | None = None,
+        action_rate: float | None = None,
+        control_delay: int = 0,
+        observe: Any = "full",
+        noise: float = 0.0,
+        info: str = "full",
+        randomise: Mapping[str, Any] | None = None,
+    ) -> None:
+        if not isinstance(component, Chain):
+            raise ParameterError(f"component: got {shortened(component)}, expected a Chain; ComponentEnv takes any component")
+        self._make_task = (lambda chain: task) if isinstance(task, ChainTask) or not callable(task) else task
+        first = self._make_task(component)
+        super().__init__(
+            component, first, internal_steps=internal_steps, deadline=deadline, hold=hold, clock=clock,
+            step_error_reward=step_error_reward, render_mode=render_mode,
+        )  # fmt: skip
+        if info not in self._infos:
+            raise ParameterError(f'info: got {shortened(info)}, expected "full" or "brief"')
+        self.info, self._acting = info, (action_rate, control_delay)
+        self._seeing = observe, noise
+        self._steps = 0 if deadline is None else int(self.deadline)
+        self._home: FloatArray | None = None
+        self.on_new_chain: Callable[[], None] | None = None
+        self._goal: npt.ArrayLike = ()
+        self._fit(component, first)
+        self.observation_space = observation_box(
+            first.observation_limit, self.observing.size + len(self._goal_scales), self.clock
+        )
+        self.observation_size = self.observing.size + len(self._goal_scales) + self.clock
+        self._action = np.zeros(len(self.actuator.names))
+        self._begin_task = _compiled(first, "begin_kernel", BEGIN)
+        self._judge = _compiled(first, "judge_kernel", JUDGE)
+        self._actuate, self._look = entry_point(actuate, ACTUATE), entry_point(observe_kernel, OBSERVE)
+        self._lay_out(np.zeros(COUNTERS + len(first.counter_names) + self.actuator.memory_size))
+        self.randomization = Randomization.of(randomise, component.parameters.grains)
+        if self.randomization.parameters:
+            # What cannot be at the ends of the ranges is refused now, not in some later episode.
+            for part in (0.0, 1.0):
+                self._redraw(self.randomization.at(part))
+        refuse_slips(self)
+
+    def _fit(self, chain: Chain, task: ChainTask) -> None:
+        """Take from a chain and its task what steps and observations need."""
+        task.hold = self.hold
+        scales = dict(_checked_scales("actions", task.actions, chain, "input"))
+        self.actuator = Actuator.of(scales, *self._acting)
+        readings = dict(_checked_scales("observations", task.observations, chain, "output"))
+        readings["force"] = finite_number("observed_force", task.observed_force)
+        self.observing = Observing.of(chain, self._seeing[0], readings, task.observation_limit, self._seeing[1])
+        self.constants = np.ascontiguousarray(task.constants, dtype=np.float64)
+        self._goal_scales = np.array(task.goal_scales, dtype=np.float64)
+
+    def _lay_out(self, memory: FloatArray) -> None:
+        """Let the episode's memory lie there."""
+        end = COUNTERS + len(self.task.counter_names)
+        self._memory, self._memory_bytes = memory, memory.data.cast("B")
+        self._applied, self._counters, self._commands = memory[LEFT:COUNTERS], memory[COUNTERS:end], memory[end:]
+
+    def lane(self, table: FloatArray, memory: FloatArray) -> Self:
+        """An environment like this one, before its first reset, whose chain and episode live in the memory given."""
+        twin = object.__new__(type(self))
+        vars(twin).update(vars(self))
+        twin.component = self.component.twin(table)
+        twin._np_random = twin._np_random_seed = twin._random_state = None
+        twin._action = np.zeros_like(self._action)
+        twin._home, twin._drawn = table, {}
+        memory[:] = 0.0
+        twin._lay_out(memory)
+        return twin
+
+    # -- Gymnasium --------------------------------------------------------------------------------------------------
+
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Advance by one action: `hold` control steps, or fewer where the episode ends; see the class.
+
+        Raises:
+            ParameterError: the action is not one, the episode is over, or the reward is not finite (the chain has moved).
+        """
+        memory, total, over, late = self._memory, 0.0, False, False
+        if not memory[RUNNING]:
+            raise ParameterError("step: the episode is over or has not begun; call reset() first")
+        self._action[:] = self._checked(action)
+        for _ in range(self.hold):
+            try:
+                reward, over, late = self._control_step()
+            except StepError as error:
+                return self._broken(error, total)
+            total += reward
+            if over or late:
+                memory[RUNNING] = 0.0
+                break
+        terminated = over or (late and self.clock > 0)
+        return self._observation(), total, terminated, late and not terminated, self._info(self._see())
+
+    def _control_step(self) -> tuple[float, bool, bool]:
+        """Act, advance and judge once; return the reward, whether the task has ended, whether the deadline is reached."""
+        memory, actuator, before = self._memory, self.actuator, bytes(self._memory_bytes)
+        self._actuate(
+            self._action, actuator.sides, actuator.scales, actuator.rate, actuator.delay, self._commands, self._applied
+        )
+        applied = self._applied.tolist()
+        try:
+            self.component.step(
+                self.duration, **{name: applied[side] for name, side in zip(actuator.names, actuator.sides, strict=True)}
+            )
+        except BaseException:
+            self._memory_bytes[:] = before
+            raise
+        elapsed = int(memory[ELAPSED]) + 1
+        memory[ELAPSED] = elapsed
+        reward, over = self._judge(
+            self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self._steps
+        )
+        if not math.isfinite(reward):
+            raise ParameterError(
+                f"task {self.task.name!r}: its reward is {reward} after control step {elapsed}; mend its judge_kernel"
+            )
+        return float(reward), bool(over), not over and elapsed >= self._steps > 0
+
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """Return a picture of the present state, shape (360, 960, 3), with walls and what is wanted; None without a mode."""
+        if self.render_mode != "rgb_array":
+            return None
+        ends = self.component.parameters.left in WALLS, self.component.parameters.right in WALLS
+        wanted = self.task.wanted_velocity(int(self._memory[ELAPSED]), self._counters)
+        return draw(self.component, self.task, ends, wanted)
+
+    # -- other chains -----------------------------------------------------------------------------------------------
+
+    def _draw(self) -> Ready:
+        return self._redraw(self.randomization.draw(self.np_random))
+
+    def _redraw(self, drawn: Drawn) -> Ready:
+        if drawn == self._drawn:
+            return self.component, self.task, self._drawn
+        if drawn.keys() != self.randomization.parameters.keys():
+            raise ParameterError(
+                f"state: it has {', '.join(sorted(drawn)) or 'nothing'} drawn, this environment draws "
+                f"{', '.join(sorted(self.randomization.parameters)) or 'nothing'}; make it with that randomise"
+            )
+        if self.component._observers:
+            raise ParameterError(
+                "randomise: a chain is drawn for each episode, but the present one is recorded, and its log holds one chain; "
+                "record with RecordEnv, which gives each episode a log of its own"
+            )
+        chain = redrawn(self.component, drawn)
+        return chain, self._make_task(chain), drawn
+
+    def _like(self, recorded: Component) -> Ready:
+        if not isinstance(recorded, Chain) or not self.randomization.parameters:
+            return self.component, self.task, self._drawn
+        told: dict[str, Any] = recorded.parameters.model_dump()
+        return self._redraw({name: told[name] for name in self.randomization.parameters if name in told})
+
+    def _take(self, component: Component, task: Any, drawn: Drawn) -> None:
+        if component is self.component:
+            return
+        assert isinstance(component, Chain)
+        self._fit(component, task)
+        self.component = component if self._home is None else component.twin(self._home)
+        self.task, self._drawn = task, drawn
+        if self.on_new_chain is not None:
+            self.on_new_chain()
+
+    # -- details ----------------------------------------------------------------------------------------------------
+
+    def _checked(self, action: npt.ArrayLike) -> FloatArray:
+        """The action's numbers, finite."""
+        names = self.actuator.names
+        try:
+            given = np.asarray(action)
+        except ValueError as error:  # rows of unlike length
+            raise ParameterError(f"action: got {shortened(action)}, expected {len(names)} numbers") from error
+        if given.shape != (len(names),):
+            raise ParameterError(f"action: got shape {given.shape}, expected shape {(len(names),)}: {shortened(action)}")
+        if given.dtype.kind not in "fiu":
+            raise ParameterError(f"action: got {shortened(action)}, expected {len(names)} numbers from -1 to 1")
+        for name, number in zip(names, given.tolist(), strict=True):
+            if not math.isfinite(number):
+                raise ParameterError(f"action: got {number} for {name}, expected a number from -1 to 1")
+        return given
+
+    def _start(self, task: Any, options: Mapping[str, Any]) -> dict[str, Any]:
+        start, given = self.randomization.add_impacts(task.start(self.np_random), self.np_random), dict(options)
+        if "goal" in given:
+            self._goal = task.given_goal(given.pop("goal"))
+        else:
+            self._goal = task.goal(self.np_random)
+        return {**start, **given}
+
+    def _begin(self, seed: int) -> None:
+        memory, chain = self._memory, self.component
+        memory[:] = 0.0
+        memory[RUNNING], memory[SEED], memory[START] = 1.0, seed, chain.tick
+        for side, name in ((LEFT, chain.left_input), (RIGHT, chain.right_input)):
+            # Where a log goes on, it may be a profile's value.
+            memory[side] = chain.peek(name) if name in chain.variables else 0.0
+        self.actuator.begin(self._commands, self._applied)
+        self._counters[: len(self._goal_scales)] = self._goal
+        self._begin_task(self.component.table, self._counters, self.constants)
+
+    def _episode(self) -> bytes:
+        return bytes(self._memory_bytes)
+
+    def _refuse_episode(self, state: EnvState) -> None:
+        if not isinstance(state.episode, bytes) or len(state.episode) != self._memory_bytes.nbytes:
+            raise ParameterError("state: it was saved by an environment of another kind, or with another control_delay")
+        if state.sound:
+            return
+        numbers = np.frombuffer(state.episode)
+        counts, commands = numbers[:LEFT], numbers[COUNTERS + len(self._counters) :]
+        whole = np.all((counts >= 0.0) & (counts < _LARGEST_COUNT) & (counts == np.floor(counts)))
+        if not (whole and np.isfinite(numbers[LEFT:COUNTERS]).all() and np.isfinite(commands).all()):
+            raise ParameterError("state: its counts and commands are no finite numbers; the data is damaged")
+        state.sound = True
+
+    def _go_on(self, episode: Any) -> None:
+        self._memory_bytes[:] = episode
+
+    def _see(self) -> dict[str, Any]:
+        if self.info == "brief":
+            return {}
+        return {"displacement": self.component.get("displacement"), "velocity": self.component.get("velocity")}
+
+    def _observation(self) -> Observation:
+        out, plan, memory = np.empty(self.observation_size, np.float32), self.observing, self._memory
+        self._look(
+            self.component.table,
+            plan.blocks,
+            plan.factors,
+            plan.limit,
+            plan.noise,
+            int(memory[SEED]),
+            int(memory[ELAPSED]),
+            out,
+        )
+        end = len(out) - self.clock
+        if len(self._goal_scales):
+            show_goal(self._counters, self._goal_scales, plan.limit, out[:end])
+        if self.clock:
+            show_clock(int(memory[ELAPSED]), self._steps, out[end:])
+        return out
+
+    def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
+        applied = self._applied.tolist()
+        info = {"time": self.component.time, **seen}
+        for name, side in zip(self.actuator.names, self.actuator.sides, strict=True):
+            info[name] = applied[side]
+        info.update(zip(self.task.counter_names, self._counters.tolist(), strict=True))
+        if self._drawn:
+            info.update(shown(self.component, self._drawn))
+        return info
+
+    def _broken(self, error: StepError, total: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        self._memory[RUNNING] = 0.0
+        info = self._info(self._see())
+        info["step_error"] = str(error)
+        return self._observation(), total + self.step_error_reward, True, False, info
+
+
+def _compiled(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
+    try:
+        return entry_point(task_kernel(task, kernel), signature)
+    except GranularError:
+        raise
+    except Exception as error:  # numba hands on what it meets in the function
+        raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None

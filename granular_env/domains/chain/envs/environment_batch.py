@@ -1,0 +1,239 @@
+"""Single environments in common memory, so that compiled code can advance them all; what is rare they do themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.chain.integrators import SIGNATURE as ADVANCE
+from granular_env.components.chain.table import U, V
+from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.jit import JIT, address
+from granular_env.envs.state import EnvState
+
+from .domain_randomization import shown
+from .environment import ChainEnv
+from .episode_state import COUNTERS, ELAPSED, LEFT, START
+from .task import JUDGE, task_kernel
+from .vector_kernel import observe_lanes, step_lanes
+
+_NO_DRIVE = np.zeros((0, 2))
+
+
+class Lanes:
+    """`count` environments whose chains are one array, and whose memories are another.
+
+    Attributes:
+        single: the environments.
+        tables: their chains' tables, shape (count, rows, width).
+        memories: their episodes' memories, shape (count, numbers).
+        size: length of an observation.
+    """
+
+    def __init__(
+        self,
+        environment: Callable[..., ChainEnv],
+        count: int,
+        parameters: Sequence[Mapping[str, Any]] | None,
+        arguments: Mapping[str, Any],
+    ) -> None:
+        made = _make_lanes(environment, count, parameters, arguments)
+        first = made[0]
+        if not isinstance(first, ChainEnv):
+            raise ParameterError(f"environment: got {shortened(first)}, expected what makes a ChainEnv")
+        for index, one in enumerate(made):
+            _refuse_unlike(first, one, index)
+        self.tables = np.zeros((count, *first.component.table.shape))
+        self.memories = np.zeros((count, len(first._memory)))
+        self.single = []
+        for k in range(count):
+            lane = made[k % len(made)].lane(self.tables[k], self.memories[k])
+            lane.on_new_chain = partial(self._redrawn, k)
+            self.single.append(lane)
+        self.size = first.observation_size
+        self._lent: set[int] = set()
+        # Lanes whose chain has been drawn anew since it was last looked at.
+        self._new: set[int] = set()
+        self._drawn: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        self._stack(first)
+
+    def _redrawn(self, k: int) -> None:
+        self._new.add(k)
+
+    def _stack(self, first: ChainEnv) -> None:
+        lanes, actuator = self.single, first.actuator
+        # One address for each chain: laws and schemes may differ.
+        kernels = [lane.component.scheme_kernel for lane in lanes]
+        found = {kernel: address(kernel, ADVANCE) for kernel in set(kernels)}
+        advances = np.array([found[kernel] for kernel in kernels], dtype=np.int64 if JIT else object)
+        constants = np.concatenate([lane.constants for lane in lanes])
+        places = np.cumsum([0, *(len(lane.constants) for lane in lanes)], dtype=np.int64)
+        stacked = lambda values: np.array(list(values), dtype=np.float64)  # noqa: E731
+        self._counters = len(first.task.counter_names)
+        self._names, self._sides = actuator.names, actuator.sides
+        self._steps_each = np.array([lane.internal_steps for lane in lanes], dtype=np.int64)
+        self._step_sizes = stacked(lane.component.step_size for lane in lanes)
+        self._deadlines = np.array([lane._steps for lane in lanes], dtype=np.int64)
+        state = [lane.component.state_rows for lane in lanes]
+        first_row, last_row = min(rows.start for rows in state), max(rows.stop for rows in state)
+        self._judging = (
+            advances, address(task_kernel(first.task, "judge_kernel"), JUDGE), constants, places, self._counters,
+            self._steps_each, self._deadlines, stacked(lane.duration for lane in lanes),
+            actuator.sides, stacked(lane.actuator.scales for lane in lanes), stacked(lane.actuator.rate for lane in lanes),
+            actuator.delay, first.hold,
+        )  # fmt: skip
+        self._seeing = (
+            first.observing.blocks, stacked(lane.observing.factors for lane in lanes),
+            stacked(lane.observing.limit for lane in lanes), stacked(lane.observing.noise for lane in lanes),
+            stacked(lane._goal_scales for lane in lanes), first.clock,
+        )  # fmt: skip
+        kept = np.zeros((last_row - first_row, first.component.table.shape[1]))
+        self._room = (_NO_DRIVE, kept, np.zeros(self.memories.shape[1]), first_row)
+
+    def _look_again(self) -> None:
+        """Take what changed with the chains that were drawn anew."""
+        if not self._new:
+            return
+        _, _, constants, places, *_ = self._judging
+        scales, (_, factors, _, _, goals, _) = self._judging[9], self._seeing
+        lanes = {k: self.single[k] for k in self._new}
+        self._new.clear()
+        for k, lane in lanes.items():
+            self._note_drawn(k, lane)
+        if any(len(lane.constants) != places[k + 1] - places[k] for k, lane in lanes.items()):
+            self._stack(self.single[0])
+            return
+        for k, lane in lanes.items():
+            constants[places[k] : places[k + 1]] = lane.constants
+            scales[k], factors[k], goals[k] = lane.actuator.scales, lane.observing.factors, lane._goal_scales
+
+    def _note_drawn(self, k: int, lane: ChainEnv) -> None:
+        count = len(self.single)
+        for name, value in shown(lane.component, lane._drawn).items():
+            if name not in self._drawn:
+                self._drawn[name] = np.zeros((count, *np.shape(value))), np.zeros(count, np.bool_)
+            self._drawn[name][0][k], self._drawn[name][1][k] = value, True
+
+    def step(self, actions: np.ndarray, going: np.ndarray, *results: np.ndarray) -> int:
+        """One action of those that are going; see `step_lanes` for the results."""
+        self._look_again()
+        watched = [k for k in self._lent if going[k] and _goes_alone(self.single[k])]
+        if watched:
+            # Those that somebody records, or whose other end follows a profile, step by themselves.
+            going = going.copy()
+            going[watched] = False
+        special = step_lanes(self.tables, self.memories, actions, going, *self._judging, *self._seeing, *self._room, *results)
+        if watched:
+            refused = results[-1]
+            refused[watched] = True
+        for k in self._lent:
+            self.synchronised(k)
+        return special + len(watched)
+
+    def synchronised(self, k: int) -> ChainEnv:
+        """Environment k, its chain's time and inputs as the batch has left them."""
+        lane, memory = self.single[k], self.memories[k]
+        chain = lane.component
+        if _goes_alone(lane):
+            return lane
+        chain._tick = int(memory[START] + memory[ELAPSED] * lane.internal_steps)
+        applied = memory[LEFT:COUNTERS].tolist()
+        driven = {name: applied[side] for name, side in zip(self._names, self._sides, strict=True)}
+        if any(chain._held.get(name) != value for name, value in driven.items()):
+            chain._held = {**chain._held, **driven}
+        return lane
+
+    def lent(self, k: int) -> ChainEnv:
+        """Environment k for somebody who may observe its component."""
+        self._lent.add(k)
+        return self.synchronised(k)
+
+    def restore(self, numbers: Sequence[int], states: Sequence[EnvState]) -> None:
+        """Let the environments with these numbers go on from saved states, all of them or none."""
+        ready = [self.single[k].refuse_foreign(state) for k, state in zip(numbers, states, strict=True)]
+        for k, state, one in zip(numbers, states, ready, strict=True):
+            lane = self.single[k]
+            lane._take_state(state, one)
+            if _goes_alone(lane):
+                self._lent.add(k)
+
+    def observe(self) -> npt.NDArray[np.float32]:
+        """What all of them see."""
+        self._look_again()
+        observations = np.empty((len(self.single), self.size), np.float32)
+        observe_lanes(self.tables, self.memories, self._deadlines, *self._seeing, observations)
+        return observations
+
+    def told(self, info: str) -> dict[str, np.ndarray]:
+        """What infos say of all of them, by the names of the single environment's info; fresh arrays."""
+        memories = self.memories
+        ticks = (memories[:, START] + memories[:, ELAPSED] * self._steps_each).astype(np.int64)
+        told: dict[str, np.ndarray] = {"time": ticks * self._step_sizes}
+        if info == "full":
+            grains = slice(1, self.single[0].component.parameters.grains + 1)
+            told["displacement"], told["velocity"] = self.tables[:, U, grains].copy(), self.tables[:, V, grains].copy()
+        for name, side in zip(self._names, self._sides, strict=True):
+            told[name] = memories[:, LEFT + side].copy()
+        for place, name in enumerate(self.single[0].task.counter_names):
+            told[name] = memories[:, COUNTERS + place].copy()
+        return told
+
+    def drawn(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
+        """What was drawn for the present episodes, as infos call it: values, and which lanes have one."""
+        self._look_again()
+        return self._drawn
+
+    def count(self, hold: int) -> npt.NDArray[np.int64]:
+        """How many actions each episode has had."""
+        return -(-self.memories[:, ELAPSED].astype(np.int64) // hold)
+
+
+def _goes_alone(lane: ChainEnv) -> bool:
+    """Whether its chain does what the batch knows nothing of."""
+    return bool(lane.component._observers) or lane.component._profiled
+
+
+def _make_lanes(
+    environment: Callable[..., ChainEnv],
+    count: int,
+    parameters: Sequence[Mapping[str, Any]] | None,
+    arguments: Mapping[str, Any],
+) -> list[ChainEnv]:
+    """Make the environments that differ: one where all are alike."""
+    if parameters is None:
+        return [environment(**arguments)]
+    if isinstance(parameters, (str, Mapping)) or not isinstance(parameters, Sequence) or len(parameters) != count:
+        raise ParameterError(f"parameters: got {shortened(parameters)}, expected a list of {count} mappings, one for each")
+    made = []
+    for k, own in enumerate(parameters):
+        if not isinstance(own, Mapping) or "info" in own:
+            raise ParameterError(f"parameters[{k}]: got {shortened(own)}, expected arguments of one environment, name -> value")
+        merged = {**arguments, **own}
+        if isinstance(own.get("chain"), Mapping):
+            merged["chain"] = {**(arguments.get("chain") or {}), **own["chain"]}
+        try:
+            made.append(environment(**merged))
+        except (ParameterError, TypeError) as error:  # a TypeError names an argument that there is not
+            cause = error if isinstance(error, TypeError) else None
+            raise ParameterError(f"parameters[{k}]: {error}") from cause
+    return made
+
+
+def _refuse_unlike(first: ChainEnv, other: ChainEnv, index: int) -> None:
+    """Environments in one batch must have the same spaces and memories."""
+    for what, one, another in (
+        ("observation space", first.observation_space, other.observation_space),
+        ("action", (type(first.task), first.actuator.names), (type(other.task), other.actuator.names)),
+        ("observe", first.observing.blocks.tolist(), other.observing.blocks.tolist()),
+        ("counters", first.task.counter_names, other.task.counter_names),
+        ("control_delay", first.actuator.delay, other.actuator.delay),
+        ("hold", first.hold, other.hold),
+        ("clock", first.clock, other.clock),
+        ("chain (grains, integrator)", first.component.table.shape, other.component.table.shape),
+    ):
+        if one != another:
+            raise ParameterError(f"parameters[{index}]: {what} is not that of environment 0, and has to be the same in a batch")

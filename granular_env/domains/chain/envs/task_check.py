@@ -1,0 +1,279 @@
+"""The check of a task of one's own: compiled kernels do not look where they read and write, so a slip would go unseen."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.chain import table
+from granular_env.components.errors import ParameterError, caution, shortened
+from granular_env.components.plain_function import plain_function
+from granular_env.envs.task import Task
+
+from .episode_state import ELAPSED
+
+if TYPE_CHECKING:
+    from .environment import ChainEnv
+
+FloatArray = npt.NDArray[np.float64]
+
+# The rows of the table with a number for each grain or contact.
+_GRAIN_ROWS = {
+    getattr(table, name): name
+    for name in ("STIFFNESS", "REST", "INVERSE_MASS", "MASS", "LIMIT", "CONTACT", "LOST", "U", "V", "PEAK")
+}
+# Looking at each index of longer chains would take seconds; numpy's own look at the bounds remains.
+_LONGEST_LOOKED_AT = 2000
+_refused_nothing: set[Any] = set()
+
+
+class _SlipError(Exception):
+    """A kernel reads or writes where it must not."""
+
+
+class _UncheckedError(Exception):
+    """A kernel does not run as plain Python on guarded arrays."""
+
+
+def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0) -> int:
+    """Play one episode of random actions with a task's kernels as plain Python on arrays that notice what is wrong.
+
+    The physics, the start and the actions are those of the environment, which itself stays as it is. The kernels and all jitted
+    functions that they call run uncompiled: an index beyond counters, constants, inputs or the chain, a negative one in the
+    table, and a write into anything but the counters are refused by name, as is a reward that is no finite number. Branches
+    that the episode does not enter are not seen: choose `steps` and `seed` so that it does.
+
+    Args:
+        env: the task's environment, such as `ChainEnv(chain, task)`.
+        steps: the largest number of control steps.
+        seed: of the episode and the actions.
+
+    Returns:
+        The control steps played.
+
+    Raises:
+        ParameterError: there is a slip; names the kernel, the array and the index. Or a kernel does not run as plain Python.
+    """
+    from granular_env.envs.environment import ComponentEnv
+
+    from .environment import ChainEnv
+
+    one = getattr(env, "unwrapped", None)
+    if not isinstance(one, ComponentEnv):
+        raise ParameterError(f"env: got {shortened(env)}, expected the environment of one task, such as ChainEnv(chain, task)")
+    copy: Any = _guarded_copy(one, len(_grains(one))) if isinstance(one, ChainEnv) else one
+    before = None if copy is not one else one.save()
+    random = np.random.default_rng(seed)
+    try:
+        return _play(copy, steps, seed, random)
+    except _SlipError as slip:
+        raise ParameterError(f"task {one.task.name!r}: {slip}") from None
+    except _UncheckedError as error:
+        raise ParameterError(f"task {one.task.name!r} could not be checked: {error}") from error
+    finally:
+        if before is not None:
+            one.restore(before)
+
+
+def refuse_slips(env: ChainEnv) -> None:
+    """Begin an episode and judge two control steps on guarded arrays, unless the task is of this package.
+
+    It is done once for all that a kernel may take an index from: sizes, deadline and constants. A kernel that does not run as
+    plain Python is told of by a `GranularWarning`.
+
+    Raises:
+        ParameterError: a kernel reads or writes where it must not; names it. Any other fault shows when the task is used.
+    """
+    task = env.task
+    if type(task).__module__.split(".")[0] == __name__.split(".")[0]:
+        return
+    grains = len(_grains(env))
+    sizes = (task.counter_names, grains, env.component.table.shape, len(task.goal_scales))
+    known = (type(task).begin_kernel, type(task).judge_kernel, sizes, env._steps, env.constants.tobytes())
+    if known in _refused_nothing:
+        return
+    try:
+        copy = _guarded_copy(env, grains)
+        copy.reset(seed=0)
+        for last in (False, True):
+            if last and copy._steps:
+                copy._memory[ELAPSED] = copy._steps - 1
+            copy.step(np.ones(copy.action_space.shape))
+    except _SlipError as slip:
+        raise ParameterError(f"task {task.name!r}: {slip}") from None
+    except _UncheckedError as error:
+        caution(f"task {task.name!r} could not be checked: {error}; call check_task(env)")
+    except Exception:  # a start that is not one, a reward that is no number: told where it happens
+        return
+    _refused_nothing.add(known)
+
+
+def refuse_incomplete(task: Any) -> None:
+    """Refuse what lacks one of the attributes that every task has.
+
+    Raises:
+        ParameterError: it is no task, or an attribute is missing; names it.
+    """
+    if not isinstance(task, Task):
+        raise ParameterError(f"task: got {shortened(task)}, expected an object of a class made from Task")
+    for name, example in (("name", '"swing"'), ("actions", '{"left_force": 100.0}'), ("observations", '{"velocity": 1.0}')):
+        if getattr(task, name, None) is None:
+            raise ParameterError(f"task: {type(task).__name__} has no {name}; give it one, such as {name} = {example}")
+        if name != "name" and not isinstance(getattr(task, name), Mapping):
+            raise ParameterError(f"task.{name}: got {shortened(getattr(task, name))}, expected a mapping, such as {example}")
+
+
+def _play(env: Any, steps: int, seed: int, random: np.random.Generator) -> int:
+    env.reset(seed=seed)
+    for step in range(steps):
+        _, _, terminated, truncated, _ = env.step(random.uniform(-1.0, 1.0, env.action_space.shape))
+        if terminated or truncated:
+            return step + 1
+    return steps
+
+
+def _grains(env: Any) -> range:
+    return range(env.component.parameters.grains)
+
+
+def _guarded_copy(env: ChainEnv, grains: int) -> Any:
+    """Return an environment like this one whose kernels are plain Python and see guarded arrays."""
+    copy: Any = env.lane(np.zeros_like(env.component.table), np.zeros_like(env._memory))
+    names = env.task.counter_names
+    counters = f"counter_names declares {len(names)}" + (f" ({', '.join(names)})" if names else "")
+    constants = f"the task has {len(env.constants)}"
+
+    def guard(which: str, a: FloatArray, numbers: FloatArray, given: FloatArray) -> tuple[FloatArray, ...]:
+        watched = grains if grains <= _LONGEST_LOOKED_AT else None
+        return (
+            _Guarded.of(a, which, "a", f"the chain has {grains} grains, in the columns 1 to {grains}", grains=watched),
+            _Guarded.of(numbers, which, "counters", counters, writable=True),
+            _Guarded.of(given, which, "constants", constants),
+        )
+
+    begin, judge = (plain_function(_kernel(env, name)) for name in ("begin_kernel", "judge_kernel"))
+
+    def guarded_begin(a: FloatArray, numbers: FloatArray, given: FloatArray) -> None:
+        _run(begin, "begin_kernel", *guard("begin_kernel", a, numbers, given))
+
+    def guarded_judge(a: FloatArray, inputs: FloatArray, numbers: FloatArray, given: FloatArray, *rest: Any) -> Any:
+        a, numbers, given = guard("judge_kernel", a, numbers, given)
+        held = _Guarded.of(inputs, "judge_kernel", "inputs", "there are 2, left and right")
+        duration, elapsed, steps = rest  # as numbers of numpy: like compiled ones they divide by 0 without raising
+        return _run(judge, "judge_kernel", a, held, numbers, given, np.float64(duration), np.int64(elapsed), np.int64(steps))
+
+    copy._begin_task, copy._judge = guarded_begin, guarded_judge
+    return copy
+
+
+def _kernel(env: ChainEnv, name: str) -> Callable[..., Any]:
+    from .task import task_kernel
+
+    return task_kernel(env.task, name)
+
+
+def _run(kernel: Callable[..., Any], name: str, *arguments: Any) -> Any:
+    try:
+        with np.errstate(all="ignore"):  # compiled code gives inf and NaN without a word
+            return kernel(*arguments)
+    except IndexError as error:
+        raise _SlipError(f"{name}: {error}") from None
+    except ValueError as error:
+        if "read-only" in str(error):
+            raise _SlipError(f"{name}: it writes into an array that is not its own; it may write into counters alone") from None
+        raise _unchecked(name, error) from error
+    except _SlipError:
+        raise
+    except Exception as error:  # whatever compiled code can do and plain Python cannot
+        raise _unchecked(name, error) from error
+
+
+def _unchecked(name: str, error: Exception) -> _UncheckedError:
+    return _UncheckedError(f"{name} does not run as plain Python: {type(error).__name__}: {shortened(str(error))}")
+
+
+class _Guarded(np.ndarray[Any, Any]):
+    """An array that refuses an index out of bounds by its name, and writes where they are not allowed."""
+
+    _kernel: str
+    _name = ""
+    _has = ""
+    _grains: int | None = None
+
+    @classmethod
+    def of(
+        cls, array: FloatArray, kernel: str, name: str, has: str, *, writable: bool = False, grains: int | None = None
+    ) -> Any:
+        """Return a guarded view.
+
+        Args:
+            array: what is looked at.
+            kernel: who looks.
+            name: the array's name there.
+            has: what there is, for messages.
+            writable: whether it may be written to.
+            grains: of a chain whose table it is: columns beyond it are refused too.
+        """
+        view = array.view(cls)
+        view._kernel, view._name, view._has, view._grains = kernel, name, has, grains
+        view.flags.writeable = writable
+        return view
+
+    def __getitem__(self, index: Any) -> Any:
+        self._look_at(index)
+        try:
+            return super().__getitem__(index)
+        except IndexError:
+            raise self._slip("reads", index) from None
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        if not self.flags.writeable:
+            raise self._slip("writes into", index)
+        try:
+            super().__setitem__(index, value)
+        except IndexError:
+            raise self._slip("writes into", index) from None
+        except ValueError:  # it cannot be broadcast
+            raise self._slip(f"writes {np.size(value)} numbers into", index) from None
+
+    def _look_at(self, index: Any) -> None:
+        if self._grains is None or not isinstance(index, tuple) or len(index) != 2:
+            return
+        row, column = index
+        if isinstance(column, (int, np.integer)) and row in _GRAIN_ROWS and not 0 <= column <= self._grains + 1:
+            if not (row == table.V and column >= 0 and _asked_by_package(sys._getframe(2))):
+                raise self._slip("reads", index)
+
+    def _slip(self, does: str, index: Any) -> _SlipError:
+        if not self._name:  # a part of one
+            return _SlipError(f"a kernel {does} [{index}] of a part of an array, beyond it or where it must not")
+        forbidden = does.startswith("writes") and not self.flags.writeable
+        why = "it may write into counters alone" if forbidden else self._has
+        return _SlipError(f"{self._kernel} {does} {self._name}[{_index_text(index)}], but {why}")
+
+
+def _asked_by_package(frame: FrameType) -> bool:
+    """Return whether code of this package asks: it knows of the tallies behind the chain."""
+    return frame.f_globals.get("__name__", "").split(".")[0] == __name__.split(".")[0]
+
+
+def _index_text(index: Any) -> str:
+    """Return an index as one writes it, the row of the table by its name."""
+    if not isinstance(index, tuple):
+        return _part_text(index)
+    row, *rest = index
+    named = _GRAIN_ROWS.get(row, row) if isinstance(row, (int, np.integer)) else row
+    return ", ".join(map(_part_text, (named, *rest)))
+
+
+def _part_text(part: Any) -> str:
+    if not isinstance(part, slice):
+        return str(part)
+    ends = [part.start, part.stop] + ([] if part.step is None else [part.step])
+    return ":".join("" if end is None else str(end) for end in ends)

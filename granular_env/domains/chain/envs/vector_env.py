@@ -1,0 +1,323 @@
+"""A native batch of chain environments: one call advances all chains through all internal steps, judges and observes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.envs.copying import Recreatable
+from granular_env.envs.environment import _count, checked_seed
+from granular_env.envs.state import EnvState
+
+from .environment import ChainEnv
+from .environment_batch import Lanes
+from .episode_state import RUNNING
+
+Observations = npt.NDArray[np.float32]
+# What the compiled code does not read, so that it may be set while the batch lives.
+_SETTABLE = ("np_random", "render_mode", "step_error_reward")
+
+
+class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
+    """Many environments of a chain side by side, advanced by one call of compiled code.
+
+    `gymnasium.make_vec("granular_env/Protection-v1", num_envs=256)` makes one. It gives what `SyncVectorEnv` of the single
+    environment gives, bit for bit: observations, rewards, ends and infos.
+
+    ## Spaces
+    Those of the single environment, batched. Actions are clipped, limited and delayed as there; NaN or infinity in any of them,
+    or a wrong shape, raises `ParameterError`, and nothing has moved.
+
+    ## Infos
+    By default `info="brief"`: "time", the inputs applied and the task's counters, each a fresh array of shape (num_envs,) with
+    its mask "_name". With `info="full"` "displacement" and "velocity" of all grains, (num_envs, grains), too: as many bytes as
+    the physics itself touches.
+
+    ## Arguments
+    * `environment`: a class of `ChainEnv`, or a function that makes one.
+    * `num_envs`: how many.
+    * `max_episode_steps` (None): actions after which an episode is truncated, as by Gymnasium's `TimeLimit`; None or -1 for no
+      other end than the environment's own `deadline`.
+    * `autoreset_mode` (next step): any `gymnasium.vector.AutoresetMode`. With `DISABLED`,
+      `reset(options={"reset_mask": mask})` resets those that have ended.
+    * `parameters` (None): a list of `num_envs` mappings, arguments of each environment that differ from the common ones; those
+      in "chain" are added to the common "chain".
+    * `info` ("brief"): as above.
+    * **arguments: of the single environment.
+
+    Environment i is bit for bit the single one reset with seed + i: chains that are drawn (`randomise`) are the same, too.
+
+    `copy.deepcopy`, pickle and cloudpickle give an independent batch that goes on with the same bits.
+    """
+
+    def __init__(
+        self,
+        environment: Callable[..., ChainEnv],
+        num_envs: int = 1,
+        *,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        parameters: Sequence[Mapping[str, Any]] | None = None,
+        max_episode_steps: int | None = None,
+        info: str = "brief",
+        **arguments: Any,
+    ) -> None:
+        if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+            raise ParameterError(f"num_envs: got {shortened(num_envs)}, expected a whole number from 1")
+        try:
+            self.autoreset_mode = AutoresetMode(autoreset_mode)
+        except ValueError:
+            modes = ", ".join(repr(mode.value) for mode in AutoresetMode)
+            raise ParameterError(f"autoreset_mode: got {shortened(autoreset_mode)}, expected one of {modes}") from None
+        self.num_envs = int(num_envs)
+        self._limit = None if max_episode_steps in (None, -1) else _count("max_episode_steps", max_episode_steps)
+        self._lanes = Lanes(environment, self.num_envs, parameters, {**arguments, "info": info})
+        first = self._lanes.single[0]
+        self.info, self.render_mode, self.single_hold = info, first.render_mode, first.hold
+        self.metadata = {**first.metadata, "autoreset_mode": self.autoreset_mode}
+        self.single_action_space, self.single_observation_space = first.action_space, first.observation_space
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._begun = False
+
+    # -- Gymnasium --------------------------------------------------------------------------------------------------
+
+    def reset(  # type: ignore[override]
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Start episodes in all environments, or in those of `options["reset_mask"]`; other options are start values.
+
+        Args:
+            seed: environment i gets seed + i, or the i-th of a list.
+            options: as for the single environment.
+
+        Raises:
+            ParameterError: a seed, an option or the mask is not valid.
+        """
+        if not isinstance(options, Mapping | None):
+            raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
+        seeds, options = self._seeds(seed), dict(options or {})
+        mask = self._mask(options.pop("reset_mask", None))
+        for k in np.flatnonzero(mask).tolist():
+            self._lanes.single[k].reset(seed=seeds[k], options=options or None)
+        self._begun = True
+        return self._lanes.observe(), self._infos(mask)
+
+    def step(self, actions: npt.ArrayLike) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One action of all environments; those that have ended are treated as `autoreset_mode` says.
+
+        Raises:
+            ParameterError: the actions are none, an environment's episode is over with autoreset disabled, or the task's reward
+                is not a number (the chains have moved).
+        """
+        given = self._checked(actions)
+        going = ~self._ended
+        observations = np.empty((self.num_envs, self._lanes.size), np.float32)
+        rewards, ends = np.zeros(self.num_envs), np.zeros((3, self.num_envs), np.bool_)
+        terminated, truncated, refused = ends
+        special = self._lanes.step(given, going, observations, rewards, terminated, truncated, refused)
+        told: dict[int, str] = {}
+        if not np.isfinite(rewards).all():
+            k, task = int(np.argmin(np.isfinite(rewards))), self._lanes.single[0].task
+            raise ParameterError(f"task {task.name!r}: its reward is {rewards[k]} in environment {k}; mend its judge_kernel")
+        if special:
+            for k in np.flatnonzero(refused).tolist():
+                lane = self._lanes.synchronised(k)
+                observations[k], rewards[k], terminated[k], truncated[k], info = lane.step(given[k])
+                if "step_error" in info:
+                    told[k] = info["step_error"]
+        if self._limit is not None:
+            late = going & (self._lanes.count(self.single_hold) >= self._limit)
+            truncated |= late
+            self._lanes.memories[late, RUNNING] = 0.0
+            special += int(late.sum())
+        ended = terminated | truncated
+        extra: dict[str, Any] = {}
+        if special and self.autoreset_mode == AutoresetMode.SAME_STEP:
+            for k in np.flatnonzero(ended).tolist():
+                extra = self._add_info(extra, self._final(k, observations[k], told.pop(k, None)), k)
+                observations[k], _ = self._lanes.single[k].reset()
+        if not going.all():
+            for k in np.flatnonzero(~going).tolist():
+                observations[k], _ = self._lanes.single[k].reset()
+        infos = {**extra, **self._infos(None)}
+        for k, message in told.items():
+            infos = self._add_info(infos, {"step_error": message}, k)
+        return observations, rewards, terminated.copy(), truncated.copy(), infos
+
+    def render(self) -> tuple[Any, ...] | None:
+        """The present state of each environment as a picture; None without a render mode."""
+        return None if self.render_mode is None else self.call("render")
+
+    # -- single environments ----------------------------------------------------------------------------------------
+
+    def lane(self, index: int) -> ChainEnv:
+        """Environment number `index` as a single one, in the same memory: what it does happens in the batch.
+
+        A recording of its component goes on while the batch is stepped.
+        """
+        self._lane_numbers([index])
+        return self._lanes.lent(index)
+
+    def call(self, name: str, *arguments: Any, **keywords: Any) -> tuple[Any, ...]:
+        """An attribute of every environment, called where it can be."""
+        found = [getattr(self._lanes.synchronised(k), name) for k in range(self.num_envs)]
+        return tuple(each(*arguments, **keywords) if callable(each) else each for each in found)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of every environment."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set an attribute of every environment: one value for all, or a list or a tuple with one for each.
+
+        Raises:
+            ParameterError: there is no such attribute, it belongs to the batch as a whole, or there are more or fewer values.
+        """
+        each = list(values) if isinstance(values, (list, tuple)) else [values] * self.num_envs
+        if len(each) != self.num_envs:
+            raise ParameterError(f"{name}: got {len(each)} values, expected one, or {self.num_envs}, one for each environment")
+        if name not in _SETTABLE:
+            raise ParameterError(
+                f"{name}: it cannot be set in a batch, compiled code has read it; {nearest(name, _SETTABLE)}; "
+                "give anything else as an argument, or in `parameters`"
+            )
+        for k, value in enumerate(each):
+            setattr(self._lanes.synchronised(k), name, value)
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The random numbers of each environment."""
+        return self.get_attr("np_random")
+
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
+        """What each environment's random numbers were seeded with."""
+        return self.get_attr("np_random_seed")
+
+    # -- mid-episode ------------------------------------------------------------------------------------------------
+
+    def save(self, lanes: Iterable[int] | None = None) -> list[EnvState]:
+        """The states of the environments with these numbers, or of all; single environments understand them too."""
+        return [self._lanes.synchronised(k).save() for k in self._lane_numbers(lanes)]
+
+    def restore(self, states: Sequence[EnvState], lanes: Iterable[int] | None = None) -> None:
+        """Let the environments with these numbers, or all, go on from saved states. `observe` tells what is seen there.
+
+        Raises:
+            ParameterError: there are more or fewer states than environments, or one belongs to another chain or task;
+                nothing has changed.
+        """
+        numbers = self._lane_numbers(lanes)
+        told = len(states) if isinstance(states, Sequence) else shortened(states)
+        if told != len(numbers):
+            raise ParameterError(f"states: got {told}, expected {len(numbers)}, one for each environment")
+        self._lanes.restore(numbers, states)
+        self._begun = True
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Support pickle and `copy.deepcopy`: the constructor's arguments, and where each episode is."""
+        seeds = [lane._np_random_seed for lane in self._lanes.single]
+        return _recreate, (type(self), *self._made_with, self.save(), seeds, self._begun, self.spec)
+
+    def observe(self) -> tuple[Observations, dict[str, Any]]:
+        """The present observations and infos, as `reset` gives them."""
+        return self._lanes.observe(), self._infos(None)
+
+    # -- details ----------------------------------------------------------------------------------------------------
+
+    @property
+    def _ended(self) -> npt.NDArray[np.bool_]:
+        """Whose episodes are over, or have never begun; also where a lane was stepped, reset or restored by itself."""
+        return self._lanes.memories[:, RUNNING] == 0.0
+
+    def _checked(self, actions: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        wanted = self.action_space.shape
+        try:
+            given = np.asarray(actions)
+        except ValueError as error:  # rows of unlike length
+            raise ParameterError(f"actions: got {shortened(actions)}, expected shape {wanted}") from error
+        if given.shape != wanted or given.dtype.kind not in "fiu":
+            raise ParameterError(f"actions: got {given.dtype} of shape {given.shape}, expected numbers of shape {wanted}")
+        numbers = given.astype(np.float64, order="C")
+        if not np.isfinite(numbers).all():
+            k, entry = np.argwhere(~np.isfinite(numbers))[0].tolist()
+            raise ParameterError(f"actions[{k}, {entry}]: got {numbers[k, entry]}, expected a number from -1 to 1")
+        if not self._begun:
+            raise ParameterError("step: no episode has begun; call reset() first")
+        over = np.flatnonzero(self._ended).tolist() if self.autoreset_mode == AutoresetMode.DISABLED else []
+        if over:
+            raise ParameterError(
+                f"step: the episodes of environments {shortened(over)} are over or have not begun, and autoreset is disabled; "
+                'call reset(options={"reset_mask": mask}) first'
+            )
+        return numbers
+
+    def _seeds(self, seed: Any) -> Sequence[int | None]:
+        if seed is None:
+            return [None] * self.num_envs
+        if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool):
+            return [checked_seed(int(seed) + k) for k in range(self.num_envs)]
+        if not isinstance(seed, (list, tuple)) or len(seed) != self.num_envs:
+            raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number, or {self.num_envs} in a list")
+        return [checked_seed(one) for one in seed]
+
+    def _mask(self, mask: Any) -> npt.NDArray[np.bool_]:
+        if mask is None:
+            return np.ones(self.num_envs, np.bool_)
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
+            raise ParameterError(
+                f"options: got reset_mask {shortened(mask)}, expected {self.num_envs} truth values in an array, one true"
+            )
+        return mask
+
+    def _lane_numbers(self, lanes: Iterable[int] | None) -> list[int]:
+        if lanes is None:
+            return list(range(self.num_envs))
+        if not isinstance(lanes, Iterable):
+            raise ParameterError(f"lanes: got {shortened(lanes)}, expected a list of numbers of environments")
+        numbers = list(lanes)
+        for k in numbers:
+            if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < self.num_envs:
+                raise ParameterError(f"lanes: got {shortened(k)}, expected whole numbers from 0 to {self.num_envs - 1}")
+        if len(set(numbers)) < len(numbers):
+            raise ParameterError(f"lanes: got {shortened(numbers)}, expected each environment once")
+        return numbers
+
+    def _final(self, k: int, observation: Observations, message: str | None) -> dict[str, Any]:
+        """What an episode ended with, where the next one begins in the same step."""
+        info = self._lanes.synchronised(k).observe()[1]
+        if message is not None:
+            info["step_error"] = message
+        return {"final_obs": observation.copy(), "final_info": info}
+
+    def _infos(self, mask: npt.NDArray[np.bool_] | None) -> dict[str, Any]:
+        infos: dict[str, Any] = {}
+        chosen = np.ones(self.num_envs, np.bool_) if mask is None else mask
+        for name, values in self._lanes.told(self.info).items():
+            if mask is not None:
+                values[~mask] = 0.0
+            infos[name], infos[f"_{name}"] = values, chosen.copy()
+        for name, (values, having) in self._lanes.drawn().items():
+            shown = having & chosen
+            if shown.any():
+                infos[name], infos[f"_{name}"] = values.copy(), shown
+                infos[name][~shown] = 0.0
+        return infos
+
+
+def _recreate(
+    kind: type[ChainVectorEnv], arguments: Any, keywords: Mapping[str, Any], states: Any, seeds: Any, begun: bool, spec: Any
+) -> ChainVectorEnv:
+    """Return a batch that was made so, in these states."""
+    env = kind(*arguments, **keywords)
+    env.restore(states)
+    for lane, seed in zip(env._lanes.single, seeds, strict=True):
+        lane._np_random_seed = seed
+    env._begun, env.spec = begun, spec
+    return env

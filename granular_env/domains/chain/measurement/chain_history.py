@@ -1,0 +1,196 @@
+"""What every measurement looks at: the motion of a chain's grains in time, and the chain that they belong to."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from granular_env.components.chain.laws import Hertz, Law
+from granular_env.components.contract import FloatArray
+from granular_env.components.errors import LogError, ParameterError, shortened
+
+from .contacts import forces_and_energies
+from .validation import sign, whole_number
+
+Direction = Literal["right", "left"]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class History:
+    """The grains' motion at T times, and the n grains and n + 1 places for contacts of their chain.
+
+    Place j is left of grain j; 0 and n are the walls'. Where an end has no wall there is no contact, and force and overlap are
+    0, as in the chain's own outputs. Made by `history` from a log, by `observe` or `Watch` from a running chain, or by hand.
+
+    Attributes:
+        time: shape (T,), increasing [s].
+        velocity: shape (T, n), positive to the right [m/s].
+        mass: shape (n,) [kg].
+        stiffness: k of F = k overlap^p, shape (n + 1,), 0 where there is no contact [N/m^p]; p = 1.5 for spheres.
+        rest_overlap: overlap in the reference configuration, shape (n + 1,), negative for a gap [m].
+        position: of the grains in the reference configuration, shape (n,) [m].
+        displacement: shape (T, n) [m]; None where it is not known.
+        piston: which grains' velocity is prescribed, shape (n,), bool.
+        recorded_overlap: shape (T, n + 1) [m], where it is known without the displacement.
+        recorded_force: shape (T, n + 1) [N], where the contact forces themselves are known.
+        law: of the contacts.
+        contact: what the law wants of each contact, such as its dissipation, shape (n + 1,); None for nothing.
+    """
+
+    time: FloatArray
+    velocity: FloatArray
+    mass: FloatArray
+    stiffness: FloatArray
+    rest_overlap: FloatArray
+    position: FloatArray
+    displacement: FloatArray | None = None
+    piston: np.ndarray | None = None
+    recorded_overlap: FloatArray | None = None
+    recorded_force: FloatArray | None = None
+    law: Law = Hertz()
+    contact: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        frames, grains = len(np.atleast_1d(self.time)), len(np.atleast_1d(self.mass))
+        if frames == 0 or grains == 0:
+            raise ParameterError(
+                f"history: got {frames} frames of {grains} grains, expected at least one of each; record a run"
+            )
+        places = grains + 1
+        for name, shape in (
+            ("time", (frames,)), ("velocity", (frames, grains)), ("mass", (grains,)), ("stiffness", (places,)),
+            ("rest_overlap", (places,)), ("position", (grains,)), ("displacement", (frames, grains)), ("piston", (grains,)),
+            ("recorded_overlap", (frames, places)), ("recorded_force", (frames, places)), ("contact", (places,)),
+        ):  # fmt: skip
+            value = getattr(self, name)
+            if value is not None and np.shape(value) != shape:
+                raise ParameterError(f"history: {name} has shape {np.shape(value)}, expected {shape}")
+        for name in ("time", "velocity"):
+            if not np.isfinite(getattr(self, name)).all():
+                raise ParameterError(f"history: {name} holds a value that is not finite")
+        if (np.diff(self.time) <= 0.0).any():
+            raise ParameterError("history: time does not increase; give one run, without a reset within it")
+
+    @property
+    def grains(self) -> int:
+        """Number of grains."""
+        return len(self.mass)
+
+    @cached_property
+    def overlap(self) -> FloatArray:
+        """Approach of the surfaces at each place, negative for a gap, 0 where there is no contact, shape (T, n + 1) [m].
+
+        Raises:
+            LogError: neither displacement nor overlap was recorded.
+        """
+        if self.displacement is None:
+            if self.recorded_overlap is None:
+                raise LogError(
+                    "displacement was not recorded, and overlaps, forces and energies need it; "
+                    "record with variables=['velocity', 'displacement']"
+                )
+            return self.recorded_overlap
+        still = np.zeros((len(self.time), 1))
+        found = self.rest_overlap - np.diff(self.displacement, axis=1, prepend=still, append=still)
+        found[:, self.stiffness == 0.0] = 0.0
+        return found
+
+    @cached_property
+    def contact_force(self) -> FloatArray:
+        """Compressive force at each place by the chain's law, never negative, shape (T, n + 1) [N]; as recorded, if it was.
+
+        Raises:
+            LogError: overlaps are not known, or the force depends on what contacts have been through and was not recorded.
+        """
+        if self.recorded_force is not None:
+            return self.recorded_force
+        if self.law.has_history:
+            raise LogError(
+                f"contact_force was not recorded, and with law {self.law.name!r} it depends on what each contact has been "
+                "through, which frames do not tell; record with variables=['velocity', 'displacement', 'contact_force']"
+            )
+        return self._contacts[0]
+
+    @cached_property
+    def contact_energy(self) -> FloatArray:
+        """Elastic energy stored at each place by the chain's law, shape (T, n + 1) [J].
+
+        Raises:
+            LogError: overlaps are not known, or the energy depends on what contacts have been through.
+        """
+        if self.law.has_history:
+            raise LogError(
+                f"with law {self.law.name!r} the energy in a contact depends on what it has been through, which frames do not "
+                "tell; the whole chain's is its output 'potential_energy': record that"
+            )
+        return self._contacts[1]
+
+    @property
+    def rest_force(self) -> FloatArray:
+        """Force at each place in the reference configuration: of precompression and weight, shape (n + 1,) [N]."""
+        return self._rest[0]
+
+    @property
+    def rest_energy(self) -> FloatArray:
+        """Elastic energy stored at each place in the reference configuration, shape (n + 1,) [J]."""
+        return self._rest[1]
+
+    @cached_property
+    def _contacts(self) -> tuple[FloatArray, FloatArray]:
+        return self._by_law(self.overlap, self.velocity)
+
+    @cached_property
+    def _rest(self) -> tuple[FloatArray, FloatArray]:
+        force, energy = self._by_law(self.rest_overlap[None], np.zeros((1, self.grains)))
+        return force[0], energy[0]
+
+    def _by_law(self, overlap: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        constants = np.zeros(self.grains + 1) if self.contact is None else self.contact
+        return forces_and_energies(self.law, self.stiffness, constants, overlap, velocity)
+
+    def frame(self, time: float) -> int:
+        """Number of the frame nearest to a time [s].
+
+        Raises:
+            ParameterError: the time is outside of the history.
+        """
+        first, last = float(self.time[0]), float(self.time[-1])
+        margin = 1e-9 * (last - first)
+        if not (isinstance(time, (int, float, np.number)) and first - margin <= time <= last + margin):
+            raise ParameterError(f"time: got {shortened(time)} s, the history goes from {first:.12g} s to {last:.12g} s")
+        return int(np.argmin(np.abs(self.time - time)))
+
+    def window(self, begin: float | None = None, end: float | None = None) -> slice:
+        """The frames from a time to another [s], both included; by default from the first to the last."""
+        first = 0 if begin is None else self.frame(begin)
+        last = len(self.time) - 1 if end is None else self.frame(end)
+        if last < first:
+            raise ParameterError(f"window: it begins at {begin:g} s and ends at {end:g} s, expected the end to come later")
+        return slice(first, last + 1)
+
+    def grain(self, number: Any, name: str = "grain") -> int:
+        """A grain's number, checked; the first is 0."""
+        return whole_number(name, number, 0, self.grains - 1)
+
+    def contact_behind(self, grain: int, direction: Direction) -> int:
+        """Place of the contact through which a wave comes to a grain.
+
+        Raises:
+            ParameterError: there is none, at an end without a wall.
+        """
+        place = self.grain(grain) + (0 if sign(direction) > 0.0 else 1)
+        if self.stiffness[place] == 0.0:
+            raise ParameterError(
+                f"grain: no contact is behind grain {grain}, through which a wave to the {direction} could come; "
+                "take one further on"
+            )
+        return place
+
+
+def given(name: str, value: Any) -> None:
+    """`ParameterError` where something else came instead of a history."""
+    if not isinstance(value, History):
+        raise ParameterError(f"{name}: got {shortened(value)}, expected a History; measurement.history or observe makes one")

@@ -1,0 +1,57 @@
+"""Forces and energies of contacts, by the chain's own law: what frames of overlaps and velocities tell of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from granular_env.components.chain import kernels, table
+from granular_env.components.chain.laws import Law, dispatch, elastic_plastic
+from granular_env.components.contract import FloatArray
+from granular_env.components.jit import jit
+
+
+def forces_and_energies(
+    law: Law, stiffness: FloatArray, constants: FloatArray, overlap: FloatArray, velocity: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Compressive force [N] and stored energy [J] of each contact in each frame, both of shape (T, n + 1).
+
+    They have the bits of the chain's own `contact_force`. A contact with a history counts as never loaded before.
+
+    Args:
+        law: the contact law.
+        stiffness: shape (n + 1,), 0 where there is no contact.
+        constants: what the law wants of each contact, shape (n + 1,).
+        overlap: shape (T, n + 1), 0 where there is no contact [m].
+        velocity: of the grains, shape (T, n) [m/s].
+    """
+    a = _chain(law, stiffness, constants)
+    force, energy = np.empty_like(overlap), np.empty_like(overlap)
+    _fill(a, overlap, velocity, force, energy)
+    return force, energy
+
+
+def _chain(law: Law, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    """The kernels' table of a chain, as far as contacts need it."""
+    places = slice(0, len(stiffness))
+    a = np.zeros((table.FREE_ROW, table.row_width(len(stiffness) - 1)))
+    a[table.STIFFNESS, places], a[table.CONTACT, places] = stiffness, constants
+    for name, value in (
+        (table.GRAINS, len(stiffness) - 1), (table.ELASTIC, law.elastic), (table.DISSIPATION, law.damping),
+        (table.EXPONENT, law.growth),
+    ):  # fmt: skip
+        a[table.SCALARS, name] = value
+    if law.has_history:
+        elastic_plastic.begin(a)
+    return a
+
+
+@jit
+def _fill(a, overlap, velocity, force, energy):
+    """Displacements stay 0: the overlaps of a frame are those of a chain that rests so."""
+    kind, grains = int(a[table.SCALARS, table.ELASTIC]), velocity.shape[1]
+    for t in range(len(overlap)):
+        a[table.REST, : grains + 1] = overlap[t]
+        a[table.V, 1 : grains + 1] = velocity[t]
+        kernels.contact_forces(a, table.U, table.V, force[t])
+        for j in range(grains + 1):
+            energy[t, j] = dispatch.energy(kind, a, j, overlap[t, j])

@@ -1,0 +1,125 @@
+"""The front of a disturbance: when it arrives at each grain, where it is, how fast; and the pressure behind it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from granular_env.components.contract import FloatArray
+from granular_env.components.errors import ParameterError
+
+from .chain_history import Direction, History
+from .peaks import crests, crossing
+from .validation import positive, sign
+
+
+def arrivals(history: History, above: float, direction: Direction = "right") -> FloatArray:
+    """When each grain's velocity first passes a threshold, shape (n,) [s]; NaN where it never does.
+
+    A grain that is above it in the first frame has the time of that frame.
+
+    Args:
+        history: of a chain.
+        above: more than 0 [m/s].
+        direction: the sign of the velocities that count.
+
+    Raises:
+        ParameterError: a threshold that is not positive, another direction.
+    """
+    above, velocity = positive("above", above, "m/s"), sign(direction) * history.velocity
+    passed = velocity > above
+    found = np.full(history.grains, np.nan)
+    for grain in np.flatnonzero(passed.any(axis=0)):
+        frame = int(np.argmax(passed[:, grain]))
+        found[grain] = crossing(history.time, velocity[:, grain], frame - 1, above) if frame else history.time[0]
+    return found
+
+
+def front_position(history: History, above: float, direction: Direction = "right") -> FloatArray:
+    """Where the foremost point above a threshold has got to, in the reference configuration, shape (T,) [m].
+
+    Between two grains it goes in proportion to the time; NaN before it is at any grain. It never comes back.
+
+    Args and errors as `arrivals`.
+    """
+    order = slice(None) if sign(direction) > 0.0 else slice(None, None, -1)
+    seen = arrivals(history, above, direction)[order]
+    # The front is past a grain as soon as it is at one further on.
+    passed = np.fmin.accumulate(seen[::-1])[::-1]
+    there = np.isfinite(passed)
+    if not there.any():
+        return np.full(len(history.time), np.nan)
+    return np.interp(history.time, passed[there], history.position[order][there], left=np.nan)
+
+
+def front_speed(history: History, above: float, first: int, last: int, direction: Direction = "right") -> float:
+    """Mean speed of the front from one grain to another, in the reference configuration [m/s].
+
+    Args:
+        history: of a chain.
+        above: the velocity that makes the front [m/s].
+        first: grain at which it starts.
+        last: grain at which it ends.
+        direction: which way it runs.
+
+    Raises:
+        ParameterError: a grain that is not there or that the front did not reach; or as `arrivals`.
+    """
+    first, last = history.grain(first, "first"), history.grain(last, "last")
+    seen = arrivals(history, above, direction)
+    for name, grain in (("first", first), ("last", last)):
+        if np.isnan(seen[grain]):
+            raise ParameterError(f"{name}: the front above {above:g} m/s does not reach grain {grain}; look longer")
+    if not (last - first) * sign(direction) > 0.0 or not seen[last] > seen[first]:
+        raise ParameterError(f"first, last: got {first} and {last}, expected two grains that the front reaches in this order")
+    return float(abs(history.position[last] - history.position[first]) / (seen[last] - seen[first]))
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class PressureRatio:
+    """How far a front's first maximum goes beyond what settles behind it.
+
+    Attributes:
+        first_maximum: of the contact force at the front, p_m [N].
+        settled: mean contact force near the end from which the chain is driven, p_c [N].
+    """
+
+    first_maximum: float
+    settled: float
+
+    @property
+    def ratio(self) -> float:
+        """p_m / p_c."""
+        return self.first_maximum / self.settled
+
+
+def pressure_ratio(history: History, grain: int, near: int | None = None, direction: Direction = "right") -> PressureRatio:
+    """The first maximum of the force in the contact behind a grain, and the mean from then on near the driven end.
+
+    Nesterenko (1983), section 3.4: the front at grain 50, p_m/p_c = 2.24. Both contacts are alike there, so that forces
+    compare as pressures do.
+
+    Args:
+        history: of a chain, with overlaps.
+        grain: where the front's first maximum is taken.
+        near: the grain behind whose contact the force has settled; default the second from the driven end.
+        direction: which way the front runs.
+
+    Raises:
+        ParameterError: a grain that is not there or has no contact behind it, no maximum, or nothing recorded after it.
+        LogError: overlaps are not known.
+    """
+    default = min(1, history.grains - 1) if sign(direction) > 0.0 else max(history.grains - 2, 0)
+    place = history.contact_behind(grain, direction)
+    settled = history.contact_behind(default if near is None else history.grain(near, "near"), direction)
+    force = history.contact_force
+    largest = float(force[:, place].max())
+    found = crests(history.time, force[:, place], 0.5 * largest) if largest > 0.0 else []
+    after = history.time > found[0].time if found else np.zeros(0, dtype=bool)
+    if not after.any():
+        raise ParameterError(f"grain: the force behind grain {grain} has no maximum in this history; look longer")
+    mean = float(force[after, settled].mean())
+    if not mean > 0.0:
+        raise ParameterError(f"near: no force settles behind that grain after {found[0].time:g} s, expected a driven chain")
+    return PressureRatio(found[0].height, mean)

@@ -1,0 +1,116 @@
+"""A history gathered from a chain while it runs; whoever watches never changes the step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.contract import Component, FloatArray, Held
+from granular_env.components.errors import ParameterError
+from granular_env.components.memory import refuse_beyond
+
+from .chain_history import History
+from .from_log import chain_geometry, of_chain
+from .validation import positive
+
+
+class Watch:
+    """An observer that keeps the motion of a chain, at even intervals.
+
+        watch = Watch(every=1e-6)
+        ge.run("nesterenko-1983/3.4-piston", observers=[watch])      # or chain.observe(watch), then step
+        watch.history
+
+    A reset or a restore begins anew.
+    """
+
+    next_tick: int
+
+    def __init__(self, every: float) -> None:
+        """Watch one chain.
+
+        Args:
+            every: time between two frames, a whole number of the chain's internal steps [s].
+
+        Raises:
+            ParameterError: `every` is not positive; later, when it begins to watch: no chain, or no whole number of steps.
+        """
+        self._every = positive("every", every, "s")
+        self._component: Component | None = None
+        self._variables: tuple[str, ...] = ()
+        self.next_tick = 0
+        self._forget()
+
+    def _forget(self) -> None:
+        self._ticks: list[int] = []
+        self._frames: list[tuple[FloatArray, ...]] = []
+
+    @property
+    def history(self) -> History:
+        """What was seen so far, as arrays of its own."""
+        if self._component is None:
+            raise ParameterError("watch: it has seen no chain yet; let it look on: chain.observe(watch)")
+        time = np.array(self._ticks) * self._component.step_size
+        frames = {name: np.array([frame[i] for frame in self._frames]) for i, name in enumerate(self._variables)}
+        return of_chain(self._component, time, **frames)
+
+    def began(self, component: Component) -> None:
+        """A new history starts here."""
+        chain_geometry(component)
+        self._variables = watched(component)
+        self._interval = component.ticks_in(self._every, "every")
+        self._component = component
+        self._forget()
+        self.look(component)
+
+    def look(self, component: Component) -> None:
+        """Keep a frame."""
+        self._ticks.append(component.tick)
+        self._frames.append(tuple(component.get(name) for name in self._variables))
+        self.next_tick = component.tick + self._interval
+
+    def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
+        """Nothing is kept but frames."""
+
+    def failed(self, component: Component, error: BaseException) -> None:
+        """The frames of a step that was undone are dropped."""
+        while self._ticks and self._ticks[-1] > component.tick:
+            self._ticks.pop()
+            self._frames.pop()
+        self.next_tick = self._ticks[-1] + self._interval
+
+
+def watched(chain: Component) -> tuple[str, ...]:
+    """The variables that a history of this chain needs."""
+    parameters: Any = chain.parameters
+    # Where contacts have a history, only the chain knows their forces.
+    return ("velocity", "displacement", *(["contact_force"] if parameters.law.has_history else []))
+
+
+def observe(chain: Component, duration: float, every: float, **inputs: Any) -> History:
+    """Step a chain on from where it stands, and keep its motion.
+
+    Args:
+        chain: what is stepped; its state afterwards is the one after ``chain.step(duration, **inputs)``.
+        duration: how long, a whole number of internal steps [s].
+        every: time between two frames, a whole number of internal steps [s].
+        **inputs: of the step: numbers or profiles.
+
+    Raises:
+        ParameterError: no chain, a time that is no whole number of steps, an input that is not valid, more frames than fit.
+        StepError: the physics would break down; the chain is as it was.
+    """
+    watch = Watch(every)
+    chain_geometry(chain)
+    numbers = sum(np.size(chain.get(name)) for name in watched(chain))
+    frames = chain.ticks_in(duration, "duration") // chain.ticks_in(every, "every") + 1
+    refuse_beyond(8 * numbers * frames, f"every: {frames:.6g} frames of {numbers} numbers, from duration / every,")
+    watch.began(chain)  # refuses before the chain keeps it
+    chain.observe(watch)
+    try:
+        chain.step(duration, **inputs)
+    finally:
+        chain.ignore(watch)
+    return watch.history

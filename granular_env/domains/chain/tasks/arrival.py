@@ -1,0 +1,99 @@
+"""Which wanted waves a chain can hold, clear of each other and of its ends; and which deadlines they can meet."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.errors import ParameterError
+
+from .target_waves import AMPLITUDE, DENSITY, PLACE, POINTS, REACH, SHAPES, SPEED, TABLES
+
+FloatArray = npt.NDArray[np.float64]
+
+# Part of a wanted wave's energy that may be in the chain when the episode begins; that may hang over one of its ends, or reach
+# beyond the middle between two waves, when they are due.
+_PART = 1e-3
+
+
+def refuse_early(shapes: FloatArray, waves: FloatArray, duration: float, steps: int, name: str = "deadline") -> None:
+    """Refuse waves that would have to be in the chain before anybody could have sent them.
+
+    Args:
+        shapes: of the waves, see `target_waves`.
+        waves: rows (amplitude [m/s], place, speed [grains/s]).
+        duration: of a control step [s].
+        steps: control steps until they are due.
+        name: of the argument at fault.
+
+    Raises:
+        ParameterError: more than a thousandth of a wave's energy is in the chain at the start.
+    """
+    for row, wave in enumerate(waves):
+        if wave[AMPLITUDE] <= 0.0 or _part_inside(shapes, row, wave, duration * steps) <= _PART:
+            continue
+        least = _least_steps(shapes, row, wave, duration)
+        raise ParameterError(
+            f"{name}: a wave of {wave[AMPLITUDE]:g} m/s that comes in at the left end takes {least} control steps of "
+            f"{duration:g} s to grain {wave[PLACE]:g}, got {steps}; give deadline={least} or more, or a nearer place"
+        )
+
+
+def refuse_crowded(shapes: FloatArray, waves: FloatArray, grains: int, name: str = "place") -> None:
+    """Refuse waves that lie over each other, or hang over an end of the chain: no state of it is the sum of these.
+
+    Args:
+        shapes: of the waves, see `target_waves`.
+        waves: rows (amplitude [m/s], place, speed [grains/s]), in any order.
+        grains: of the chain.
+        name: of the argument at fault.
+
+    Raises:
+        ParameterError: more than a thousandth of a wave's energy is beyond an end, or two waves are closer than their width.
+    """
+    kept = [(wave[PLACE], half_width(shapes, row)) for row, wave in enumerate(waves) if wave[AMPLITUDE] > 0.0]
+    for place, half in kept:
+        low, high = half - 0.5, grains - 0.5 - half
+        if not low <= place <= high:
+            raise ParameterError(
+                f"{name}: a wave at grain {place:g} hangs over the end of the chain, expected {low:g} to {high:g}; "
+                "give another place, or more grains"
+            )
+    kept.sort()
+    for (place, half), (other, other_half) in zip(kept, kept[1:], strict=False):
+        if other - place < half + other_half:
+            raise ParameterError(
+                f"{name}: waves at grains {place:g} and {other:g} lie over each other, expected {half + other_half:g} grains "
+                "between them or more"
+            )
+
+
+def half_width(shapes: FloatArray, row: int) -> float:
+    """Return how far from its crest a wave reaches to either side, but for a thousandth of its kinetic energy [grains]."""
+    squares = _squares(shapes, row)
+    place = (np.arange(len(squares)) - 1.0) / float(shapes[DENSITY]) - shapes[REACH]
+    return float(-place[np.searchsorted(np.cumsum(squares), _PART * squares.sum())])
+
+
+def _squares(shapes: FloatArray, row: int) -> FloatArray:
+    """Return the squares of a wave's velocities, as its table has them."""
+    count = int(shapes[POINTS])
+    table = TABLES + 2 * count * min(row, int(shapes[SHAPES]) - 1)
+    return shapes[table : table + count] ** 2
+
+
+def _least_steps(shapes: FloatArray, row: int, wave: FloatArray, duration: float) -> int:
+    low, high = 0, 1
+    while _part_inside(shapes, row, wave, duration * high) > _PART:
+        low, high = high, 2 * high
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if _part_inside(shapes, row, wave, duration * middle) <= _PART else (middle, high)
+    return high
+
+
+def _part_inside(shapes: FloatArray, row: int, wave: FloatArray, left: float) -> float:
+    """Part of a wave's kinetic energy that is right of the first grain's left side, `left` seconds before it is due."""
+    squares = _squares(shapes, row)
+    place = (np.arange(len(squares)) - 1.0) / float(shapes[DENSITY]) - shapes[REACH] + wave[PLACE] - wave[SPEED] * left
+    return float(squares[place >= -0.5].sum() / squares.sum())

@@ -1,0 +1,223 @@
+"""EnergyDelivery-v1: by the deadline a wanted energy is in the last grains; work costs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+import numpy as np
+
+from granular_env.components.chain import Chain
+from granular_env.components.chain.energy_roots import energy_between, pull_energy_between
+from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.readings import input_work
+from granular_env.components.chain.table import GRAINS, SCALARS
+from granular_env.components.chain.theory import SOLITARY_ENERGY
+from granular_env.components.jit import jit
+from granular_env.components.profiles import finite_number, positive_number
+from granular_env.envs.policies import Policy
+
+from ..envs.environment import ChainEnv, ChainOptions
+from ..envs.task import ChainTask
+from .analytic_drives import passing_waves
+from .arguments import CLOCK, chosen, driven_chain, hertz_chain, observed, timed, whole
+from .baselines import open_loops
+from .target_waves import shape_energies, wave_shapes
+
+# Layout of the constants: the wanted energy [J], price of that much work, first grain of the target region (its column).
+_ENERGY, _PRICE, _FIRST = range(3)
+# Layout of the counters.
+_DELIVERED, _WORK, _CLOSENESS = range(3)
+
+# At the start the crest of a wave has to be so far before the first grain, or it has begun already [grains].
+_ENTRY = 4.0
+_ITERATIONS = 20
+
+
+@jit
+def _count(a, counters, constants):
+    counters[_DELIVERED] = energy_between(a, int(constants[_FIRST]), int(a[SCALARS, GRAINS]))
+    counters[_WORK] = input_work(a)
+    off = counters[_DELIVERED] / constants[_ENERGY] - 1.0
+    counters[_CLOSENESS] = 1.0 - off * off
+
+
+@jit
+def _begin(a, counters, constants):
+    _count(a, counters, constants)
+
+
+@jit
+def _judge(a, inputs, counters, constants, duration, elapsed, steps):
+    closeness, work = counters[_CLOSENESS], counters[_WORK]
+    _count(a, counters, constants)
+    cost = constants[_PRICE] * (counters[_WORK] - work) / constants[_ENERGY]
+    return counters[_CLOSENESS] - closeness - cost, False
+
+
+@jit
+def _note(a, step, steps, inputs, constants, sums):
+    if step == steps - 1:
+        n = int(a[SCALARS, GRAINS])
+        sums[0] += energy_between(a, int(constants[_FIRST]), n) / constants[_ENERGY]
+        sums[1] += energy_between(a, 1, n) / constants[_ENERGY]
+
+
+@jit
+def _value(sums, constants, slopes):
+    off = sums[0] - 1.0
+    slopes[0], slopes[1] = 2.0 * off, constants[_PRICE]
+    return off * off + constants[_PRICE] * sums[1]
+
+
+@jit
+def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    if step == steps - 1:
+        n = int(a[SCALARS, GRAINS])
+        pull_energy_between(a, bar, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
+        pull_energy_between(a, bar, 1, n, slopes[1] / constants[_ENERGY])
+
+
+class EnergyDeliveryTask(ChainTask):
+    """The last grains shall hold an energy at the deadline; work costs. See `EnergyDeliveryEnv`.
+
+    Args:
+        chain: what is driven; Hertz contacts.
+        energy: wanted in the target region [J].
+        region: number of grains of the target region.
+        price: what work as great as `energy` costs.
+        duration: of a control step [s].
+        steps: control steps until the deadline.
+        actions: input -> its value at action 1.
+        arguments: of the environment, those that are not its defaults; they tell whether a best drive is known.
+    """
+
+    name = "energy_delivery"
+    counter_names = ("delivered_energy", "work", "closeness")
+    begin_kernel = staticmethod(_begin)
+    judge_kernel = staticmethod(_judge)
+
+    def __init__(
+        self,
+        chain: Chain,
+        energy: float,
+        region: int,
+        price: float,
+        duration: float,
+        steps: int,
+        actions: Mapping[str, float],
+        arguments: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__()
+        self.actions, self.observations, self.arguments = actions, observed(), arguments or {}
+        self.grains, self.grain = chain.parameters.grains, hertz_chain(self.name, chain)
+        self.energy, self.price, self.region = positive_number("energy", energy), finite_number("work_price", price), region
+        self.duration, self.steps = duration, steps
+        self.constants = np.array([self.energy, self.price, float(self.grains - region + 1)])
+
+    def objective(self, chain: Chain, steps: int) -> Objective:
+        """(delivered / wanted - 1)^2 + price x energy of the chain at the end / wanted.
+
+        The energy that is in the chain at the end is the work done, where nothing dissipates and the chain starts at rest: then
+        this is 1 less the return. What a piston's own grain has is not counted.
+        """
+        text = "squared relative error of the energy delivered, and the price of the energy in the chain"
+        return Objective(_note, _value, _pull, self.constants, count=2, description=text)
+
+    def baselines(self) -> Mapping[str, Policy]:
+        """One solitary wave, which is just in the region at the deadline; and the best known drive."""
+        mass, stiffness, rest = self.grain
+        wanted = self.energy * (1.0 - 0.5 * self.price)
+        height = np.sqrt([wanted / (SOLITARY_ENERGY * mass)])
+        shapes, speeds = wave_shapes(mass, stiffness, rest, height)
+        for _ in range(_ITERATIONS if rest > 0.0 else 0):  # under precompression a wave's energy is no power of its height
+            height *= np.sqrt(wanted / shape_energies(shapes, height))
+            shapes, speeds = wave_shapes(mass, stiffness, rest, height)
+        horizon = self.duration * self.steps
+        # As deep in the region as the deadline allows, its middle at most.
+        place = min(self.grains - 0.5 * self.region - 0.5, float(speeds[0]) * horizon - _ENTRY)
+        waves = np.array([[height[0], place, speeds[0]]])
+        drive = passing_waves(shapes, waves, horizon, self.duration, self.steps, next(iter(self.actions)))
+        return open_loops(self, "granular_env/EnergyDelivery-v1", drive)
+
+
+class EnergyDeliveryEnv(ChainEnv):
+    """Drive the left end so that by the deadline a wanted energy is in the last grains, at little work.
+
+    A row of equal elastic spheres carries energy in solitary waves. One wave of the right height, sent off in time, holds all
+    the energy that it was given; a push that is too short, too long or too late leaves part of it behind.
+
+    ## Action space
+    `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
+    the force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of
+    the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
+
+    ## Observation space
+    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
+    10 m/s, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock` and T the
+    time of the deadline, in [-1, 1]. `info` has "time" [s], the input, and the counters "delivered_energy" and "work"
+    [J] and "closeness".
+
+    ## Rewards
+    closeness = 1 - (E / `energy` - 1)^2, E being the energy of the last `region` grains and of the contacts from the first of
+    them on, above that at rest. A step's reward is its gain in closeness, less `work_price` x the input's work in that step /
+    `energy`. So the return is the closeness at the end less the price of the work. Doing nothing returns 0. All work arriving,
+    1 - .1 of the wanted energy is best (the price's half), and the return is .81: no drive can do better. A step that would
+    break the physics gives -10 and ends the episode.
+
+    ## Start state
+    Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
+
+    ## End of the episode
+    Terminated after `deadline` control steps; the agent sees the time. With `clock=0` it does not, and the episode is
+    truncated.
+
+    ## Arguments
+    * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
+    * `action` ("force"): "force" or "piston". `action_scale` (None): 1000 N or 10 m/s.
+    * `energy` (.015 J), `region` (8 grains), `work_price` (.2).
+    * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (280) control steps an episode
+      of 420 us; a wave of that energy (4 m/s) crosses 60 grains in 380 us.
+    * `clock` (8): readings of the clock.
+    * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`; Hertz contacts.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
+
+    ## Baselines
+    `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while an exact
+    solitary wave passes, whose energy 1.0693 m v^2 is that which is best and which is in the region's middle at the deadline;
+    "best", the best drive known, where these arguments have one. They return 0, .809965 and .810000 with a force, 0,
+    .809942 and .810000 with a piston: nothing is left to gain beyond theory but the holding of the input over a control step.
+    Theory's wave is that of a chain of equal grains; in a dimer or a tapered chain it is none of that chain, and returns less.
+
+    ## Version history
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
+    * v0: first version.
+    """
+
+    def __init__(
+        self,
+        grains: int = 64,
+        radius: Any = None,
+        material: Any = None,
+        *,
+        action: str = "force",
+        action_scale: float | None = None,
+        energy: float = 0.015,
+        region: int = 8,
+        work_price: float = 0.2,
+        step_size: float = 5e-7,
+        chain: dict[str, Any] | None = None,
+        **options: Unpack[ChainOptions],
+    ) -> None:
+        arguments = chosen(EnergyDeliveryEnv, locals())
+        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
+        merged, internal_steps, deadline = timed(options, 3, 280, CLOCK)
+        component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
+        region = whole("region", region, component.parameters.grains)
+        duration = internal_steps * component.step_size
+
+        def task(chain: Chain) -> EnergyDeliveryTask:
+            return EnergyDeliveryTask(chain, energy, region, work_price, duration, deadline, actions, arguments)
+
+        super().__init__(component, task, **merged)

@@ -1,0 +1,250 @@
+"""Protection-v1: hand a wall its impulse in time, and gently."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.chain import Chain
+from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.readings import right_wall_force
+from granular_env.components.chain.table import GRAINS, REST, SCALARS, STIFFNESS, U
+from granular_env.components.jit import inlined, jit
+from granular_env.components.profiles import positive_number
+from granular_env.envs.policies import Policy
+
+from ..envs.environment import ChainEnv, ChainOptions
+from ..envs.task import ChainTask
+from .analytic_drives import ramped_push
+from .arguments import CLOCK, chosen, driven_chain, hertz_chain, timed
+from .baselines import open_loops
+
+FloatArray = npt.NDArray[np.float64]
+
+# Layout of the constants: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s]; of the
+# objective's also the binary logarithm of the p-norm's p, and the part of the impulse over which "all of it" is rounded.
+_IMPULSE, _PEAK_SCALE, _DURATION, _DOUBLINGS, _ROUNDING = range(5)
+# Layout of the counters.
+_DELIVERED, _FORCE, _PEAK = range(3)
+
+# Force [N] and velocity [m/s] at action 1.
+_SCALES = {"force": 500.0, "piston": 2.0}
+
+
+@jit
+def _begin(a, counters, constants):
+    counters[_FORCE] = counters[_PEAK] = right_wall_force(a)
+
+
+@jit
+def _judge(a, inputs, counters, constants, duration, elapsed, steps):
+    impulse, force = constants[_IMPULSE], right_wall_force(a)
+    delivered = counters[_DELIVERED] + 0.5 * duration * (counters[_FORCE] + force)
+    peak = max(counters[_PEAK], force)
+    gain = min(delivered / impulse, 1.0) - min(counters[_DELIVERED] / impulse, 1.0)
+    reward = gain - (peak - counters[_PEAK]) / constants[_PEAK_SCALE]
+    counters[_DELIVERED], counters[_FORCE], counters[_PEAK] = delivered, force, peak
+    return reward, delivered >= impulse
+
+
+# -- the smooth counterpart -------------------------------------------------------------------------------------------
+
+
+@jit
+def _power(x, constants):
+    """x^p, by squaring."""
+    for _ in range(int(constants[_DOUBLINGS])):
+        x *= x
+    return x
+
+
+@inlined
+def _elastic_force(a):
+    """Elastic force at the wall [N], and its derivative with respect to the overlap [N/m]."""
+    n = int(a[SCALARS, GRAINS])
+    d = max(a[U, n] - a[U, n + 1] + a[REST, n], 0.0)
+    return a[STIFFNESS, n] * d * math.sqrt(d), 1.5 * a[STIFFNESS, n] * math.sqrt(d)
+
+
+@jit
+def _note(a, step, steps, inputs, constants, sums):
+    force, _ = _elastic_force(a)
+    # The trapezoid rule's last value counts half.
+    part = 0.5 if step == steps - 1 else 1.0
+    sums[0] += part * constants[_DURATION] * force / constants[_IMPULSE]
+    sums[1] += _power(force / constants[_PEAK_SCALE], constants)
+
+
+@jit
+def _value(sums, constants, slopes):
+    missing = 1.0 - sums[0]
+    root = math.sqrt(missing * missing + constants[_ROUNDING] * constants[_ROUNDING])
+    slopes[0] = -0.5 * (1.0 + missing / root)
+    peak, p = sums[1], 1.0
+    for _ in range(int(constants[_DOUBLINGS])):
+        peak, p = math.sqrt(peak), 2.0 * p
+    slopes[1] = peak / (p * sums[1]) if sums[1] > 0.0 else 0.0
+    return 0.5 * (missing + root) + peak
+
+
+@jit
+def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    n, (force, tangent) = int(a[SCALARS, GRAINS]), _elastic_force(a)
+    if force <= 0.0:
+        return
+    part, ratio = 0.5 if step == steps - 1 else 1.0, force / constants[_PEAK_SCALE]
+    slope = slopes[0] * part * constants[_DURATION] / constants[_IMPULSE]
+    slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _power(ratio, constants) / force
+    bar[U, n] += slope * tangent
+    bar[U, n + 1] -= slope * tangent
+    bar[REST, n] += slope * tangent
+    bar[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
+
+
+# -- task and environment ---------------------------------------------------------------------------------------------
+
+
+class ProtectionTask(ChainTask):
+    """A wall shall receive an impulse; its peak force costs. See `ProtectionEnv`.
+
+    Args:
+        chain: what is driven, a wall at its right end.
+        impulse: what the wall shall receive [N s].
+        peak_scale: peak force of the wall that costs 1 [N].
+        duration: of a control step [s].
+        steps: control steps until the deadline, 0 for none.
+        actions: input -> its value at action 1.
+        observations: output -> its value observed as 1.
+        arguments: of the environment, those that are not its defaults; they tell whether a best drive is known.
+    """
+
+    name = "protection"
+    counter_names = ("delivered_impulse", "wall_force", "peak_wall_force")
+    begin_kernel = staticmethod(_begin)
+    judge_kernel = staticmethod(_judge)
+
+    def __init__(
+        self,
+        chain: Chain,
+        impulse: float,
+        peak_scale: float,
+        duration: float,
+        steps: int,
+        actions: Mapping[str, float],
+        observations: Mapping[str, float],
+        arguments: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__()
+        self.actions, self.observations, self.arguments = actions, observations, arguments or {}
+        self.observed_force = actions.get("left_force", self.observed_force)
+        self.chain, self.duration, self.steps = chain, duration, steps
+        self.sharpness: tuple[int, float] = (5, 0.01)
+        self.impulse = positive_number("impulse", impulse)
+        self.constants = np.array([self.impulse, positive_number("peak_scale", peak_scale), duration])
+
+    def objective(self, chain: Chain, steps: int) -> Objective:
+        """h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
+
+        h(x) = (x + sqrt(x^2 + r^2)) / 2 is the positive part, rounded, r = .01. The smooth peak is the p-norm of the wall's
+        force over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both count the elastic part of the
+        force. `sharpness`, an attribute, is (binary logarithm of p, r).
+
+        Raises:
+            ParameterError: the contacts are not Hertz's.
+        """
+        hertz_chain(self.name, chain)
+        text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
+        constants = np.concatenate([self.constants, self.sharpness])
+        return Objective(_note, _value, _pull, constants, count=2, description=text)
+
+    def baselines(self) -> Mapping[str, Policy]:
+        """A ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""
+        drive = ramped_push(self.chain, self.impulse, self.duration, max(self.steps, 1), next(iter(self.actions)))
+        policies = open_loops(self, "granular_env/Protection-v1", drive)
+        return policies if self.steps else {"nothing": policies["nothing"]}
+
+
+class ProtectionEnv(ChainEnv):
+    """Push the left end of a chain so that the wall behind the last grain gets its impulse in time, and gently.
+
+    A row of equal elastic spheres lies against a rigid wall at its right end. A hard push arrives as a train of tall solitary
+    waves, a soft one spreads its load and travels slower: the deadline and the peak force pull against each other, as in the
+    design of a shock absorber.
+
+    ## Action space
+    `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
+    the force on the first grain, positive to the right; pulling moves the first grain alone, contacts carry no tension.
+    `action="piston"`: the velocity of the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
+
+    ## Observation space
+    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
+    `velocity_scale`, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock`
+    and T the time of the deadline, in [-1, 1]. `info` has both in SI units and float64
+    ("displacement", "velocity"), with "time" [s], the input, "delivered_impulse" [N s], "wall_force" and "peak_wall_force" [N].
+
+    ## Rewards
+    A step's reward is its gain in min(delivered_impulse / impulse, 1), less the rise of the wall's peak force / `peak_scale`.
+    So the return is the delivered part of the impulse less peak force / peak_scale. The impulse is the trapezoid sum of the
+    wall's force at the ends of the control steps, the peak is the largest of these. Doing nothing returns 0; a constant push of
+    300 N delivers all and returns -.5, one of 50 N returns .75, one of 25 N is late and returns .37. A step that would break
+    the physics gives -10 and ends the episode.
+
+    ## Start state
+    Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
+
+    ## End of the episode
+    Terminated when the impulse is delivered, or after `deadline` control steps; the agent sees the time. With `clock=0` it does
+    not, and the deadline truncates.
+
+    ## Arguments
+    * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain.
+    * `action` ("force"): "force" or "piston". `action_scale` (None): 500 N or 2 m/s.
+    * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step; a wave crosses 64 grains in some 450 us.
+    * `deadline` (700): control steps, 1.05 ms; None for no end and no clock. `clock` (8): readings of the clock.
+    * `impulse` (.05 N s), `peak_scale` (1000.0 N), `velocity_scale` (10.0 m/s).
+    * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`.
+    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
+      `render_mode`.
+
+    ## Baselines
+    `env.unwrapped.task.baselines()`: "nothing"; "theory", a push that rises evenly over .29 of the time to the level at which
+    its front, doubled by the wall (2^(6/5) in force), just delivers (`theory_drives.ramped_push`); "best", the best drive
+    known, where these arguments have one. They return 0, .792 and .846 with a force, 0, .784 and .841
+    with a piston.
+
+    ## Version history
+    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
+    * v0: first version.
+    """
+
+    def __init__(
+        self,
+        grains: int = 64,
+        radius: Any = None,
+        material: Any = None,
+        *,
+        action: str = "force",
+        action_scale: float | None = None,
+        step_size: float = 5e-7,
+        impulse: float = 0.05,
+        peak_scale: float = 1000.0,
+        velocity_scale: float = 10.0,
+        chain: dict[str, Any] | None = None,
+        **options: Unpack[ChainOptions],
+    ) -> None:
+        arguments = chosen(ProtectionEnv, locals())
+        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
+        parameters |= {"right": "rigid_plane", "velocity_scale": velocity_scale}
+        merged, internal_steps, deadline = timed(options, 3, 700, CLOCK, endless=True)
+        scale = _SCALES.get(action) if action_scale is None and isinstance(action, str) else action_scale
+        component, actions = driven_chain("left", action, scale, parameters, chain, options)
+        duration, observations = internal_steps * component.step_size, {"displacement": 1e-3, "velocity": velocity_scale}
+
+        def task(chain: Chain) -> ProtectionTask:
+            return ProtectionTask(chain, impulse, peak_scale, duration, deadline, actions, observations, arguments)
+
+        super().__init__(component, task, **merged)

@@ -1,0 +1,130 @@
+"""For the tests of the chain: the paper's chain, the dimensionless one, histories, peaks, and cases whose bits are compared."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+import granular_env as ge
+
+ROOT = Path(__file__).resolve().parents[2]
+INTEGRATORS = ("pefrl", "leapfrog", "rk4", "hamming", "dop853")
+
+# Nesterenko (1983), section 3.1: A = 5.6e12 N/(m^1.5 kg), R = 3 mm, 7800 kg/m^3, v0 = 5 m/s.
+RADIUS = 3e-3
+MASS = 7800.0 * 4.0 / 3.0 * math.pi * RADIUS**3
+STIFFNESS = 5.6e12 * MASS
+SPEED = 5.0
+
+
+def paper_chain(grains: int = 100, **parameters: object) -> ge.Chain:
+    """The paper's chain, by default with the reference integrator."""
+    given = {"grains": grains, "radius": RADIUS, "contact_stiffness": STIFFNESS, "integrator": "dop853", "step_size": 5e-7}
+    return ge.make("chain", **(given | parameters))
+
+
+def unit_chain(grains: int = 100, **parameters: object) -> ge.Chain:
+    """m = A = 1: times are tau, the unit of (3.1), where the speed is 1 too."""
+    given = {"radius": 100.0, "mass": 1.0, "contact_stiffness": 1.0, "overlap_limit": 0.5, "step_size": 0.1}
+    return ge.make("chain", grains=grains, **(given | parameters))
+
+
+def advance(chain: ge.Chain, time: float, **inputs: object) -> ge.Chain:
+    """Step by the number of internal steps nearest to `time`."""
+    chain.step(round(time / chain.step_size) * chain.step_size, **inputs)
+    return chain
+
+
+def history(chain: ge.Chain, time: float, grains: Sequence[int], **inputs: object) -> np.ndarray:
+    """Velocities of some grains after every internal step, shape (steps, grains)."""
+    rows = []
+    for _ in range(round(time / chain.step_size)):
+        chain.step(**inputs)
+        inputs = {}
+        rows.append(chain.get("velocity")[list(grains)])
+    return np.array(rows)
+
+
+def peaks(samples: np.ndarray, above: float) -> list[tuple[float, float]]:
+    """Maxima higher than `above`: (step, height), by a polynomial of degree 8 through nine samples."""
+    found = []
+    for i in range(4, len(samples) - 4):
+        if samples[i] > above and samples[i - 1] <= samples[i] > samples[i + 1]:
+            curve = np.polynomial.Polynomial.fit(np.arange(-4, 5), samples[i - 4 : i + 5], 8)
+            near = [root.real for root in curve.deriv().roots() if abs(root.imag) < 1e-6 and abs(root) <= 1.0]
+            place = max(near, key=curve)
+            found.append((i + 1 + place, float(curve(place))))
+    return found
+
+
+def heights(samples: np.ndarray, above: float) -> list[float]:
+    return [height for _, height in peaks(samples, above)]
+
+
+def magnitude(chain: ge.Chain) -> float:
+    """Sum of |p|."""
+    return float(np.abs(chain.geometry.mass * chain.get("velocity")).sum())
+
+
+def state_hash(chain: ge.Chain) -> str:
+    """Of all bits that a snapshot holds."""
+    return hashlib.sha256(chain.save().to_bytes()).hexdigest()
+
+
+def python(code: str, *, folder: Path = ROOT, **environment: str) -> str:
+    """What a fresh interpreter prints; helpers of the tests can be imported there."""
+    paths = os.pathsep.join((str(folder), str(ROOT / "tests")))
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code],
+        cwd=folder, env={**os.environ, "PYTHONPATH": paths, **environment}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+# -- cases whose bits are compared between ways to run the same kernels ------------------------------------------------
+
+ENDS = (
+    ("free", "free"), ("piston", "free"), ("free", "piston"), ("piston", "rigid_plane"), ("plane", "free"),
+    ("fixed_grain", "plane"), ("piston", "piston"),
+)  # fmt: skip
+PUSH = ge.Profile.half_sine(40.0, 3.1e-6, start=0.4e-6)
+MOTION = ge.Profile(np.array([0.0, 2e-6]), np.array([[0.5, 1e5, -2e10], [0.62, -2e4, 0.0]]))
+
+
+def drives(left: str, right: str) -> dict[str, object]:
+    """A profile on the left, a number on the right, wherever the end takes one."""
+    inputs: dict[str, object] = {}
+    if left in ("free", "piston"):
+        inputs |= {"left_velocity": MOTION} if left == "piston" else {"left_force": PUSH}
+    if right in ("free", "piston"):
+        inputs |= {"right_velocity": -0.3} if right == "piston" else {"right_force": -7.0}
+    return inputs
+
+
+def bit_cases(schemes: Sequence[str], grains: int, ticks: int) -> Iterator[tuple[str, str]]:
+    """Name and hash of every end with every scheme: random chains, driven, half of them pressed together."""
+    for scheme in schemes:
+        for number, (left, right) in enumerate(ENDS):
+            random = np.random.default_rng(number)
+            chain = ge.make(
+                "chain", grains=grains, radius=random.uniform(1e-3, 3e-3, grains).tolist(), left=left, right=right,
+                integrator=scheme, step_size=1e-7, precompression=20.0 * (number % 2),
+            )  # fmt: skip
+            chain.reset(velocity=random.uniform(-3.0, 3.0, grains))
+            count = ticks if scheme != "dop853" else max(3, ticks // 8)
+            chain.step(count * chain.step_size, **drives(left, right))
+            chain.step(3 * chain.step_size)
+            yield f"{scheme} {left} {right}", state_hash(chain)
+
+
+def print_bit_cases(schemes: Sequence[str], grains: int, ticks: int) -> None:
+    for name, digest in bit_cases(schemes, grains, ticks):
+        print(f"{name}: {digest}")

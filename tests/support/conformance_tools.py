@@ -1,0 +1,57 @@
+"""What the conformance suite is made of: ways to read, drive and watch a component."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from granular_env.components.contract import Component
+from support.component_examples import EXAMPLES, Example
+
+every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.label)
+
+
+def bits(component: Component) -> bytes:
+    """Everything that changes, as bytes."""
+    return component.save().to_bytes()
+
+
+def readings(component: Component) -> dict[str, bytes]:
+    """Every variable but the parameters, as bytes."""
+    return {
+        name: np.asarray(component.get(name)).tobytes()
+        for name, variable in component.variables.items()
+        if variable.causality != "parameter"
+    }
+
+
+def drive(component: Component, example: Example, ticks: int, mode: str = "mixed") -> None:
+    """Step one tick at a time: held numbers, then a change of them, then profiles."""
+    half = {name: 0.5 * value for name, value in example.inputs.items()}
+    profiles = example.all_profiles(component)
+    changes = {"numbers": {0: example.inputs, ticks // 3: half}, "profiles": {0: profiles}}
+    changes["mixed"] = {0: example.inputs, ticks // 4: half, ticks // 2: profiles}
+    for tick in range(ticks):
+        component.step(None, **changes[mode].get(tick, {}))
+
+
+class Watcher:
+    """An observer that reads everything every `every` ticks and counts what it was told."""
+
+    def __init__(self, every: int) -> None:
+        self.every, self.next_tick, self.looks, self.calls = every, 0, [], []
+
+    def began(self, component: Component) -> None:
+        self.next_tick = component.tick + self.every
+        self.calls.append("began")
+
+    def look(self, component: Component) -> None:
+        self.looks.append(component.tick)
+        readings(component), component.save(), component.report(), component.cautions()
+        self.next_tick = component.tick + self.every
+
+    def stepped(self, component: Component, ticks: int, inputs: dict) -> None:
+        self.calls.append(ticks)
+
+    def failed(self, component: Component, error: BaseException) -> None:
+        self.calls.append(type(error).__name__)

@@ -1,0 +1,176 @@
+"""The golden logs: `python tests/support/golden_logs.py [NAME ...]` writes all of logs/golden/, or those named, anew.
+
+It prints the hashes that test_golden.py pins.
+
+They keep the promise that the same run gives the same bits on any x86-64 machine. Replace them only together with a changelog
+entry that says which bits changed and why.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import granular_env as ge
+
+FOLDER = Path(__file__).resolve().parents[2] / "logs" / "golden"
+PAPER = {"radius": 3e-3, "material": "steel", "contact_stiffness": 4940091615.916878}
+YIELDING = {"name": "elastic_plastic", "yield_pressure": 1e9}
+RANDOM = {"low": 1e-3, "high": 3e-3, "seed": 7}
+
+Play = Callable[[ge.Component], None]
+
+
+def plain(duration: float, **start: object) -> Play:
+    """A reset and one long step."""
+
+    def play(component: ge.Component) -> None:
+        component.reset(**start)
+        component.step(duration)
+
+    return play
+
+
+def pushed_dimer(component: ge.Component) -> None:
+    """A half sine, then a number, then nothing; a reset in between that is part of the log."""
+    component.step(2e-5, left_force=100.0)
+    component.reset()
+    component.step(1e-4, left_force=ge.Profile.half_sine(80.0, 2e-5, start=5e-6))
+    component.step(2e-5, left_force=-3.0)
+    component.step(6e-5, left_force=0.0)
+
+
+def pushed_column(component: ge.Component) -> None:
+    """At rest under gravity, then a pulse from above."""
+    component.step(2e-5)
+    component.step(8e-5, right_force=ge.Profile.half_sine(-50.0, 3e-5, start=2e-5))
+
+
+def controlled_piston(component: ge.Component) -> None:
+    """A number that changes at every step, as a controller gives it, then a polynomial."""
+    for number in range(100):
+        component.step(1e-6, right_velocity=-0.02 * (number % 13))
+    motion = ge.Profile(np.array([1e-4, 1.3e-4]), np.array([[-0.2, -1e4, 2e8], [-0.32, 4e3, 0.0]]))
+    component.step(1e-4, right_velocity=motion)
+
+
+def pushed_oscillator(component: ge.Component) -> None:
+    component.reset(position=0.1, velocity=-0.5)
+    for number in range(50):
+        component.step(0.02, force=0.1 * (number % 7))
+    component.step(2.0, force=ge.Profile.triangle(1.0, 1.5, start=1.2))
+
+
+def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
+    return lambda: ge.make(name, **parameters)
+
+
+# Name -> (component, what is done, seconds between frames).
+CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
+    "piston": (make("chain", grains=40, left="piston", **PAPER), plain(2.5e-4, velocity={0: 5.0}), 1e-5),
+    "two-grains": (make("chain", grains=40, **PAPER), plain(2.5e-4, velocity={0: 5.0, 1: 5.0}), 1e-5),
+    "two-grains-leapfrog": (
+        make("chain", grains=40, integrator="leapfrog", step_size=5e-8, **PAPER),
+        plain(2e-4, velocity={0: 5.0, 1: 5.0}),
+        2e-5,
+    ),
+    "wall-striker": (
+        make("chain", grains=30, mass={0: 0.0044107960856400695}, right="rigid_plane", **PAPER),
+        plain(4e-4, velocity={0: 5.0}),
+        2e-5,
+    ),
+    "gaps": (make("chain", grains=20, gap=2e-5, **PAPER), plain(2e-4, velocity={0: 5.0}), 2e-5),
+    "pressed-dimer": (
+        make("chain", grains=30, material=["steel", "aluminium"] * 15, precompression=20.0, right="fixed_grain"),
+        pushed_dimer,
+        1e-5,
+    ),
+    "random-right-piston": (
+        make("chain", grains=30, radius=RANDOM, left="plane", left_wall_material="brass", right="piston"),
+        controlled_piston,
+        1e-5,
+    ),
+    "hamming": (make("chain", grains=30, integrator="hamming", **PAPER), plain(2e-4, velocity={0: 5.0, 1: 5.0}), 2e-5),
+    "rk4": (make("chain", grains=30, integrator="rk4", left="piston", **PAPER), plain(2e-4, velocity={0: 5.0}), 2e-5),
+    "dop853": (
+        make("chain", grains=30, integrator="dop853", step_size=1e-6, **PAPER),
+        plain(2e-4, velocity={0: 5.0, 1: 5.0}),
+        2e-5,
+    ),
+    "kuwabara-kono": (
+        make("chain", grains=30, left="piston", right="plane", law={"name": "kuwabara_kono", "dissipation": 3e3}, **PAPER),
+        plain(2e-4, velocity={0: 2.0}),
+        2e-5,
+    ),
+    "viscous-column": (
+        make(
+            "chain",
+            grains=20,
+            left="rigid_plane",
+            gravity=-9.81,
+            integrator="leapfrog",
+            step_size=1e-7,
+            law={"name": "viscous", "dissipation": 2.0},
+            arrangement={"name": "tapered", "first_radius": 3e-3, "taper": 0.03},
+        ),  # fmt: skip
+        pushed_column,
+        1e-5,
+    ),
+    "elastic-plastic": (
+        make(
+            "chain", grains=20, right="fixed_grain", law={"name": "elastic_plastic", "yield_pressure": 1e9}, precompression=5.0
+        ),
+        plain(2e-4, velocity={0: 3.0, 10: -1.0}),
+        2e-5,
+    ),
+    "power": (
+        make("chain", grains=20, contact_stiffness=2e10, law={"name": "power", "exponent": 1.7}, precompression=5.0),
+        plain(2e-4, velocity={0: 3.0}),
+        2e-5,
+    ),
+    "oscillator": (make("oscillator", stiffness=2.0), pushed_oscillator, 0.1),
+}
+
+
+def log_path(name: str) -> Path:
+    return FOLDER / f"{name}.mcap"
+
+
+def played(name: str, path: Path | None = None) -> ge.Component:
+    """The component after its run, which is recorded where a path is given."""
+    build, play, every = CASES[name]
+    component = build()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if path is None:
+            play(component)
+        else:
+            # Of very short ticks every other one is hashed, so that the file stays small.
+            with ge.record(component, path, every=every, hash_every=1 if component.step_size >= 1e-7 else 2):
+                play(component)
+    return component
+
+
+def final_hash(component: ge.Component) -> str:
+    """Of the bits of all state variables at the end."""
+    state = hashlib.sha256(str(component.tick).encode())
+    for name, variable in component.variables.items():
+        if variable.state:
+            state.update(np.asarray(component.get(name), dtype="<f8").tobytes())
+    return state.hexdigest()[:32]
+
+
+def main(names: list[str]) -> None:
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for name in names or CASES:
+        log_path(name).unlink(missing_ok=True)
+        print(f'    "{name}": "{final_hash(played(name, log_path(name)))}",')
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

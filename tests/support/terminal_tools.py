@@ -1,0 +1,53 @@
+"""Programs in a real terminal of a given width, and what a person would see there."""
+
+import fcntl
+import os
+import pty
+import re
+import select
+import struct
+import subprocess
+import sys
+import termios
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, timeout: float = 100.0) -> tuple[int, str]:
+    """Run Python with arguments in a terminal; return its status and all that it wrote."""
+    try:
+        parent, child = pty.openpty()
+    except OSError as error:
+        pytest.skip(f"no terminal can be made here: {error}")
+    fcntl.ioctl(child, termios.TIOCSWINSZ, struct.pack("HHHH", 24, width, 0, 0))
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm-256color"}
+    for name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR"):
+        environment.pop(name, None)
+    process = subprocess.Popen(
+        [sys.executable, *arguments], stdin=child, stdout=child, stderr=child, cwd=cwd, env=environment, start_new_session=True
+    )
+    os.close(child)
+    written, end = b"", time.monotonic() + timeout
+    try:
+        while time.monotonic() < end:
+            if select.select([parent], [], [], 0.1)[0]:
+                try:
+                    piece = os.read(parent, 65536)
+                except OSError:  # Linux: the other side is closed
+                    break
+                if not piece:
+                    break
+                written += piece
+        return process.wait(timeout=10), written.decode(errors="replace")
+    finally:
+        process.kill()
+        os.close(parent)
+
+
+def seen_lines(written: str) -> list[str]:
+    """Return the lines, and states of lines that were written over, without colours and cursor movements."""
+    return [line for line in re.split(r"[\r\n]+", re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", written)) if line.strip()]
