@@ -74,7 +74,8 @@ class Fault:
         )
         said = ", ".join(filter(None, (received, f"expected {expected}" if expected else "")))
         said = "; ".join(filter(None, (said, hint)))
-        return ": ".join(filter(None, (source, ".".join(map(str, self.location)), said)))
+        place = ".".join(_cut(str(part)) for part in self.location)
+        return ": ".join(filter(None, (source, place, said)))
 
     __str__ = text
 
@@ -83,6 +84,15 @@ class Fault:
         if self.location[: len(location)] == location:
             return self
         return dataclasses.replace(self, location=(*location, *self.location))
+
+    def of(self, source: str) -> Fault:
+        """Return it with one more source before its own."""
+        own = self.source if isinstance(self.source, tuple) else (self.source,)
+        return dataclasses.replace(self, source=(source, ": ", *own) if own != ("",) else source)
+
+
+def _cut(text: str, length: int = 60) -> str:
+    return text if len(text) <= length else f"{text[: length - 3]}..."
 
 
 def _rendered(phrase: Phrase, words: Words) -> str:

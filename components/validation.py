@@ -53,7 +53,7 @@ def refusal(received: str, expected: str = "", hint: str = "", at: Location = ()
 
 
 def as_validation_error(faults: Iterable[Fault]) -> ValidationError:
-    """Return faults as an error of pydantic: raised in a validator, they come out of the outermost model with their locations."""
+    """Return faults as an error of pydantic: raised in a validator, they come out of the outermost model, located there."""
     details = [
         InitErrorDetails(
             type=PydanticCustomError(_FAULT, "{fault}", {"fault": replace(fault, location=())}), loc=fault.location, input=None
@@ -68,7 +68,7 @@ _FAULT = "fault"
 
 
 def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
-    """Return the faults of one field; of a union those of the alternative that was meant: of the right type, but out of range."""
+    """Return the faults of one field; of a union those of the alternative that was meant: the right type, but out of range."""
     meant = [one for one in errors if not one["type"].endswith(("_type", "_parsing"))]
     alternatives = {one["loc"][1] for one in errors if len(one["loc"]) > 1}
     return [_fault(one, given, model) for one in meant or (errors[:1] if len(alternatives) > 1 else errors)]
@@ -90,7 +90,9 @@ def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
         return Fault(place, f"got {shortened(error['input'])}", "a table of keys and values")
     if kind == "list_type" and isinstance(error["input"], Mapping):
         name = ".".join(map(str, place))
-        return Fault(place, f"got {shortened(error['input'])}", f"a list; tables of a list are written [[{name}]], with two brackets")
+        return Fault(
+            place, f"got {shortened(error['input'])}", f"a list; tables of a list are written [[{name}]], with two brackets"
+        )
     return Fault(place, f"got {shortened(error['input'])}", error["msg"].removeprefix("Input should be "))
 
 
@@ -150,36 +152,36 @@ def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     if isinstance(value, Mapping):
         places = [_index(name, key, shape) for key in value]
         if len(set(places)) < len(places):
-            raise ParameterError(f"{name}: got the indices {shortened(list(value))}, expected each index once")
+            raise ParameterError(f"got the indices {shortened(list(value))}, expected each index once", at=name)
         for index, item in zip(places, value.values(), strict=True):
             array[index] = finite_number(f"{name}[{index}]", item)
         return array
     try:
         given = np.asarray(value)
     except ValueError as error:  # rows of unlike length
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a number or an array of shape {shape}") from error
+        raise ParameterError(f"got {shortened(value)}, expected a number or an array of shape {shape}", at=name) from error
     if given.dtype.kind not in "fiub":
         raise ParameterError(
-            f"{name}: got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}"
+            f"got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}", at=name
         )
     if given.shape not in ((), shape):
-        raise ParameterError(f"{name}: got shape {given.shape}, expected a single number or shape {shape}")
+        raise ParameterError(f"got shape {given.shape}, expected a single number or shape {shape}", at=name)
     if not np.isfinite(given).all():
-        raise ParameterError(f"{name}: got NaN or infinity, expected finite numbers")
+        raise ParameterError("got NaN or infinity, expected finite numbers", at=name)
     array[...] = given
     return array
 
 
 def _index(name: str, key: Any, shape: tuple[int, ...]) -> int:
     if len(shape) != 1:
-        raise ParameterError(f"{name}: got {{index: value}} for shape {shape}, expected a number or an array of that shape")
+        raise ParameterError(f"got {{index: value}} for shape {shape}, expected a number or an array of that shape", at=name)
     length = shape[0]
     try:
         index = int(key if not isinstance(key, bool) else "")
     except (TypeError, ValueError, OverflowError) as error:
-        raise ParameterError(f"{name}: got the index {shortened(key)}, expected a whole number") from error
+        raise ParameterError(f"got the index {shortened(key)}, expected a whole number", at=name) from error
     if not -length <= index < length or (isinstance(key, float) and key != index):
-        raise ParameterError(f"{name}: got the index {key}, expected {-length} to {length - 1}")
+        raise ParameterError(f"got the index {key}, expected {-length} to {length - 1}", at=name)
     return index % length
 
 

@@ -9,6 +9,7 @@ from .envs.registration import register_when_imported
 
 if TYPE_CHECKING:
     from . import domains, viewing
+    from .atlas import run_atlas
     from .components.catalogue import make
     from .components.chain import Chain
     from .components.contract import Component, Snapshot, Variable
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     )
     from .components.materials.elastic import Material
     from .components.profiles import Profile
+    from .control.study.running import run_study
     from .recording import open_log, record, recover, verify
     from .running import run
     from .sweep import open_sweep, run_sweep
@@ -54,6 +56,8 @@ _HOMES = {
     "record": "recording",
     "recover": "recording",
     "run": "running",
+    "run_atlas": "atlas",
+    "run_study": "control.study.running",
     "run_sweep": "sweep",
     "verify": "recording",
     "viewing": "",
@@ -82,6 +86,8 @@ __all__ = [
     "record",
     "recover",
     "run",
+    "run_atlas",
+    "run_study",
     "run_sweep",
     "verify",
     "viewing",

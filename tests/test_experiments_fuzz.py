@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from granular_env.components.errors import GranularError, GranularWarning
+from granular_env.documents import find
 from granular_env.experiments import load_experiment, shipped_experiments
-from granular_env.experiments.load import experiment_path
 from granular_env.experiments.prepare import prepare
 
 VALUES = [
@@ -27,7 +27,7 @@ LINES = [
     "index = 0",
     "gap = 1e-5",
 ]
-FOLDER = experiment_path("measured/hammer").parent
+FOLDER = find("measured/hammer", "experiment", "experiments").parent
 
 
 def mutated(text: str, random: random.Random) -> str:
@@ -67,7 +67,7 @@ def is_small(experiment) -> bool:
 
 def try_mutations(path: Path, seed: int, count: int) -> int:
     """Load and prepare `count` mutations; the number that were refused."""
-    texts = [experiment_path(name).read_text() for name in shipped_experiments()]
+    texts = [find(name, "experiment", "experiments").read_text() for name in shipped_experiments()]
     source = random.Random(seed)
     refused = 0
     for _ in range(count):

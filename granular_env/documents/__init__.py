@@ -1,7 +1,7 @@
 """Documents: TOML files of experiments, studies and plans of sweeps, read, overridden, checked and written in one way.
 
-A kind of document is a pydantic model on `Document` (`document.py`), made of `Table`s (`table.py`). `load` takes a shipped name, a
-file, or a mapping, and single keys to override (`overrides.py`); whatever is wrong comes out as faults, all in one error, each
+A kind of document is a pydantic model on `Document` (`document.py`), made of `Table`s (`table.py`). `load` takes a shipped
+name, a file, or a mapping, and keys to override (`overrides.py`); whatever is wrong comes out as faults, all in one error, each
 with its location and the file or the override that holds it. `files.py` finds and reads files, `toml.py` writes TOML.
 """
 

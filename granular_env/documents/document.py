@@ -12,8 +12,9 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
-from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError
+from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError, shortened
 from granular_env.components.validation import faults_of
+from granular_env.writing import with_article
 
 from .files import find, read
 from .overrides import Overrides, set_key, source_of, to_overrides
@@ -97,7 +98,10 @@ class Document(Table):
 
 
 def load(
-    model: type[D], source: str | os.PathLike[str] | Mapping[str, Any] | D, overrides: Overrides = (), folder: Path | None = None
+    model: type[D],
+    source: str | os.PathLike[str] | Mapping[str, Any] | D,
+    overrides: Overrides = (),
+    folder: Path | None = None,
 ) -> D:
     """Return a document, checked as far as that goes without what it describes.
 
@@ -117,11 +121,13 @@ def load(
         content, origin, folder, before = source.to_dict(), source.origin, source.folder, source.overrides
     elif isinstance(source, Mapping):
         content, origin = _plain(source, model.kind), model.kind
+    elif isinstance(source, Document):
+        raise ExperimentError(f"{model.kind}: got a {source.kind}, expected {with_article(model.kind)}")
     else:
         path = find(source, model.kind, model.shelf)
         content, origin, folder = read(path), str(path), path.parent
     for override in changes:
-        set_key(content, replace(override, value=_plain(override.value, override.text)))
+        set_key(content, replace(override, value=_plain(override.value, shortened(override.text, 60))))
     return model.parse(content, origin, folder, (*before, *changes))
 
 

@@ -59,7 +59,10 @@ def begins_as_log(path: Path) -> bool:
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """Return advice for a name that is not in the list: the right one if it is plain, else the nearest and where the list is."""
+    """Return advice for an unknown name: the right one if it is plain, else the nearest, and where the list is.
+
+    The last part of a name will do: 3.4-piston for nesterenko-1983/3.4-piston.
+    """
     names = sorted(known)
     short = {name.rpartition("/")[2]: name for name in names}
     close = [short[name]] if name in short else difflib.get_close_matches(name, names, n=1, cutoff=0.6)

@@ -34,14 +34,16 @@ def to_overrides(given: Any) -> tuple[Override, ...]:
     """
     if isinstance(given, Mapping):
         return tuple(_override(key, value) for key, value in given.items())
-    overrides = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
+    overrides: list[Any] = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
     if all(isinstance(one, Override) for one in overrides):
         return tuple(overrides)
     example = {"component.grains": 500}
     with suppress(ExperimentError, TypeError, AttributeError):
         example = {".".join(one.key): one.value for one in map(_parse_assignment, overrides)}
     raise ExperimentError(
-        Fault(("overrides",), f"got {shortened(given)}", "a mapping of keys and values", f"write overrides={shortened(example)}")
+        Fault(
+            ("overrides",), f"got {shortened(given)}", "a mapping of keys and values", f"write overrides={shortened(example)}"
+        )
     )
 
 
@@ -80,8 +82,10 @@ def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Ov
 
 def _parse_assignment(text: str) -> Override:
     key, equals, value = text.partition("=")
-    if not equals:
-        raise ExperimentError(Fault(received="expected key=value, such as component.grains=500", source=Override((), None, text)))
+    if not equals or not key.strip():
+        raise ExperimentError(
+            Fault(received="expected key=value, such as component.grains=500", source=Override((), None, text))
+        )
     return _override(key, _parse_value(text, value.strip()), text)
 
 
@@ -93,13 +97,8 @@ def _parse_value(text: str, value: str) -> Any:
     except (ValueError, RecursionError, ArithmeticError):
         if _BARE_WORD.fullmatch(value):
             return value
-    raise ExperimentError(
-        Fault(
-            received=f"{shortened(value, 60)} is no TOML value",
-            hint="write a number, a list, or a string in quotes",
-            source=Override((), None, text),
-        )
-    )
+    advice = "write a number, a list, or a string in quotes"
+    raise _fault(Override((), None, text), f"{shortened(value, 60)} is no TOML value; {advice}")
 
 
 def _override(key: Any, value: Any, text: str | None = None) -> Override:
@@ -111,7 +110,7 @@ def _override(key: Any, value: Any, text: str | None = None) -> Override:
 
 
 def _text_of(value: Any) -> str:
-    return toml_value(value) if isinstance(value, str | bool | int | float) else shortened(value)
+    return toml_value(value) if isinstance(value, str | bool | float) else shortened(value)
 
 
 def _fault(override: Override, text: str) -> ExperimentError:

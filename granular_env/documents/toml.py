@@ -11,16 +11,22 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from granular_env.components.errors import ExperimentError
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def edit(text: str, key: str, value: Any) -> str:
     """Return the text of a TOML file with one key of its own, not of its tables, set; comments stay."""
     import tomlkit
+    from tomlkit.exceptions import TOMLKitError
 
-    document = tomlkit.parse(text)
-    document[key] = value
-    return tomlkit.dumps(document)
+    try:
+        document = tomlkit.parse(text)
+        document[key] = value
+        return tomlkit.dumps(document)
+    except TOMLKitError as error:
+        raise ExperimentError(f"not valid TOML: {error}") from None
 
 
 def toml_value(value: Any) -> str:

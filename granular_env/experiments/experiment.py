@@ -30,8 +30,6 @@ from granular_env.shipped import shipped_files
 from .inputs import Input
 from .stops import StopRule
 
-Source = str | os.PathLike[str] | Mapping[str, Any] | "Experiment"
-
 
 class ComponentTable(Table):
     """The `[component]` table: the type, and that type's parameters."""
@@ -99,6 +97,9 @@ class Experiment(Document):
             if key in fields:
                 return f"did you mean {f'{table}.{key}'!r}?"
         return ""
+
+
+Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
 
 
 def _parameters(component: Any) -> Mapping[str, Any]:

@@ -22,7 +22,6 @@ from granular_env.components.errors import ParameterError, nearest
 from granular_env.documents import Table
 
 
-
 class StopRule(Table):
     """One `[[stop]]` table."""
 

@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from granular_env.components.errors import GranularError, LogError
-from granular_env.toml_text import toml_document
+from granular_env.documents import to_toml
 
 from . import page
 from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage
@@ -130,7 +130,7 @@ def experiment(log: Any) -> Markup:
     content = log.metadata.get("experiment")
     if not isinstance(content, dict) or "component" not in content:
         return Markup()
-    text = toml_document(content)
+    text = to_toml(content)
     words = "The experiment as it was run, as a file for `granular-env run`; data files that it names are not here."
     if len(text) > _LONGEST_TEXT:
         text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"
