@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 
 import granular_env  # noqa: F401 - registers the environments
-from granular_env.components.jit import jit
+from granular_env.components.support.jit import jit
 
 from .figures import Figure
 from .timing import interleaved, microseconds, ratio

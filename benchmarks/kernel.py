@@ -50,7 +50,7 @@ def _entering_wave(grains: int, rounds: int) -> Figure:
 
 def _against_roof(what: str, chain: Any, run: Callable[[], object], ticks: int, rounds: int, judged: bool = True) -> Figure:
     grains = chain.parameters.grains
-    evaluations = ticks * chain._scheme.forces * grains
+    evaluations = ticks * chain._scheme.evaluations * grains
     repeats = max(1, round(evaluations / roof.LENGTH))
     repeats = min(repeats, 50_000)  # a sample of a long chain is long; its roof need not be
     rounds = rounds if grains <= 10_000 else max(1, rounds // 5)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from .errors import ParameterError, nearest
 
 if TYPE_CHECKING:
-    from .contract import Component
+    from .component import Component
 
 ENTRY_POINT_GROUP = "granular_env.components"
 
@@ -67,7 +67,7 @@ def _loaded(point: EntryPoint) -> type[Component]:
         loaded = point.load()
     except Exception as error:
         raise ParameterError(f"component type {point.name!r}: loading {point.value} failed: {error}") from error
-    from .contract import Component
+    from .component import Component
 
     if not (isinstance(loaded, type) and issubclass(loaded, Component)):
         raise ParameterError(f"component type {point.name!r}: {point.value} is no subclass of Component")

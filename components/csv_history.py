@@ -19,6 +19,7 @@ import math
 import os
 import re
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -162,16 +163,33 @@ def _understand_header(
 
 
 def _preamble_advice(rows: list[Row], decimal: str, skip: int) -> str:
-    """Return what to do where lines of text stand before the header: oscilloscopes write such."""
-    number = _DECIMALS[decimal]
-
-    def holds_numbers(cells: list[str]) -> bool:
-        return len(cells) > 1 and all(map(number.fullmatch, filter(None, cells)))
-
-    place = next((place for place, (_, cells) in enumerate(rows) if holds_numbers(cells)), 0)
-    if skip or place < 2:
+    """Return what to do where lines of text stand before the samples: oscilloscopes write such."""
+    place = _first_sample(rows, decimal)
+    if skip or not place:
         return ""
-    return f"; numbers begin in line {rows[place][0]}: if lines stand before the header, set skip = {rows[place - 1][0] - 1}"
+    (above, header), (line, cells) = rows[place - 1], rows[place]
+    if len(header) == len(cells):
+        # Either the header, or a sample that is damaged.
+        if place == 1 or _header(header, decimal) is None:
+            return ""
+        return f"; numbers begin in line {line}: if lines stand before the header, set skip = {above - 1}"
+    return f"; samples begin in line {line}, without a header: if what stands before is a preamble, set skip = {line - 1}"
+
+
+def _first_sample(rows: list[Row], decimal: str) -> int:
+    """Return where the longest run of rows of numbers begins, 0 without one: a preamble may hold numbers too."""
+
+    def width(row: Row) -> int:
+        numbers = len(row[1]) > 1 and all(map(_DECIMALS[decimal].fullmatch, filter(None, row[1])))
+        return len(row[1]) if numbers else 0
+
+    place = first = longest = 0
+    for cells, run in groupby(rows, width):
+        length = sum(1 for _ in run)
+        if cells and length > longest:
+            first, longest = place, length
+        place += length
+    return first
 
 
 def _refuse_holes(path: Path, samples: Sequence[Row], times: FloatArray) -> None:

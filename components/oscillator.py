@@ -10,8 +10,12 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from pydantic import Field
 
-from .contract import Block, Component, FloatArray, Ledger, Parameters, StepError, Variable
+from .component import Component
+from .contract import Ledger, Variable
+from .errors import StepError
 from .profiles import CompiledProfile
+from .snapshot import Block, FloatArray
+from .support.validation import Parameters
 
 
 class OscillatorParameters(Parameters):

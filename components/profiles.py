@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import ParameterError, caution, shortened
+from .support.validation import finite_number, positive_number
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -31,6 +32,8 @@ _SAME_TICK = 1e-6
 # Two times that differ by no more than this part of the latest one are one instant, computed in two ways.
 _SAME_INSTANT = 1e-13
 _LONGEST_DESCRIPTION = 100
+# Polynomials that are re-centred together: their coefficients fit into the processor's cache.
+_SHIFTED_TOGETHER = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -423,12 +426,16 @@ def _shifted_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
     """Coefficients of p(s + offset) for each row, bit for bit as `_shifted`; rows without an offset keep their bits."""
     shifted = coefficients.copy()
     moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
-    if len(moved):
-        block, by = shifted[moved], offsets[moved]
-        for first in range(block.shape[1] - 1):
-            for index in range(block.shape[1] - 2, first - 1, -1):
-                block[:, index] += by * block[:, index + 1]
-        shifted[moved] = block
+    for begin in range(0, len(moved), _SHIFTED_TOGETHER):
+        some = moved[begin : begin + _SHIFTED_TOGETHER]
+        # One row for each power, so that numpy runs over neighbours in memory.
+        powers, by = np.ascontiguousarray(coefficients[some].T), offsets[some]
+        product = np.empty(len(some))
+        for first in range(len(powers) - 1):
+            for index in range(len(powers) - 2, first - 1, -1):
+                np.multiply(by, powers[index + 1], out=product)
+                powers[index] += product
+        shifted[some] = powers.T
     return shifted
 
 
@@ -439,27 +446,6 @@ def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
         for index in range(len(shifted) - 2, first - 1, -1):
             shifted[index] += offset * shifted[index + 1]
     return shifted
-
-
-def finite_number(name: str, value: Any, expected: str = "a number") -> float:
-    """`value` as a float; `ParameterError` for text, arrays, NaN, infinity and whatever else is no number."""
-    try:
-        if isinstance(value, (str, bytes, bool)) or np.ndim(value):
-            raise TypeError
-        number = float(value)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ParameterError(f"got {shortened(value)}, expected {expected}", at=name) from error
-    if not math.isfinite(number):
-        raise ParameterError(f"got {number}, expected a finite number", at=name)
-    return number
-
-
-def positive_number(name: str, value: Any) -> float:
-    """`value` as a float above 0; `ParameterError` otherwise."""
-    number = finite_number(name, value)
-    if number <= 0.0:
-        raise ParameterError(f"got {number:g}, expected more than 0", at=name)
-    return number
 
 
 def _array(name: str, values: npt.ArrayLike, dimensions: int) -> FloatArray:

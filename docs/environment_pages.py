@@ -13,11 +13,12 @@ import gymnasium
 import numpy as np
 
 import granular_env  # noqa: F401 - registers the environments
-from granular_env.components.chain.table import U, V
+from granular_env.components.chain.layout import U, V
+from granular_env.domains import load
 from granular_env.domains.chain import ChainEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import drawing
 from granular_env.envs.policies import OpenLoop
-from granular_env.envs.registration import ENVIRONMENTS
 
 DOCS = Path(__file__).resolve().parent
 PAGES, IMAGES = DOCS / "environments", DOCS / "images" / "environments"
@@ -54,11 +55,10 @@ def page(name: str) -> str:
     """Return the page of an environment."""
     env, short = gymnasium.make(name).unwrapped, name.rpartition("/")[2]
     assert isinstance(env, ChainEnv)
-    spec, sections = gymnasium.spec(name), docstring_sections(type(env))
+    spec, sections = gymnasium.spec(name), docstring_sections(load(ENVIRONMENTS[name].entry_point))
     lines = [f"# {short}", "", sections.pop(""), ""]
     lines += [f"![{caption(short)}](../images/environments/{slug(short)}.gif)", "", f"*{caption(short)}*", ""]
-    lines += ["| | |", "|---|---|"]
-    lines += [f"| make | `gymnasium.make({name!r})` |", f"| action space | `{env.action_space}` |"]
+    lines += [f"| made by | `gymnasium.make({name!r})` |", "|---|---|", f"| action space | `{env.action_space}` |"]
     lines += [f"| observation space | `{shown_box(env)}` |"]
     lines += [f"| control steps | {env.deadline:g} of {env.duration * 1e6:g} us; {env.internal_steps} internal steps each |"]
     lines += [f"| reward threshold | {spec.reward_threshold:g}, what {known(short)} returns, rounded down |"]
@@ -69,10 +69,22 @@ def page(name: str) -> str:
         if title == "Observation space":
             lines += [*observation_table(env), ""]
         lines += [text]
-    return "\n".join(lines).rstrip() + "\n"
+    return "\n".join([*lines, "", *shared_lines()]).rstrip() + "\n"
 
 
-def docstring_sections(kind: type) -> dict[str, str]:
+def shared_lines() -> list[str]:
+    """Return what holds of every environment of a chain: the sections of `ChainEnv`, a level lower."""
+    sections = docstring_sections(ChainEnv)
+    sections.pop("")
+    lines = ["## Of every environment of a chain", ""]
+    for title, text in sections.items():
+        # The component and the task are given already.
+        kept = re.sub(r"^\* `(component|task)`:.*?(?=^\* )", "", text, flags=re.MULTILINE | re.DOTALL)
+        lines += [f"### {title}", "", kept, ""]
+    return lines
+
+
+def docstring_sections(kind: object) -> dict[str, str]:
     """Return the sections of a docstring, title -> text; what comes before the first has no title."""
     first, _, rest = (kind.__doc__ or "").partition("\n")
     parts = re.split(r"^## (.*)$", f"{first}\n{textwrap.dedent(rest)}", flags=re.MULTILINE)

@@ -8,8 +8,10 @@ import appearance
 import numpy as np
 
 import granular_env as ge
-from granular_env.domains.chain import AbsorptionEnv, ChainEnv, PulseFormingEnv
+from granular_env.domains.chain import ChainEnv
+from granular_env.domains.chain.tasks.absorption import make_absorption
 from granular_env.domains.chain.tasks.impedance_matching import Dashpot, Sensors
+from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs import RecordEnv
 from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.recording import open_log
@@ -43,7 +45,7 @@ def recorded(name: str, env: ChainEnv, policy: Policy, options: dict | None = No
     return {counter: float(info[counter]) for counter in env.task.counter_names}
 
 
-def driven(name: str, env: PulseFormingEnv, drive: np.ndarray) -> None:
+def driven(name: str, env: make_pulse_forming, drive: np.ndarray) -> None:
     """Record a drive [N], and say what it leaves."""
     print(name, recorded(name, env, OpenLoop(drive / pulse_shaping.SCALE)))
 
@@ -52,7 +54,7 @@ def one_wave() -> None:
     """The paper's triangle, and a drive that makes as high a wave with a lower force."""
     brief = {"duration": 3.96e-4, "record.every": EVERY, "record.variables": ["displacement", "velocity"]}
     ge.run("nesterenko-1983/3.3-triangle-10us", log=LOGS / "triangle.mcap", overrides=brief, overwrite=True)
-    env = PulseFormingEnv(
+    env = make_pulse_forming(
         100,
         place=60,
         amplitude=pulse_shaping.triangle(),
@@ -65,9 +67,9 @@ def one_wave() -> None:
 
 def other_chains() -> None:
     """The best drive found in a chain, and the uniform chain's drive there."""
-    uniform = pulse_shaping.shaped(PulseFormingEnv(**SETTING), pushed=50)
+    uniform = pulse_shaping.shaped(make_pulse_forming(**SETTING), pushed=50)
     for name, chain in (("disordered", DISORDERED), ("dissipative", DISSIPATIVE)):
-        env = PulseFormingEnv(**SETTING, chain=chain)
+        env = make_pulse_forming(**SETTING, chain=chain)
         driven(name, env, pulse_shaping.shaped(env))
         driven(f"{name}-uniform-drive", env, uniform)
 
@@ -80,10 +82,10 @@ def two_waves() -> None:
 
 def absorbing_ends() -> None:
     """The same blow against a piston at rest, a dashpot and an active end."""
-    piston = AbsorptionEnv()
+    piston = make_absorption()
     for name, policy in (("wall", "nothing"), ("absorbing-piston", "theory")):
         print(name, recorded(name, piston, piston.task.baselines()[policy], WAVE))
-    force = AbsorptionEnv(action="force", internal_steps=2, deadline=600)
+    force = make_absorption(action="force", internal_steps=2, deadline=600)
     task = force.task
     sensors = Sensors(task.observations["displacement"], task.observations["velocity"], task.observed_force)
     dashpot = Dashpot(BEST_DASHPOT, 1.0, force.duration, task.actions["right_force"], sensors)

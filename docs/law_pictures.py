@@ -139,7 +139,7 @@ def elastic_plastic():
     plastic = {"law": "elastic_plastic"}
     loops(left, [("hertz, 2 m/s", 2.0, {}), ("2 m/s", 2.0, plastic), ("1 m/s", 1.0, plastic)])
     mass, stiffness = scales(**plastic)
-    root = ge.make("chain", grains=2, **plastic).geometry.contact[1]
+    root = ge.make("chain", grains=2, **plastic).geometry.law_constants[1]
     yielding = np.sqrt(0.8 * stiffness * root**5 / mass)
     speeds = np.geomspace(0.02, 10.0, 16)
     right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **drawing.line(1), label="Thornton")

@@ -9,13 +9,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from granular_env.domains.chain.tasks.absorption import AbsorptionEnv
+from granular_env.domains.chain.tasks.absorption import make_absorption
 from granular_env.domains.chain.tasks.impedance_matching import Dashpot, Sensors
 
 WAVES = [(strikers, speed) for strikers in (1, 2) for speed in (3.0, 5.0, 8.0)]
 
 
-def left_over(env: AbsorptionEnv, policy: Callable, strikers: int, speed: float) -> float:
+def left_over(env: make_absorption, policy: Callable, strikers: int, speed: float) -> float:
     """Energy in the chain at the end of an episode, over that of the strikers."""
     env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
     policy.reset()
@@ -29,7 +29,7 @@ def left_over(env: AbsorptionEnv, policy: Callable, strikers: int, speed: float)
 
 def rebound(strikers: int, speed: float) -> float:
     """What the strikers carry off, which no end sees: the energy left of grain 30, after 600 us in a long chain."""
-    env = AbsorptionEnv(160)
+    env = make_absorption(160)
     env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
     for _ in range(300):
         *_, info = env.step([0.0])
@@ -37,7 +37,7 @@ def rebound(strikers: int, speed: float) -> float:
     return float((speeds**2).sum() / (strikers * speed**2))
 
 
-def returned(env: AbsorptionEnv, policy: Callable) -> float:
+def returned(env: make_absorption, policy: Callable) -> float:
     """The mean over the six waves."""
     return float(np.mean([left_over(env, policy, *wave) - CARRIED[wave] for wave in WAVES]))
 
@@ -48,7 +48,7 @@ CARRIED = {wave: rebound(*wave) for wave in WAVES}
 def free_end() -> float:
     """The last grain flies off and is caught: what is left is the energy of the others."""
     left = []
-    env = AbsorptionEnv(action="force")
+    env = make_absorption(action="force")
     for strikers, speed in WAVES:
         env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
         for _ in range(300):
@@ -62,7 +62,7 @@ def best_dashpot(exponent: float, low: float, high: float, mass: float | None = 
     from scipy.optimize import minimize_scalar
 
     chain = {} if mass is None else {"mass": {63: mass}}
-    env = AbsorptionEnv(action="force", chain=chain, internal_steps=2, deadline=600)
+    env = make_absorption(action="force", chain=chain, internal_steps=2, deadline=600)
     task = env.task
     sensors = Sensors(task.observations["displacement"], task.observations["velocity"], task.observed_force)
 
@@ -74,12 +74,12 @@ def best_dashpot(exponent: float, low: float, high: float, mass: float | None = 
 
 
 def main() -> dict[str, float]:
-    numbers = {"wall": returned(AbsorptionEnv(), AbsorptionEnv().task.baselines()["nothing"])}
+    numbers = {"wall": returned(make_absorption(), make_absorption().task.baselines()["nothing"])}
     numbers["free end, last grain caught"] = free_end()
     constant, numbers["best linear dashpot"] = best_dashpot(1.0, 20.0, 500.0)
     numbers["its constant [N s/m]"] = constant
     for action in ("piston", "force"):
-        env = AbsorptionEnv(action=action)
+        env = make_absorption(action=action)
         numbers[f"matched {action}"] = returned(env, env.task.baselines()["theory"])
     return numbers
 

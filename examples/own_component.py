@@ -9,7 +9,10 @@ from typing import Any
 from pydantic import Field
 
 import granular_env as ge
-from granular_env.components.contract import Block, Ledger, Parameters, StepError
+from granular_env.components.contract import Ledger
+from granular_env.components.errors import StepError
+from granular_env.components.snapshot import Block
+from granular_env.components.support.validation import Parameters
 
 GRAVITY = 9.81  # m/s^2
 

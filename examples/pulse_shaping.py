@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 import granular_env as ge
-from granular_env.components.chain.adjoint import value_and_bars
-from granular_env.domains.chain import PulseFormingEnv
+from granular_env.components.chain.adjoint import value_and_adjoint
+from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs.policies import OpenLoop, play
 
 PAPER = {"contact_stiffness": 4940091615.916878}  # N/m^1.5: the paper's A = 5.6e12 N/(m^1.5 kg)
@@ -20,14 +20,15 @@ UNIT = 20.0  # N: the optimiser's first step is one of these long
 Bounds = tuple[float, float]
 
 
-def improved(env: PulseFormingEnv, drive: np.ndarray, way: float, pushed: int, iterations: int) -> np.ndarray:
+def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int, iterations: int) -> np.ndarray:
     """A drive by L-BFGS-B; `way` weighs the waves' way to their places against their arrival."""
     env.reset(seed=0)
     env.task.way = way
     objective, steps = env.task.objective(env.component, len(drive)), len(drive)
 
     def cost(scaled: np.ndarray) -> tuple[float, np.ndarray]:
-        bars = value_and_bars(env.component, np.column_stack([UNIT * scaled, np.zeros(steps)]), env.internal_steps, objective)
+        drive = np.column_stack([UNIT * scaled, np.zeros(steps)])
+        bars = value_and_adjoint(env.component, drive, env.internal_steps, objective)
         return weight * bars.value, weight * UNIT * bars.inputs[:, 0]
 
     weight = 1.0
@@ -37,7 +38,7 @@ def improved(env: PulseFormingEnv, drive: np.ndarray, way: float, pushed: int, i
     return UNIT * minimize(cost, drive / UNIT, jac=True, method="L-BFGS-B", bounds=limits, options=options).x
 
 
-def shaped(env: PulseFormingEnv, pushed: int | None = None, iterations: int = 600) -> np.ndarray:
+def shaped(env: make_pulse_forming, pushed: int | None = None, iterations: int = 600) -> np.ndarray:
     """The best drive found from zeros, 0 to `PEAK`, in the first `pushed` control steps (all of them).
 
     First for the waves on their way, which have a slope everywhere, then for their arrival.
@@ -48,13 +49,13 @@ def shaped(env: PulseFormingEnv, pushed: int | None = None, iterations: int = 60
     return drive
 
 
-def returned(env: PulseFormingEnv, drive: np.ndarray) -> dict[str, float]:
+def returned(env: make_pulse_forming, drive: np.ndarray) -> dict[str, float]:
     """What a drive leaves at the deadline: the counters of the environment."""
     _, info = play(env, OpenLoop(drive / SCALE), seed=0)
     return {name: float(info[name]) for name in env.task.counter_names}
 
 
-def passages(env: PulseFormingEnv, drive: np.ndarray, grain: int) -> list[tuple[float, float]]:
+def passages(env: make_pulse_forming, drive: np.ndarray, grain: int) -> list[tuple[float, float]]:
     """When crests pass a grain [s], and its velocity then [m/s]: the maxima above .2 m/s of every internal step."""
     chain, speeds = env.component, []
     chain.reset()
@@ -84,7 +85,7 @@ def triangle() -> float:
 def one_wave() -> dict[str, float]:
     """One wave as high as the triangle's, at grain 60 of the paper's chain, its drive below the triangle's peak."""
     amplitude = triangle()
-    env = PulseFormingEnv(100, place=60, amplitude=amplitude, deadline=264, action_scale=SCALE, chain=PAPER)
+    env = make_pulse_forming(100, place=60, amplitude=amplitude, deadline=264, action_scale=SCALE, chain=PAPER)
     drive = shaped(env, pushed=45)
     left = returned(env, drive)
     return {
@@ -99,24 +100,24 @@ def one_wave() -> dict[str, float]:
 def other_chains() -> dict[str, float]:
     """Distance to one wave of 5 m/s at grain 60 in other chains: best found, and with the uniform chain's drive."""
     setting = {"grains": 100, "place": 60, "deadline": 270, "action_scale": SCALE}
-    uniform = shaped(PulseFormingEnv(**setting), pushed=50)
+    uniform = shaped(make_pulse_forming(**setting), pushed=50)
     numbers = {}
     for name, chain in {
         "radii +-5 %": {"radius": {"low": 2.85e-3, "high": 3.15e-3, "seed": 1}},
         "viscous, 2 N s/m": {"law": {"name": "viscous", "dissipation": 2.0}},
     }.items():
-        env = PulseFormingEnv(**setting, chain=chain)
+        env = make_pulse_forming(**setting, chain=chain)
         numbers[f"{name}: distance"] = returned(env, shaped(env))["distance"]
         numbers[f"{name}: with the uniform chain's drive"] = returned(env, uniform)["distance"]
     return numbers
 
 
-def two_waves_environment(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> PulseFormingEnv:
+def two_waves_environment(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> make_pulse_forming:
     """Wanted are two waves that pass a grain one after the other, `delay` seconds apart."""
-    speeds = PulseFormingEnv(amplitude=[first, second], place=[40, 10]).task.waves[:, 2]
+    speeds = make_pulse_forming(amplitude=[first, second], place=[40, 10]).task.waves[:, 2]
     # When the first is at grain 60, the second has gone on from `grain` for the time that is left.
     behind = grain + speeds[1] * ((60 - grain) / speeds[0] - delay)
-    return PulseFormingEnv(100, amplitude=[first, second], place=[60.0, float(behind)], deadline=270, action_scale=SCALE)
+    return make_pulse_forming(100, amplitude=[first, second], place=[60.0, float(behind)], deadline=270, action_scale=SCALE)
 
 
 def two_waves(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> dict[str, float]:

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from .atlas import run_atlas
     from .components.catalogue import make
     from .components.chain import Chain
-    from .components.contract import Component, Snapshot, Variable
+    from .components.component import Component
+    from .components.contract import Variable
     from .components.errors import (
         ExperimentError,
         FmuError,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     )
     from .components.materials.elastic import Material
     from .components.profiles import Profile
+    from .components.snapshot import Snapshot
     from .control.study.running import run_study
     from .recording import open_log, record, recover, verify
     from .running import run
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 # to import.
 _HOMES = {
     "Chain": "components.chain",
-    "Component": "components.contract",
+    "Component": "components.component",
     "ExperimentError": "components.errors",
     "FmuError": "components.errors",
     "GranularError": "components.errors",
@@ -45,7 +47,7 @@ _HOMES = {
     "MissingExtraError": "components.errors",
     "ParameterError": "components.errors",
     "Profile": "components.profiles",
-    "Snapshot": "components.contract",
+    "Snapshot": "components.snapshot",
     "StepError": "components.errors",
     "SweepError": "components.errors",
     "Variable": "components.contract",

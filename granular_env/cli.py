@@ -195,6 +195,7 @@ def _log_commands(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     )
     replay.add_argument("log", metavar="LOG")
     replay.add_argument("--verify", action="store_true", help="compare every hash, frame and snapshot bit for bit")
+    replay.add_argument("--json", action="store_true", help="no progress bar; print the result for programs")
 
     branch = commands.add_parser("branch", help="go on from any instant of a log, with other inputs or the same")
     branch.add_argument("log", metavar="LOG")

@@ -155,14 +155,20 @@ def replay_log(args: argparse.Namespace) -> int:
         from granular_env.running import replay
 
         with _told_by_us():
-            result = replay(args.log, progress=True, allow_large=args.allow_large)
-        _print_result(result, quiet=False)
+            result = replay(args.log, progress=not args.json, allow_large=args.allow_large)
+        if args.json:
+            print(json.dumps(_result_facts(result), indent=2))
+        else:
+            _print_result(result, quiet=False)
         return _INTERRUPTED if result.interrupted else 0
     from granular_env.recording import verify
     from granular_env.running import collected
 
     with _told_by_us(), collected() as told:
-        found = verify(args.log, progress=True, allow_large=args.allow_large)
+        found = verify(args.log, progress=not args.json, allow_large=args.allow_large)
+    if args.json:
+        print(json.dumps({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": told}, indent=2))
+        return _VERIFIED[found.outcome]
     print("\n".join(map(printable, [*found.message.splitlines(), *(f"note: {text}" for text in told)])))
     return _VERIFIED[found.outcome]
 

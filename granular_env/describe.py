@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Parameters
-from granular_env.components.named import tables
+from granular_env.components.support.tagged_union import tables
+from granular_env.components.support.validation import Parameters
 from granular_env.experiments.templates import default_of, example_of, unit_of
 from granular_env.shipped import first_sentence
 from granular_env.terminal import columns, wrapped

@@ -24,6 +24,7 @@ _NOTEBOOK_SECONDS = 0.5
 _NOTEBOOK_WIDTH = 100
 _WIDE = 100  # from this width on, the bar is long
 _PERCENTAGE, _LEFT = 5, 12  # widths of "100 %" and "0:00:00 left"
+_FIRST_FIGURE = 16  # width of a figure such as "t = 0.005567 s"; titles leave so much room
 
 
 Progress = bool | Callable[[float], None]
@@ -288,4 +289,4 @@ def _bar_width(width: int) -> int:
 
 def _title_width(width: int) -> int:
     room = width - _bar_width(width) - _PERCENTAGE - _LEFT - 5
-    return max(6, min(40, room if width < 50 else room // 2))
+    return max(6, min(40, room if width < 50 else max(room // 2, room - _FIRST_FIGURE)))

@@ -14,7 +14,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, Self
 
-from granular_env.components.contract import Component, Observer
+from granular_env.components.component import Component
+from granular_env.components.contract import Observer
 from granular_env.components.errors import (
     ExperimentError,
     Fault,
@@ -26,8 +27,9 @@ from granular_env.components.errors import (
     caution,
     shortened,
 )
-from granular_env.components.memory import refuse_beyond
-from granular_env.components.profiles import CompiledProfile, Profile, finite_number
+from granular_env.components.profiles import CompiledProfile, Profile
+from granular_env.components.support.memory_limits import refuse_beyond
+from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.experiments.prepare import Prepared, prepare

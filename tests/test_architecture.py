@@ -1,6 +1,8 @@
 """Which way imports point, what a component may know, and what a quick command must not load."""
 
 import ast
+import dataclasses
+import re
 import subprocess
 import sys
 import tomllib
@@ -9,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
+from granular_env.domains import DOMAINS, load
 
 ROOT = Path(__file__).resolve().parent.parent
 PUBLIC = (
@@ -99,3 +102,34 @@ def test_components_step_without_a_gym_a_log_or_a_viewer():
         "print([name for name in ('gymnasium', 'mcap', 'rerun', 'matplotlib', 'rich') if name in sys.modules])"
     )
     assert python(code).strip() == "[]"
+
+
+def test_only_the_domains_name_a_physical_system():
+    """The import contracts see imports; this sees names in strings too, but for those of the table."""
+    systems = [*catalogue.names(), *DOMAINS]
+    named = re.compile(
+        rf"(domains|components)[./]({'|'.join(systems)})\b|from \.+(domains|components) import .*\b({'|'.join(systems)})\b"
+    )
+    package = ROOT / "granular_env"
+    found = {
+        str(path.relative_to(package))
+        for path in package.rglob("*.py")
+        if "components" not in path.parts and named.search(path.read_text())
+    }
+    own = {name for name in found if name.split("/")[0] == "domains" and len(name.split("/")) > 2}
+    # The table of domains, and the public names.
+    assert found - own == {"domains/__init__.py", "__init__.py"}
+    for name in own:
+        others = {match[2] for match in named.finditer((package / name).read_text()) if match[1] == "domains"}
+        assert others <= {name.split("/")[1]}, name
+
+
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_everything_that_a_domain_offers_is_there(domain):
+    offers = DOMAINS[domain]
+    for field in dataclasses.fields(offers):
+        if field.name != "papers":
+            assert (offers.load(field.name) is None) == (getattr(offers, field.name) is None)
+    for name, home in offers.papers.items():
+        assert load(home).name == name
+    assert domain in catalogue.names()

@@ -14,10 +14,11 @@ from granular_env import atlas
 from granular_env.atlas import papers
 from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
-from granular_env.atlas.scales import ticks
+from granular_env.atlas.drawing import draw
+from granular_env.atlas.model import Axis, Curve, Figure, Mark
 from granular_env.atlas.verdicts import Value, combined
 from granular_env.cli import main
-from granular_env.components.errors import GranularError, ParameterError, StepError
+from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.recording import verify
 
 
@@ -122,10 +123,31 @@ def test_a_band_says_where_a_draw_stands():
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-3.2e-7, 5.1e-7), (1.24, 1.26), (0.0, 5.45e5), (-11.0, 900.0)])
-def test_ticks_are_few_and_inside(low, high):
-    places = [place for place, _ in ticks(low, high)]
-    assert 3 <= len(places) <= 8 and low <= min(places) and max(places) <= high * (1.0 + 1e-12)
-    assert len({name for _, name in ticks(low, high)}) == len(places)
+def test_ticks_are_few_and_round(low, high):
+    figure = Figure("f", "", "", Axis("across"), Axis("up", low=0.0, high=1.0), [Curve("", [low, high], [0.0, 1.0])])
+    names = re.findall(r"text-anchor: middle[^>]*>([^<]*)</text>", draw(figure))
+    names = names[: names.index("across")]
+    assert 3 <= len(names) <= 8 and len(set(names)) == len(names)
+    places = [float(name.replace("\u2212", "-")) for name in names]
+    steps = np.diff(places)
+    assert steps == pytest.approx(steps[0], rel=1e-6) and f"{steps[0]:.3e}"[0] in "125" and f"{steps[0]:.3e}"[1:5] == ".000"
+
+
+def test_a_figure_is_drawn_the_same_each_time_and_its_marks_stay_inside():
+    curve = Curve("", [0.0, 1.0], [0.0, 1.0])
+    figure = Figure(
+        "f", "1 < 2", "", Axis("$5 and $6"), Axis("up", low=0.0, high=1.0), [curve], [Mark("in", y=0.5), Mark("out", y=2.0)]
+    )
+    drawn = draw(figure)
+    assert drawn == draw(figure)
+    assert 'aria-label="1 &lt; 2"' in drawn and ">$5 and $6<" in drawn and ">in<" in drawn and ">out<" not in drawn
+
+
+def test_without_matplotlib_nothing_is_computed(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(MissingExtraError, match=r"the atlas needs the package matplotlib.*granular-env\[view\]"):
+        atlas.compute(toy(), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 # -- failing entries -------------------------------------------------------------------------------------------------

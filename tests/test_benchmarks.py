@@ -73,7 +73,7 @@ def test_both_loops_take_roots():
 def test_the_trembling_chain_keeps_all_contacts_closed():
     chain = chains.pressed(50)
     chain.step(500 * chain.step_size)
-    assert chain.get("overlap")[chain.geometry.real].min() > 0.0
+    assert chain.get("overlap")[chain.geometry.contact_slice].min() > 0.0
 
 
 def test_every_law_is_timed_while_all_its_contacts_are_closed():
@@ -81,7 +81,7 @@ def test_every_law_is_timed_while_all_its_contacts_are_closed():
     for parameters in laws.LAWS.values():
         chain = chains.pressed(50, **parameters)
         chain.step(500 * chain.step_size)
-        assert chain.get("overlap")[chain.geometry.real].min() > 0.0
+        assert chain.get("overlap")[chain.geometry.contact_slice].min() > 0.0
 
 
 def test_the_general_exponent_is_timed_on_the_motion_of_hertz():

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from granular_env import Chain, ParameterError, StepError
-from granular_env.components.chain.adjoint import evaluate, gradient, tape, value_and_bars
+from granular_env.components.chain.adjoint import evaluate, gradient, tape, value_and_adjoint
+from granular_env.components.chain.layout import FREE_ROW, U, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.table import FREE_ROW, U, V
-from granular_env.components.jit import jit
+from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control.finite_differences import central_differences
 from granular_env.domains.chain.control.gradient import value_and_grad
 from granular_env.domains.chain.control.objective import (
@@ -270,7 +270,7 @@ def test_a_chain_that_is_advanced_in_tiles_has_the_same_bits_on_the_tape() -> No
     chain = Chain(grains=16_500, precompression=10.0, step_size=5e-7)
     objective = total(chain, velocity(3).at_end())
     drive = np.full((3, 2), [100.0, -5.0])
-    bars = value_and_bars(chain, drive, TICKS, objective)
+    bars = value_and_adjoint(chain, drive, TICKS, objective)
     assert bars.value == _stepped(chain, drive)[16_500 + 3]
     assert bars.inputs[0, 0] > 0.0 == bars.inputs[0, 1]
 
@@ -288,7 +288,7 @@ def test_gradients_are_the_same_every_time_and_members_are_independent() -> None
     """Twice the same bits; a batch of drives gives what each gives alone; the chain is as it was."""
     chain, drive, objective = task("kuwabara_kono", seed=5)
     before = chain.save().to_bytes()
-    one, two = (value_and_bars(chain, drive, TICKS, objective) for _ in range(2))
+    one, two = (value_and_adjoint(chain, drive, TICKS, objective) for _ in range(2))
     assert np.array_equal(one.table, two.table)
     assert np.array_equal(one.inputs, two.inputs)
     members = np.stack([drive, 0.5 * drive, drive])
@@ -302,9 +302,9 @@ def test_a_gradient_starts_from_the_present_state() -> None:
     """Half a run, then the rest, is the whole run."""
     chain, drive, _ = task("power", seed=4)
     objective = total(chain, energy(2, 5).at_end())
-    whole = value_and_bars(chain, drive, TICKS, objective)
+    whole = value_and_adjoint(chain, drive, TICKS, objective)
     _stepped(chain, drive[:5])
-    rest = value_and_bars(chain, drive[5:], TICKS, objective)
+    rest = value_and_adjoint(chain, drive[5:], TICKS, objective)
     assert rest.value == whole.value
     assert np.array_equal(rest.inputs, whole.inputs[5:])
 
@@ -480,9 +480,9 @@ def test_memory_grows_with_the_root_of_the_horizon() -> None:
 
     def held(steps: int) -> int:
         drive = np.zeros((steps, 2))
-        value_and_bars(chain, drive, TICKS, objective)
+        value_and_adjoint(chain, drive, TICKS, objective)
         tracemalloc.start()
-        value_and_bars(chain, drive, TICKS, objective)
+        value_and_adjoint(chain, drive, TICKS, objective)
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return peak - 2 * drive.nbytes

@@ -10,7 +10,7 @@ from scipy import fft
 
 import granular_env as ge
 from granular_env.components.chain import theory
-from granular_env.components.counter_random import uniform
+from granular_env.components.support.counter_random import uniform
 from granular_env.domains.chain import measurement
 
 R = 3e-3

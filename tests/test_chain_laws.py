@@ -78,7 +78,7 @@ def test_restitution_goes_with_the_fifth_root_of_speed(law: str, damping: float,
 def test_plastic_restitution_is_thorntons(speed: float) -> None:
     """C. Thornton, J. Appl. Mech. 64 (1997) 383, equation (55): e of a collision faster than the yield speed."""
     chain = ge.Chain(grains=2, law=PLASTIC)
-    root, stiffness = float(chain.geometry.contact[1]), float(chain.geometry.stiffness[1])
+    root, stiffness = float(chain.geometry.law_constants[1]), float(chain.geometry.stiffness[1])
     mass = 0.5 * chain.geometry.mass[0]
     # .5 m* v_y^2 = .4 k d_y^2.5.
     ratio = math.sqrt(0.8 * stiffness * root**5 / mass) / speed

@@ -10,8 +10,9 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.chain.adjoint import evaluate
-from granular_env.domains.chain import ProtectionEnv, measurement
+from granular_env.domains.chain import measurement
 from granular_env.domains.chain.control.objective import contact_force, total
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.sweep import run_sweep
 
 GRAINS = 8
@@ -62,7 +63,7 @@ def test_a_wall_in_the_place_of_a_free_end_shifts_no_sensor() -> None:
 
 
 def test_sensors_objectives_and_sweeps_count_as_the_output_does(tmp_path: Path) -> None:
-    env = ProtectionEnv(grains=GRAINS, clock=0, observe={"contact_force": [2, -3]}, deadline=None)
+    env = make_protection(grains=GRAINS, clock=0, observe={"contact_force": [2, -3]}, deadline=None)
     env.reset(seed=0)
     for _ in range(20):
         observation, *_ = env.step(np.array([0.8], np.float32))
@@ -92,7 +93,7 @@ def test_lists_of_stiffness_gap_and_losses_have_the_places_of_the_outputs() -> N
     given = {"contact_stiffness": [0.0, 1e9, 2e9, 3e9], "gap": [0.0, 1e-6, 0.0, 2e-6]}
     chain = ge.Chain(grains=3, right="plane", law={"name": "viscous", "dissipation": [0.0, 1.0, 2.0, 3.0]}, **given)
     assert chain.geometry.stiffness.tolist() == given["contact_stiffness"]
-    assert chain.geometry.contact.tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert chain.geometry.law_constants.tolist() == [0.0, 1.0, 2.0, 3.0]
     assert chain.get("overlap").tolist() == pytest.approx([0.0, -1e-6, 0.0, -2e-6], abs=1e-18)
     # What geometry says can be given again.
     again = ge.Chain(grains=3, right="plane", contact_stiffness=chain.geometry.stiffness)
@@ -128,7 +129,7 @@ def test_the_arrays_of_the_geometry_are_read_only() -> None:
             law=law,
         )
         arrays = [name for name, values in vars(chain.geometry).items() if isinstance(values, np.ndarray)]
-        assert "mass" in arrays and "contact" in arrays
+        assert "mass" in arrays and "law_constants" in arrays
         for name in arrays:
             with pytest.raises(ValueError, match="read-only"):
                 getattr(chain.geometry, name)[0] = 1.0

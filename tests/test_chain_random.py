@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import granular_env as ge
 from granular_env.components.chain.kernels import SMALLEST_OVERLAP
 from granular_env.components.chain.parameters import WALLS
-from granular_env.components.contract import Snapshot
+from granular_env.components.snapshot import Snapshot
 
 EXAMPLES = 200
 TICKS = 60

@@ -518,6 +518,16 @@ def test_results_for_programs(log, folder, capsys):
     assert (facts["log"], facts["tick"], facts["time"], facts["interrupted"]) == ("b.mcap", 1000, 10.0, False)
     assert abs(facts["ledger"]["energy_residual"]) < 1e-3
     assert parsed(capsys, "check", "oscillator/pushed")["ticks"] == 1000
+    assert parsed(capsys, "replay", "b.mcap")["tick"] == 1000
+    verified = parsed(capsys, "replay", "b.mcap", "--verify")
+    assert (verified["outcome"], verified["complete"], verified["ticks"], verified["variable"]) == (
+        "identical",
+        True,
+        1000,
+        None,
+    )
+    Path("cut.mcap").write_bytes(Path("b.mcap").read_bytes()[:-1])
+    assert parsed(capsys, "replay", "cut.mcap", "--verify", status=3)["outcome"] == "incomplete"
     assert parsed(capsys, "check", "tapered-chains")["tasks"] == 15
     assert parsed(capsys, "check", log)["complete"] is True
     chain = parsed(capsys, "describe", "chain")

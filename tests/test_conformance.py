@@ -19,7 +19,8 @@ from support.component_examples import EXAMPLES, Example, of_component
 from support.conformance_tools import Watcher, bits, drive, every_example, readings
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component, Snapshot
+from granular_env.components.component import Component
+from granular_env.components.snapshot import Snapshot
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -162,7 +163,7 @@ import pickle, sys
 sys.path.insert(0, sys.argv[1])
 from support.component_examples import EXAMPLES
 from support.conformance_tools import drive
-from granular_env.components.contract import Snapshot
+from granular_env.components.snapshot import Snapshot
 sent, answers = pickle.load(sys.stdin.buffer), {}
 for example in EXAMPLES:
     driven, continued = example.started(), example.make()

@@ -11,8 +11,10 @@ from support.component_examples import EXAMPLES, Example
 from support.conformance_tools import Watcher, bits, drive, every_example, readings
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component, GranularError, GranularWarning, ParameterError, Snapshot, StepError
+from granular_env.components.component import Component
+from granular_env.components.errors import GranularError, GranularWarning, ParameterError, StepError
 from granular_env.components.profiles import CompiledProfile, Profile
+from granular_env.components.snapshot import Snapshot
 
 NAN, HUGE = math.nan, 10**400
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import inspect
 import threading
+import warnings
 from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
 
-from granular_env.components import catalogue, errors
-from granular_env.components.contract import Block, Component, GranularError, ParameterError
+from granular_env.components import catalogue, errors, stepping
+from granular_env.components.component import Component
+from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.components.validation import filled
+from granular_env.components.snapshot import Block
+from granular_env.components.support.validation import filled
 
 
 def test_every_error_is_of_the_family() -> None:
@@ -116,7 +119,7 @@ def test_third_parties_cannot_replace_ours(foreign) -> None:  # noqa: ANN001
 
 
 @pytest.mark.parametrize(
-    "value", ["no_such_module:X", "json:no_such_name", "json:loads", "granular_env.components.contract:Block"]
+    "value", ["no_such_module:X", "json:no_such_name", "json:loads", "granular_env.components.snapshot:Block"]
 )
 def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: ANN001
     foreign(theirs=value)
@@ -230,3 +233,21 @@ def test_a_component_is_stepped_by_one_at_a_time() -> None:
     oscillator.step(2 * oscillator.step_size)
     oscillator.step()
     assert seen == [2, 3] and oscillator.tick == 3
+
+
+# -- long steps -------------------------------------------------------------------------------------------------------
+
+
+def test_a_step_that_takes_long_says_how_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A microsecond that was typed as a hundred seconds is found out before it has run for hours."""
+    oscillator = Oscillator(mass=1.0, stiffness=1.0, step_size=0.01)
+    monkeypatch.setattr(stepping, "_SILENT_SECONDS", 0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        oscillator.step(50.0)  # too few ticks to matter
+        monkeypatch.setattr(stepping, "_MANY_TICKS", 1000)
+        oscillator.step(50.0)  # soon over
+    monkeypatch.setattr(stepping, "_LONG_SECONDS", 0.0)
+    with pytest.warns(GranularWarning, match=r"50 s are 5,000 internal steps of 0.01 s; .* are left; Ctrl-C undoes") as told:
+        oscillator.step(50.0)
+    assert len(told) == 1 and oscillator.tick == 15_000

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 
 from granular_env import Chain, ParameterError
 from granular_env.components.chain.adjoint import evaluate
+from granular_env.components.chain.layout import MASS, PEAK, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.table import MASS, PEAK, V
-from granular_env.components.jit import jit
+from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control.finite_differences import central_differences
 from granular_env.domains.chain.control.gradient import value_and_grad
 from granular_env.domains.chain.control.gradient_check import check_objective
@@ -246,6 +248,30 @@ def test_ones_own_objective_is_checked() -> None:
     ):
         with pytest.raises(ParameterError, match=said):
             check_objective(objective, chain)
+
+
+SLOPE = 1.0
+
+
+@numba.njit
+def _value_by_global(sums, constants, slopes):
+    slopes[0] = 1.0
+    return SLOPE * sums[0]
+
+
+def test_a_function_of_numba_is_called_with_the_globals_of_now(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that has run already would go on with the values of that time: a wrong slope would pass, J would be the old one."""
+    chain, objective = chain_of(), Objective(_note, _value_by_global, _pull)
+    _value_by_global(np.ones(1), np.zeros(1), np.zeros(1))
+    with monkeypatch.context() as patch:
+        patch.setitem(globals(), "SLOPE", 2.0)
+        with pytest.raises(ParameterError, match=r"objective.value: slopes\[0\] is 1, differences of it give 2"):
+            check_objective(objective, chain)
+        twice, _ = value_and_grad(objective, chain, DRIVE, ticks=2)
+        square, _ = value_and_grad(Objective(_note, _value, _pull), chain, DRIVE, ticks=2)
+        assert twice == pytest.approx(2.0 * math.sqrt(square), rel=1e-12)
+    with pytest.raises(ParameterError, match="SLOPE has another value than when _value_by_global was compiled"):
+        check_objective(objective, chain)
 
 
 @jit

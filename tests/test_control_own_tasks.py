@@ -20,8 +20,8 @@ from granular_env.control.task_problem import TaskProblem
 ROOT = Path(__file__).resolve().parents[1]
 MODULE = '''
 import granular_env as ge
-from granular_env.components.chain.table import V
-from granular_env.components.jit import jit
+from granular_env.components.chain.layout import V
+from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control.objective import total, velocity
 from granular_env.domains.chain import ChainEnv, ChainTask
 
@@ -154,8 +154,8 @@ def test_what_is_no_task_is_one_clear_fault(module, tmp_path):
     cases = {
         "no_such_module:make": "there is no module 'no_such_module' in .* and on Python's path",
         f"{module}:mkae": "the module has no 'mkae'; did you mean 'make'?",
-        f"{module}:answer": "which is 42, expected what makes a ChainEnv",
-        f"{module}:no_chain": "it makes 3, expected a ChainEnv",
+        f"{module}:answer": "which is 42, expected what makes a ComponentEnv",
+        f"{module}:no_chain": "it makes 3, expected a ComponentEnv",
         f"{module}:LastVelocity": "it makes a task, expected its environment",
         f"{module}:own/Missing-v0": "got 'own/Missing-v0', which is no task",
         f"{module}:boom": f"^task {module}:boom: it ends with RuntimeError: boom$",

@@ -13,27 +13,27 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from scipy.interpolate import CubicSpline
 
-from granular_env.components.chain.adjoint import evaluate, value_and_bars
-from granular_env.components.chain.table import MASS, REST, STIFFNESS, U, V
+from granular_env.components.chain.adjoint import evaluate, value_and_adjoint
+from granular_env.components.chain.layout import MASS, REST_OVERLAP, STIFFNESS, U, V
 from granular_env.components.chain.theory import lattice_wave
-from granular_env.components.contract import ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.domains.chain import ChainEnv
-from granular_env.domains.chain.tasks.absorption import AbsorptionEnv
+from granular_env.domains.chain.tasks.absorption import make_absorption
 from granular_env.domains.chain.tasks.best_known import best_return
-from granular_env.domains.chain.tasks.energy_delivery import EnergyDeliveryEnv
-from granular_env.domains.chain.tasks.protection import ProtectionEnv
-from granular_env.domains.chain.tasks.pulse_forming import PulseFormingEnv
-from granular_env.domains.chain.tasks.soliton_train import SolitonTrainEnv
+from granular_env.domains.chain.tasks.energy_delivery import make_energy_delivery
+from granular_env.domains.chain.tasks.protection import make_protection
+from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
+from granular_env.domains.chain.tasks.soliton_train import make_soliton_train
 from granular_env.envs import register_all
 from granular_env.envs.policies import Constant, OpenLoop, play
 
 register_all()
 TASKS: dict[str, type[ChainEnv]] = {
-    "PulseForming": PulseFormingEnv,
-    "Protection": ProtectionEnv,
-    "Absorption": AbsorptionEnv,
-    "EnergyDelivery": EnergyDeliveryEnv,
-    "SolitonTrain": SolitonTrainEnv,
+    "PulseForming": make_pulse_forming,
+    "Protection": make_protection,
+    "Absorption": make_absorption,
+    "EnergyDelivery": make_energy_delivery,
+    "SolitonTrain": make_soliton_train,
 }
 BOTH = [(name, action) for name in TASKS for action in ("force", "piston")]
 
@@ -84,7 +84,7 @@ def wanted_distance(env: ChainEnv, info: dict[str, Any], rows: np.ndarray, left:
 
 @pytest.mark.parametrize("action", ["force", "piston"])
 def test_pulse_forming_rewards_nearness_to_waves_on_their_way(action: str) -> None:
-    env = PulseFormingEnv(30, action=action, amplitude=[4.0, 6.0], place=[20, 8], deadline=110)
+    env = make_pulse_forming(30, action=action, amplitude=[4.0, 6.0], place=[20, 8], deadline=110)
     rows = np.array([[4.0, 20.0], [6.0, 8.0]])
     _, info = env.reset(seed=1)
     before, chosen = wanted_distance(env, info, rows, 110 * env.duration), np.random.default_rng(2).uniform(-0.3, 0.6, 110)
@@ -99,7 +99,7 @@ def test_pulse_forming_rewards_nearness_to_waves_on_their_way(action: str) -> No
 
 
 def test_soliton_trains_are_rewarded_alike_and_told() -> None:
-    env = SolitonTrainEnv(action="force", clock=0)
+    env = make_soliton_train(action="force", clock=0)
     seen: set[int] = set()
     for seed in range(12):
         observation, info = env.reset(seed=seed)
@@ -117,7 +117,7 @@ def test_soliton_trains_are_rewarded_alike_and_told() -> None:
 
 
 def test_a_train_can_be_asked_for() -> None:
-    env = SolitonTrainEnv()
+    env = make_soliton_train()
     _, info = env.reset(seed=1, options={"goal": [[5.0, 39.0], [3.5, 24.0]]})
     assert [info[f"{what}_{w}"] for w in (1, 2, 3) for what in ("amplitude", "place")] == [5.0, 39.0, 3.5, 24.0, 0.0, 0.0]
     for goal in ([[5.0]], [[5.0, 70.0]], [[-1.0, 20.0]], "many", [[5.0, 30.0]] * 4, [[math.nan, 3.0]]):
@@ -127,7 +127,7 @@ def test_a_train_can_be_asked_for() -> None:
 
 @pytest.mark.parametrize("chain", [{}, {"precompression": 20.0}, {"law": {"name": "viscous", "dissipation": 2.0}}])
 def test_absorption_counts_the_energy_that_is_left(chain: dict[str, Any]) -> None:
-    env = AbsorptionEnv(20, deadline=150, chain=chain, observe="full")
+    env = make_absorption(20, deadline=150, chain=chain, observe="full")
     _, info = env.reset(seed=3)
     m, incoming = env.component.geometry.mass[0], None
     chosen = np.random.default_rng(1).uniform(-0.3, 0.3, 150)
@@ -145,7 +145,7 @@ def test_absorption_counts_the_energy_that_is_left(chain: dict[str, Any]) -> Non
 
 @pytest.mark.parametrize("action", ["force", "piston"])
 def test_energy_delivery_pays_for_nearness_and_charges_work(action: str) -> None:
-    env = EnergyDeliveryEnv(20, action=action, deadline=120, chain={"right": "rigid_plane"}, work_price=0.3)
+    env = make_energy_delivery(20, action=action, deadline=120, chain={"right": "rigid_plane"}, work_price=0.3)
     _, info = env.reset(seed=1)
     m, closeness, work = env.component.geometry.mass[0], 0.0, 0.0
     for force in np.random.default_rng(4).uniform(0.0, 0.7, 120):
@@ -159,7 +159,7 @@ def test_energy_delivery_pays_for_nearness_and_charges_work(action: str) -> None
 
 
 def test_protection_counts_impulse_and_peak() -> None:
-    env = ProtectionEnv(12, action="piston", deadline=200, impulse=10.0)
+    env = make_protection(12, action="piston", deadline=200, impulse=10.0)
     env.reset(seed=1)
     forces, total = [0.0], 0.0
     for action in np.random.default_rng(1).uniform(0.0, 1.0, 200):
@@ -207,12 +207,12 @@ def test_pull_is_the_slope_of_value_and_note(name: str, action: str, chain: dict
     objective.pull(a, bar, steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes)
     assert np.abs(bar).max() > 0.0
     compared = 0
-    for row in (U, V, REST, STIFFNESS, MASS):
+    for row in (U, V, REST_OVERLAP, STIFFNESS, MASS):
         for column in range(14):
             # At an overlap at rest of 0 its root has no slope.
-            if bar[row, column] == 0.0 or (row == REST and a[REST, column] == 0.0):
+            if bar[row, column] == 0.0 or (row == REST_OVERLAP and a[REST_OVERLAP, column] == 0.0):
                 continue
-            step = {U: 1e-11, REST: 1e-11, V: 1e-4, MASS: 1e-8, STIFFNESS: 1e5}[row]
+            step = {U: 1e-11, REST_OVERLAP: 1e-11, V: 1e-4, MASS: 1e-8, STIFFNESS: 1e5}[row]
             up, down = a.copy(), a.copy()
             up[row, column] += step
             down[row, column] -= step
@@ -240,12 +240,12 @@ def test_the_objective_is_minus_the_return_but_for_what_it_says(name: str, actio
 
 
 def test_the_gradient_of_a_task_agrees_with_differences() -> None:
-    env = PulseFormingEnv()
+    env = make_pulse_forming()
     env.reset(seed=1)
     drive = np.zeros((180, 2))
     drive[:, 0] = 1000.0 * env.task.baselines()["theory"].drive[:, 0]
     objective = env.task.objective(env.component, 180)
-    bars = value_and_bars(env.component, drive, 3, objective)
+    bars = value_and_adjoint(env.component, drive, 3, objective)
     for step in (10, 17, 24):
         both = np.stack([drive, drive])
         both[:, step, 0] += 0.05, -0.05
@@ -283,7 +283,7 @@ def test_nothing_is_less_than_theory_is_less_than_best(name: str, action: str) -
 
 @pytest.mark.parametrize("action", ["force", "piston"])
 def test_a_matched_end_swallows_all_but_the_rebound(action: str) -> None:
-    env = AbsorptionEnv(action=action)
+    env = make_absorption(action=action)
     policies = env.task.baselines()
     for seed in range(4):
         nothing, theory = (episode(env, policies[kind], seed)[0] for kind in ("nothing", "theory"))
@@ -301,12 +301,12 @@ def test_a_matched_end_swallows_all_but_the_rebound(action: str) -> None:
         for _ in range(300):
             observation, _, _, _, info = env.step(policies["theory"](observation, info))
         assert info["returned"] == pytest.approx(rebound, abs=5e-4)
-    assert "theory" not in AbsorptionEnv(observe="full").task.baselines()
+    assert "theory" not in make_absorption(observe="full").task.baselines()
 
 
 @pytest.mark.parametrize("action", ["force", "piston"])
 def test_trains_from_theory_arrive(action: str) -> None:
-    env = SolitonTrainEnv(action=action)
+    env = make_soliton_train(action=action)
     policies = env.task.baselines()
     for seed in range(4):
         assert episode(env, policies["nothing"], seed)[0] == pytest.approx(-1.0, abs=1e-5)
@@ -314,7 +314,7 @@ def test_trains_from_theory_arrive(action: str) -> None:
 
 
 def test_a_precompressed_chain_has_waves_of_its_own() -> None:
-    env = PulseFormingEnv(chain={"precompression": 20.0})
+    env = make_pulse_forming(chain={"precompression": 20.0})
     policies = env.task.baselines()
     assert episode(env, policies["nothing"])[0] == pytest.approx(-1.0, abs=1e-9)
     assert episode(env, policies["theory"])[0] > -1e-3

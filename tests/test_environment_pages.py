@@ -10,8 +10,8 @@ import gymnasium
 import numpy as np
 import pytest
 
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import register_all
-from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
 DOCS = Path(__file__).resolve().parent.parent / "docs"

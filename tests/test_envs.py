@@ -14,11 +14,12 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
-from granular_env.components.contract import ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.envs import ComponentEnv, register_all
-from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
 NAMES = ["granular_env/Piston-v1", "granular_env/Protection-v1"]
@@ -82,7 +83,7 @@ def test_a_vector_of_environments_gives_what_single_ones_give(name: str) -> None
 
 
 def test_the_spaces_follow_the_declarations() -> None:
-    env = PistonEnv(grains=5)
+    env = make_piston(grains=5)
     assert env.action_space == gymnasium.spaces.Box(-1.0, 1.0, (1,), np.float32)
     assert env.observation_space == gymnasium.spaces.Box(-10.0, 10.0, (10,), np.float32)
     swing = MAKERS["swing"]()
@@ -90,7 +91,7 @@ def test_the_spaces_follow_the_declarations() -> None:
 
 
 def test_docstrings_tell_what_gymnasium_users_look_for() -> None:
-    for env in (PistonEnv, ProtectionEnv):
+    for env in (make_piston, make_protection):
         for title in (
             "Action space",
             "Observation space",
@@ -218,7 +219,7 @@ def test_reset_leaves_nothing_behind(make: Callable[..., ComponentEnv]) -> None:
 
 
 def test_options_give_start_values() -> None:
-    env = PistonEnv(**SMALL)
+    env = make_piston(**SMALL)
     _, info = env.reset(options={"velocity": {0: 2.0, -1: -1.0}})
     assert info["velocity"].tolist() == [2.0, *[0.0] * 6, -1.0]
     before = pickle.dumps(env.save())
@@ -303,7 +304,7 @@ def test_a_saved_state_is_not_changed_by_what_follows(make: Callable[..., Compon
 
 
 def test_foreign_states_are_refused() -> None:
-    env, force, longer = PistonEnv(**SMALL), ProtectionEnv(**SMALL), PistonEnv(grains=9)
+    env, force, longer = make_piston(**SMALL), make_protection(**SMALL), make_piston(grains=9)
     for one in (env, force, longer):
         one.reset(seed=1)
     before = pickle.dumps(env.save())

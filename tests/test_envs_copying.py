@@ -14,9 +14,11 @@ from support.env_toys import MAKERS, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import ParameterError
-from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv
+from granular_env.domains.chain import ChainVectorEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.envs import RecordEnv, register_all
-from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
 cloudpickle = pytest.importorskip("cloudpickle")
@@ -69,28 +71,28 @@ def test_registered_environments_are_copied_with_their_wrappers(name: str, way: 
 
 
 def test_a_copy_of_what_is_drawn_delayed_and_held_goes_on_alike() -> None:
-    env = PistonEnv(**HARD)
+    env = make_piston(**HARD)
     env.reset(seed=2)
     transcript(env, actions(4))
     same_from_here(env, copy.deepcopy(env))
 
 
 def test_a_copy_made_before_the_first_reset_has_the_same_future() -> None:
-    env = PistonEnv(**HARD)
+    env = make_piston(**HARD)
     other = copy.deepcopy(env)
     np.testing.assert_array_equal(env.reset()[0], other.reset()[0])
 
 
 def test_what_the_caller_does_to_its_arguments_later_does_not_count() -> None:
     chain = {"precompression": 10.0}
-    env = ProtectionEnv(grains=5, chain=chain)
+    env = make_protection(grains=5, chain=chain)
     chain["precompression"] = 20.0
     assert copy.deepcopy(env).component.identity == env.component.identity
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_batch_is_copied_lane_by_lane(way: str) -> None:
-    batch = ChainVectorEnv(PistonEnv, 3, **HARD)
+    batch = ChainVectorEnv(make_piston, 3, **HARD)
     batch.reset(seed=4)
     for step in range(5):
         batch.step(actions(3, seed=step))
@@ -140,7 +142,7 @@ def test_components_are_copied_with_their_state_and_inputs(name: str, way: str) 
 
 
 def test_a_recorded_environment_is_not_copied_but_what_is_in_it_is(tmp_path: Any) -> None:
-    env = RecordEnv(PistonEnv(grains=5), tmp_path / "one.mcap")
+    env = RecordEnv(make_piston(grains=5), tmp_path / "one.mcap")
     env.reset(seed=1)
     for way in ("deepcopy", "pickle"):
         with pytest.raises(ParameterError, match="copy env.unwrapped"):

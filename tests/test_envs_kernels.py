@@ -13,13 +13,15 @@ import pytest
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import JIT, address, caller, jit
-from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv, PistonEnv, ProtectionEnv
+from granular_env.components.support.jit import JIT, address, caller, jit
+from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.envs import ComponentEnv
 
 TASK = """
 import numpy as np
-from granular_env.components.jit import jit
+from granular_env.components.support.jit import jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
 import granular_env as ge
 {imported}
@@ -73,7 +75,7 @@ def test_an_edited_neighbour_in_its_package_is_noticed(tmp_path: Path) -> None:
     (package / "task.py").write_text(TASK.format(imported="from .prices import price", begun=0.0, reward="price()"))
     for price in (2.0, 4.0):
         (package / "prices.py").write_text(
-            f"from granular_env.components.jit import jit\n\n\n@jit\ndef price():\n    return {price}\n"
+            f"from granular_env.components.support.jit import jit\n\n\n@jit\ndef price():\n    return {price}\n"
         )
         assert run(tmp_path, "own_tasks.task") == f"0.0 {price} {price} {price}"
 
@@ -156,7 +158,7 @@ def test_a_reward_that_is_not_a_number_is_named() -> None:
 
 
 def test_a_chain_task_wants_its_own_environment() -> None:
-    task = PistonEnv(grains=4).task
+    task = make_piston(grains=4).task
     assert isinstance(task, ChainTask)
     env = ComponentEnv(Chain(grains=4, left="piston"), task)
     env.reset(seed=1)
@@ -164,11 +166,11 @@ def test_a_chain_task_wants_its_own_environment() -> None:
         env.step([0.0])
     with pytest.raises(ParameterError, match="no objective"):
         task.objective(env.component, 10)  # type: ignore[arg-type]
-    assert task.baselines() == {} and issubclass(PistonEnv, ChainEnv)
+    assert task.baselines() == {} and issubclass(make_piston, ChainEnv)
 
 
 def test_a_judgement_that_is_set_on_the_task_itself_is_refused() -> None:
-    env = ProtectionEnv(grains=4)
+    env = make_protection(grains=4)
     env.task.judge_kernel = type(env.task).judge_kernel
     with pytest.raises(ParameterError, match="judge_kernel was set on the task itself, expected it in the body of"):
         ChainEnv(env.component, env.task)

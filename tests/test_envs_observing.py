@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 from support.env_toys import SMALL, actions, transcript
 
-from granular_env.components.counter_random import normal, stream_key
 from granular_env.components.errors import ParameterError
-from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.components.support.counter_random import normal, stream_key
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
 
 PRESSED = {"grains": 6, "deadline": 50, "chain": {"precompression": 20.0}}
 
 
-def shaken(**options: Any) -> ProtectionEnv:
-    env = ProtectionEnv(clock=0, **{**PRESSED, **options})
+def shaken(**options: Any) -> make_protection:
+    env = make_protection(clock=0, **{**PRESSED, **options})
     env.reset(seed=3)
     transcript(env, actions(20, seed=2))
     return env
@@ -43,7 +44,7 @@ def test_sensors_read_what_the_component_says() -> None:
 
 @pytest.mark.parametrize("law", [{"name": "viscous", "dissipation": 1.0}, {"name": "elastic_plastic", "yield_pressure": 1e9}])
 def test_forces_include_dissipation_and_history(law: dict[str, Any]) -> None:
-    env = ProtectionEnv(
+    env = make_protection(
         clock=0, grains=5, chain={"law": law}, observe={"contact_force": range(1, 6), "wall_force": ["right"]}, deadline=None
     )
     env.reset(seed=1)
@@ -80,7 +81,7 @@ def test_the_full_state_is_every_grains_displacement_and_velocity() -> None:
 )
 def test_sensors_that_are_not_there_are_refused(choice: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        ProtectionEnv(clock=0, **SMALL, observe=choice)
+        make_protection(clock=0, **SMALL, observe=choice)
 
 
 # -- noise --------------------------------------------------------------------------------------------------------------
@@ -99,7 +100,7 @@ def test_noise_is_a_function_of_seed_step_and_reading() -> None:
 
 
 def test_noise_has_the_moments_of_a_normal_distribution() -> None:
-    env = ProtectionEnv(clock=0, grains=64, noise=0.5, deadline=None)
+    env = make_protection(clock=0, grains=64, noise=0.5, deadline=None)
     seen = [env.reset(seed=seed)[0] for seed in range(200)]
     drawn = np.concatenate(seen).astype(float) / 0.5
     count = len(drawn)
@@ -133,39 +134,39 @@ def test_the_noise_is_what_whole_numbers_say() -> None:
 
 
 def test_noise_is_clipped_with_the_observation() -> None:
-    env = ProtectionEnv(clock=0, **SMALL, noise=100.0)
+    env = make_protection(clock=0, **SMALL, noise=100.0)
     assert np.abs(env.reset(seed=1)[0]).max() == env.task.observation_limit
 
 
 @pytest.mark.parametrize("noise", [-1.0, math.nan, "much"])
 def test_noise_that_is_none_is_refused(noise: Any) -> None:
     with pytest.raises(ParameterError, match="noise"):
-        ProtectionEnv(clock=0, **SMALL, noise=noise)
+        make_protection(clock=0, **SMALL, noise=noise)
 
 
 # -- the actuator -------------------------------------------------------------------------------------------------------
 
 
-def applied(env: ProtectionEnv | PistonEnv, commands: list[float]) -> list[float]:
+def applied(env: make_protection | make_piston, commands: list[float]) -> list[float]:
     (name,) = env.task.actions
     return [env.step([command])[4][name] / env.task.actions[name] for command in commands]
 
 
 def test_info_tells_what_was_applied() -> None:
-    env = ProtectionEnv(clock=0, **SMALL)
+    env = make_protection(clock=0, **SMALL)
     assert env.reset(seed=1)[1]["left_force"] == 0.0
     assert applied(env, [0.5, 7.0, -7.0]) == [0.5, 1.0, -1.0]
     assert env.component.get("left_force") == -500.0
 
 
 def test_a_rate_limits_each_change() -> None:
-    env = ProtectionEnv(clock=0, **SMALL, action_rate=0.25)
+    env = make_protection(clock=0, **SMALL, action_rate=0.25)
     env.reset(seed=1)
     assert applied(env, [1.0, 1.0, 0.4, -1.0, 9.0]) == [0.25, 0.5, 0.4, 0.15000000000000002, 0.4]
 
 
 def test_a_delay_holds_back_each_action() -> None:
-    env = ProtectionEnv(clock=0, **SMALL, control_delay=2)
+    env = make_protection(clock=0, **SMALL, control_delay=2)
     env.reset(seed=1)
     assert applied(env, [0.1, 0.2, 0.3, 0.4]) == [0.0, 0.0, 0.1, 0.2]
     env.reset(seed=1)
@@ -173,7 +174,7 @@ def test_a_delay_holds_back_each_action() -> None:
 
 
 def test_rate_and_delay_begin_where_the_piston_is() -> None:
-    env = PistonEnv(**SMALL, control_delay=1, action_rate=0.1)
+    env = make_piston(**SMALL, control_delay=1, action_rate=0.1)
     info = env.reset(options={"velocity": {0: 5.0}})[1]
     assert info["left_velocity"] == 5.0
     assert applied(env, [0.0, 0.0, 0.0]) == [0.5, 0.4, 0.30000000000000004]
@@ -193,18 +194,18 @@ def test_rate_and_delay_begin_where_the_piston_is() -> None:
 )
 def test_actuators_that_are_none_are_refused(options: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        ProtectionEnv(clock=0, **SMALL, **options)
+        make_protection(clock=0, **SMALL, **options)
 
 
 def test_a_wrong_shape_is_told_with_both_shapes() -> None:
-    env = ProtectionEnv(clock=0, **SMALL)
+    env = make_protection(clock=0, **SMALL)
     env.reset(seed=1)
     with pytest.raises(ParameterError, match=r"got shape \(2,\), expected shape \(1,\)"):
         env.step([0.0, 0.0])
 
 
 def test_a_refused_step_leaves_the_actuator_as_it_was() -> None:
-    env = ProtectionEnv(clock=0, grains=3, action_scale=1e6, control_delay=1)
+    env = make_protection(clock=0, grains=3, action_scale=1e6, control_delay=1)
     env.reset(seed=1)
     terminated, before = False, env.save()
     while not terminated:
@@ -229,7 +230,7 @@ def test_brief_infos_leave_out_the_grains() -> None:
 
 
 def test_the_seed_of_the_reset_decides_the_chain_and_each_episode_has_its_own() -> None:
-    env = ProtectionEnv(clock=0, grains=4, randomise={"contact_stiffness": (1e9, 2e9), "radius": (2e-3, 3e-3)})
+    env = make_protection(clock=0, grains=4, randomise={"contact_stiffness": (1e9, 2e9), "radius": (2e-3, 3e-3)})
     drawn = []
     for seed in (0, 1, None, 0, None):
         info = env.reset(seed=seed)[1]
@@ -241,14 +242,14 @@ def test_the_seed_of_the_reset_decides_the_chain_and_each_episode_has_its_own() 
 
 
 def test_draws_fill_their_range_evenly() -> None:
-    env = ProtectionEnv(clock=0, grains=2, randomise={"precompression": (10.0, 20.0)})
+    env = make_protection(clock=0, grains=2, randomise={"precompression": (10.0, 20.0)})
     drawn = [env.reset(seed=seed)[1]["drawn_precompression"] for seed in range(300)]
     # The mean of 300 even draws has a standard error of 10 / sqrt(12 * 300) = .17.
     assert abs(np.mean(drawn) - 15.0) < 0.7 and min(drawn) < 10.5 and max(drawn) > 19.5
 
 
 def test_each_grain_may_have_its_own_radius() -> None:
-    env = ProtectionEnv(clock=0, grains=5, randomise={"radius": {"low": 2e-3, "high": 3e-3}})
+    env = make_protection(clock=0, grains=5, randomise={"radius": {"low": 2e-3, "high": 3e-3}})
     radii = []
     for seed in (0, 1):
         told = env.reset(seed=seed)[1]["drawn_radius"]
@@ -258,7 +259,7 @@ def test_each_grain_may_have_its_own_radius() -> None:
 
 
 def test_impacts_are_drawn_for_each_episode() -> None:
-    env = ProtectionEnv(clock=0, **SMALL, randomise={"velocity": {0: (1.0, 2.0), -1: (-3.0, -2.0)}})
+    env = make_protection(clock=0, **SMALL, randomise={"velocity": {0: (1.0, 2.0), -1: (-3.0, -2.0)}})
     starts = [env.reset(seed=1)[1]["velocity"], env.reset()[1]["velocity"], env.reset(seed=1)[1]["velocity"]]
     for start in starts:
         assert 1.0 <= start[0] <= 2.0 and -3.0 <= start[-1] <= -2.0 and not start[1:-1].any()
@@ -285,4 +286,4 @@ def test_impacts_are_drawn_for_each_episode() -> None:
 )
 def test_draws_that_are_none_are_refused(randomise: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        ProtectionEnv(clock=0, **SMALL, randomise=randomise)
+        make_protection(clock=0, **SMALL, randomise=randomise)

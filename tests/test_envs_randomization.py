@@ -13,9 +13,12 @@ from support.env_toys import actions, transcript
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
-from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv
+from granular_env.domains.chain import ChainVectorEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
+from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs import EnvState, RecordEnv, register_all
-from granular_env.envs.registration import ENVIRONMENTS
 from granular_env.recording import record, verify
 
 register_all()
@@ -45,10 +48,10 @@ def test_processes_draw_the_same() -> None:
 
 
 def test_the_constants_of_the_task_are_those_of_the_chain_that_was_drawn() -> None:
-    env = PistonEnv(grains=5, **DRAWN)
+    env = make_piston(grains=5, **DRAWN)
     for seed in range(3):
         radius = env.reset(seed=seed)[1]["drawn_radius"]
-        fixed = PistonEnv(grains=5, radius=radius)
+        fixed = make_piston(grains=5, radius=radius)
         assert env.constants.tolist() == fixed.constants.tolist()
         env.reset(seed=seed)
         fixed.reset(seed=seed)
@@ -57,7 +60,7 @@ def test_the_constants_of_the_task_are_those_of_the_chain_that_was_drawn() -> No
 
 
 def test_a_state_carries_the_chain_that_was_drawn() -> None:
-    env, other = ProtectionEnv(**SMALL), ProtectionEnv(**SMALL)
+    env, other = make_protection(**SMALL), make_protection(**SMALL)
     env.reset(seed=1)
     transcript(env, actions(3))
     state = EnvState.from_bytes(env.save().to_bytes())
@@ -67,7 +70,7 @@ def test_a_state_carries_the_chain_that_was_drawn() -> None:
     assert other.component.identity == env.component.identity and other.observe()[1].keys() == env.observe()[1].keys()
     assert transcript(other, actions(20, seed=1)) == transcript(env, actions(20, seed=1))
     np.testing.assert_array_equal(other.reset()[0], env.reset()[0])
-    plain = ProtectionEnv(grains=6, deadline=12)
+    plain = make_protection(grains=6, deadline=12)
     plain.reset(seed=1)
     for one, foreign in ((plain, state), (other, plain.save())):
         before = one.save()
@@ -79,7 +82,7 @@ def test_a_state_carries_the_chain_that_was_drawn() -> None:
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_states_move_between_lanes_of_unlike_chains(mode: AutoresetMode) -> None:
     arguments = {**SMALL, "grains": 12, "place": 3, "amplitude": 4.0, "deadline": 40}
-    batch, single = ChainVectorEnv(PulseFormingEnv, 3, autoreset_mode=mode, **arguments), PulseFormingEnv(**arguments)
+    batch, single = ChainVectorEnv(make_pulse_forming, 3, autoreset_mode=mode, **arguments), make_pulse_forming(**arguments)
     batch.reset(seed=1)
     single.reset(seed=9)
     single.step([0.3])
@@ -92,7 +95,7 @@ def test_states_move_between_lanes_of_unlike_chains(mode: AutoresetMode) -> None
 
 
 def test_each_recorded_episode_has_a_log_of_its_chain_that_can_be_branched(tmp_path: Path) -> None:
-    env = RecordEnv(ProtectionEnv(**SMALL), tmp_path / "episode.mcap")
+    env = RecordEnv(make_protection(**SMALL), tmp_path / "episode.mcap")
     passed = []
     for seed in (1, 2):
         env.reset(seed=seed)
@@ -102,13 +105,13 @@ def test_each_recorded_episode_has_a_log_of_its_chain_that_can_be_branched(tmp_p
     assert [path.name for path in env.paths] == ["episode.mcap", "episode-2.mcap"]
     for path, state in zip(env.paths, passed, strict=True):
         assert verify(path).identical
-        fresh = ProtectionEnv(**SMALL)
+        fresh = make_protection(**SMALL)
         info = fresh.branch(path, at=8 * fresh.duration)[1]
         assert fresh.component.save().data == state.data and info["drawn_radius"] == fresh.component.get("radius")
 
 
 def test_a_recorder_is_not_left_behind_on_the_last_chain(tmp_path: Path) -> None:
-    env = ProtectionEnv(**SMALL)
+    env = make_protection(**SMALL)
     env.reset(seed=1)
     with record(env.component, tmp_path / "one.mcap"):
         env.reset(seed=1)  # the same chain again
@@ -121,7 +124,7 @@ def test_a_recorder_is_not_left_behind_on_the_last_chain(tmp_path: Path) -> None
 
 
 def test_a_start_value_that_is_refused_leaves_the_chain() -> None:
-    env = ProtectionEnv(**SMALL)
+    env = make_protection(**SMALL)
     env.reset(seed=1)
     before = env.component.identity
     with pytest.raises(ParameterError):
@@ -132,7 +135,7 @@ def test_a_start_value_that_is_refused_leaves_the_chain() -> None:
 @pytest.mark.parametrize("randomise", [{"radius": (-1e-3, 3e-3)}, {"precompression": (0.0, 1e9)}])
 def test_ends_of_a_range_that_cannot_be_are_refused_at_once(randomise: Any) -> None:
     with pytest.raises(ParameterError):
-        PulseFormingEnv(randomise=randomise)
+        make_pulse_forming(randomise=randomise)
 
 
 ARRANGED = {
@@ -164,4 +167,4 @@ def test_every_task_takes_arranged_grains_and_may_draw_what_they_leave_open(name
 def test_a_radius_that_is_given_twice_is_told_of() -> None:
     for changes in ({"radius": 2e-3}, {"randomise": {"radius": (2e-3, 3e-3)}}):
         with pytest.raises(ParameterError, match="give it in one place"):
-            ProtectionEnv(chain={"arrangement": ARRANGED["dimer"]}, **changes)
+            make_protection(chain={"arrangement": ARRANGED["dimer"]}, **changes)

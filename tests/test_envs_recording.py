@@ -9,8 +9,9 @@ import gymnasium
 import numpy as np
 import pytest
 
-from granular_env.components.contract import GranularError, ParameterError
-from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.components.errors import GranularError, ParameterError
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.envs import RecordEnv, register_all
 from granular_env.recording import open_log, verify
 
@@ -30,7 +31,7 @@ def play(env: gymnasium.Env, episodes: int, seed: int = 0) -> list[float]:
     return rewards
 
 
-@pytest.mark.parametrize("maker", [PistonEnv, ProtectionEnv])
+@pytest.mark.parametrize("maker", [make_piston, make_protection])
 def test_a_recorded_environment_verifies(maker: type, tmp_path: Path) -> None:
     path = tmp_path / "episodes.mcap"
     env = RecordEnv(maker(grains=6, deadline=25), path, every=1.5e-6)
@@ -50,7 +51,7 @@ def test_a_recorded_environment_verifies(maker: type, tmp_path: Path) -> None:
 
 def test_every_action_is_in_the_log(tmp_path: Path) -> None:
     path = tmp_path / "actions.mcap"
-    env = RecordEnv(PistonEnv(grains=6, deadline=10), path, every=1.5e-6, variables=["velocity"])
+    env = RecordEnv(make_piston(grains=6, deadline=10), path, every=1.5e-6, variables=["velocity"])
     env.reset(seed=1)
     sent = np.linspace(-1.0, 1.0, 10)
     for action in sent:
@@ -72,7 +73,7 @@ def test_wrappers_may_lie_between(tmp_path: Path) -> None:
 
 def test_a_restored_state_begins_a_segment(tmp_path: Path) -> None:
     path = tmp_path / "branches.mcap"
-    env = RecordEnv(PistonEnv(grains=6, deadline=100), path)
+    env = RecordEnv(make_piston(grains=6, deadline=100), path)
     env.reset(seed=1)
     for _ in range(5):
         env.step([0.4])
@@ -96,4 +97,4 @@ def test_only_a_component_can_be_recorded(tmp_path: Path) -> None:
 
 def test_an_unwritable_path_is_named(tmp_path: Path) -> None:
     with pytest.raises(GranularError, match="nowhere"):
-        RecordEnv(PistonEnv(grains=6), tmp_path / "file" / "nowhere" / "\0.mcap")
+        RecordEnv(make_piston(grains=6), tmp_path / "file" / "nowhere" / "\0.mcap")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from granular_env.envs.registration import ENVIRONMENTS
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -32,12 +32,21 @@ IMPORTS = {
 
 @pytest.mark.parametrize("imports", IMPORTS.values(), ids=IMPORTS)
 def test_any_order_of_imports_will_do(imports: str) -> None:
-    assert run(f"{imports}; {MAKE}") == "granular_env/Protection-v1 ProtectionEnv"
+    assert run(f"{imports}; {MAKE}") == "granular_env/Protection-v1 ChainEnv"
 
 
 def test_gymnasium_imports_us_by_name() -> None:
     script = "import gymnasium; print(gymnasium.make('granular_env:granular_env/Piston-v1', grains=4).unwrapped.task.name)"
     assert run(script) == "piston"
+
+
+def test_gymnasiums_own_word_for_registration_works() -> None:
+    script = """
+import gymnasium, granular_env
+gymnasium.register_envs(granular_env)
+print(gymnasium.make("granular_env/Absorption-v1", grains=8).unwrapped.task.name)
+"""
+    assert run(script) == "absorption"
 
 
 def test_importing_us_imports_no_gymnasium() -> None:
@@ -62,7 +71,7 @@ import sys
 sys.modules["gymnasium"] = None
 import granular_env, granular_env.envs
 try:
-    granular_env.domains.chain.PistonEnv
+    from granular_env.domains.chain.tasks.piston import make_piston
 except ImportError as error:
     print(type(error).__name__)
 """

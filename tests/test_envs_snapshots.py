@@ -14,8 +14,10 @@ from support.env_toys import MAKERS, SMALL, actions, transcript
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.components.packing import pack, unpack
-from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv
+from granular_env.components.support.serialization import pack, unpack
+from granular_env.domains.chain import ChainVectorEnv
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.envs import ComponentEnv, EnvState, RecordEnv
 from granular_env.recording import record
 
@@ -47,7 +49,7 @@ def test_bytes_hold_the_whole_state(maker: str) -> None:
 def test_a_new_process_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     """Saved at random instants of a noisy, delayed episode."""
     generator, expected = np.random.default_rng(5), []
-    env = PistonEnv(**HARD)
+    env = make_piston(**HARD)
     for number, instant in enumerate(generator.integers(0, 30, 4).tolist()):
         env.reset(seed=number)
         transcript(env, actions(instant, seed=number))
@@ -59,9 +61,9 @@ import sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from pathlib import Path
 from support.env_toys import actions, transcript
-from granular_env.domains.chain import PistonEnv
+from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.envs import EnvState
-env = PistonEnv(**{HARD!r})
+env = make_piston(**{HARD!r})
 for number in range(4):
     env.restore(EnvState.from_bytes((Path({str(tmp_path)!r}) / f"{{number}}.state").read_bytes()))
     print(b"".join([*transcript(env, actions(60, seed=7)), env.reset()[0].tobytes()]).hex())
@@ -71,7 +73,7 @@ for number in range(4):
 
 
 def test_bytes_that_are_no_state_are_refused() -> None:
-    env = PistonEnv(**SMALL)
+    env = make_piston(**SMALL)
     env.reset(seed=1)
     data = env.save().to_bytes()
     for wrong in (b"", b"nonsense" * 20, data[:-1], data[:40] + b"x" + data[41:], env.component.save().to_bytes()):
@@ -84,7 +86,7 @@ def test_bytes_choose_nothing_that_is_called(name: Any, monkeypatch: pytest.Monk
     called: list[str] = []
     for one in ("test", "seed", "random", "exponential"):
         monkeypatch.setattr(np.random, one, lambda *arguments, one=one: called.append(one))
-    env = PistonEnv(**SMALL)
+    env = make_piston(**SMALL)
     env.reset(seed=1)
     header, arrays = unpack(env.save().to_bytes())
     header["random"] = {"bit_generator": name}
@@ -108,8 +110,8 @@ def test_random_numbers_of_any_kind_go_along(kind: Any) -> None:
 def test_memories_that_no_environment_has_are_refused_and_nothing_moves(place: int, number: float) -> None:
     if place in (4, 5) and math.isfinite(number):
         pytest.skip("an input may be any finite number")
-    env = PistonEnv(**SMALL)
-    batch = ChainVectorEnv(PistonEnv, 3, **SMALL)
+    env = make_piston(**SMALL)
+    batch = ChainVectorEnv(make_piston, 3, **SMALL)
     env.reset(seed=1)
     batch.reset(seed=2)
     batch.step(np.ones((3, 1)))
@@ -126,7 +128,7 @@ def test_memories_that_no_environment_has_are_refused_and_nothing_moves(place: i
 
 
 def test_random_numbers_that_are_none_are_refused_and_nothing_moves() -> None:
-    env, other = PistonEnv(**SMALL), PistonEnv(**SMALL)
+    env, other = make_piston(**SMALL), make_piston(**SMALL)
     env.reset(seed=1)
     other.reset(seed=1)
     transcript(other, actions(4))
@@ -138,7 +140,7 @@ def test_random_numbers_that_are_none_are_refused_and_nothing_moves() -> None:
 
 
 def test_states_are_told_apart_and_shown() -> None:
-    env = PistonEnv(**SMALL)
+    env = make_piston(**SMALL)
     env.reset(seed=1)
     first, again = env.save(), env.save()
     env.step([0.1])
@@ -147,7 +149,7 @@ def test_states_are_told_apart_and_shown() -> None:
 
 
 def test_a_state_with_another_memory_is_refused() -> None:
-    env, other = PistonEnv(**SMALL), PistonEnv(**SMALL, control_delay=2)
+    env, other = make_piston(**SMALL), make_piston(**SMALL, control_delay=2)
     env.reset(seed=1)
     other.reset(seed=1)
     with pytest.raises(ParameterError, match="control_delay"):
@@ -158,7 +160,7 @@ def test_a_state_with_another_memory_is_refused() -> None:
 
 
 def test_states_move_between_batches_and_single_environments() -> None:
-    batch, env = ChainVectorEnv(PistonEnv, 3, **HARD, info="full"), PistonEnv(**HARD)
+    batch, env = ChainVectorEnv(make_piston, 3, **HARD, info="full"), make_piston(**HARD)
     batch.reset(seed=4)
     env.reset(seed=20)
     chosen = [actions(3, seed=step) for step in range(30)]
@@ -180,7 +182,7 @@ def test_states_move_between_batches_and_single_environments() -> None:
 
 
 def test_restored_lanes_know_whether_they_are_over() -> None:
-    batch = ChainVectorEnv(ProtectionEnv, 2, grains=4, deadline=3, clock=0)
+    batch = ChainVectorEnv(make_protection, 2, grains=4, deadline=3, clock=0)
     batch.reset(seed=1)
     begun = batch.save()
     for _ in range(3):
@@ -194,7 +196,7 @@ def test_restored_lanes_know_whether_they_are_over() -> None:
 
 
 def test_states_that_do_not_fit_a_batch_are_refused() -> None:
-    batch = ChainVectorEnv(PistonEnv, 2, **SMALL)
+    batch = ChainVectorEnv(make_piston, 2, **SMALL)
     batch.reset(seed=1)
     states = batch.save()
     for wrong, lanes, words in (
@@ -216,7 +218,7 @@ def test_states_that_do_not_fit_a_batch_are_refused() -> None:
 
 
 @pytest.mark.parametrize("instant", [0, 7, 23, 39])
-@pytest.mark.parametrize("maker", [PistonEnv, ProtectionEnv])
+@pytest.mark.parametrize("maker", [make_piston, make_protection])
 def test_a_log_goes_on_as_an_environment(maker: type[ComponentEnv], instant: int, tmp_path: Path) -> None:
     """The same inputs give the bits of the log's own continuation."""
     chosen, path = actions(40), tmp_path / "episode.mcap"
@@ -244,7 +246,7 @@ def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
     with record(chain, path):
         chain.reset()
         chain.step(3e-5, left_velocity=ge.Profile.half_sine(2.0, 3e-5))
-    env = PistonEnv(**SMALL)
+    env = make_piston(**SMALL)
     assert env.component.identity == chain.identity
     env.branch(path, at=3e-5)
     rewards = [env.step([0.0])[1] for _ in range(20)]
@@ -257,11 +259,11 @@ def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
 
 def test_a_lane_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
     path = tmp_path / "pushed.mcap"
-    recorded = ProtectionEnv(**SMALL)
+    recorded = make_protection(**SMALL)
     with record(recorded.component, path):
         recorded.reset(seed=1)
         transcript(recorded, actions(20))
-    batch, single = ChainVectorEnv(ProtectionEnv, 2, **SMALL), ProtectionEnv(**SMALL)
+    batch, single = ChainVectorEnv(make_protection, 2, **SMALL), make_protection(**SMALL)
     batch.reset(seed=1)
     batch.lane(1).branch(path, at=1.5e-5, seed=8)
     single.branch(path, at=1.5e-5, seed=8)
@@ -274,11 +276,11 @@ def test_a_lane_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
 
 def test_a_log_of_another_chain_is_refused_by_name(tmp_path: Path) -> None:
     path = tmp_path / "other.mcap"
-    other = PistonEnv(grains=9, radius=2e-3)
+    other = make_piston(grains=9, radius=2e-3)
     with record(other.component, path):
         other.reset(seed=1)
         other.step([0.5])
-    env = PistonEnv(**SMALL)
+    env = make_piston(**SMALL)
     env.reset(seed=1)
     before = env.save().to_bytes()
     with pytest.raises(ParameterError, match="grains is 9 there and 8 here; radius is 0.002 there and 0.003 here"):

@@ -12,15 +12,15 @@ from numba import types
 from numba.extending import intrinsic
 from support.env_toys import MAKERS, Swing
 
-from granular_env.components.chain import Chain, features
-from granular_env.components.chain.table import U, V
+from granular_env.components.chain import Chain, quantities
+from granular_env.components.chain.layout import U, V
 from granular_env.components.errors import GranularWarning, ParameterError
-from granular_env.components.jit import jit
 from granular_env.components.oscillator import Oscillator
+from granular_env.components.support.jit import jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv, check_task
 from granular_env.domains.chain.envs.task_check import refuse_incomplete
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import ComponentEnv
-from granular_env.envs.registration import ENVIRONMENTS
 
 DEADLINE = 20
 
@@ -70,7 +70,7 @@ SLIPS: dict[str, tuple[Callable[..., Any], str]] = {
     "last grain as in Python": (lambda a, i, c, k, d, e, s: (a[V, -1], False), r"reads a\[V, -1\]"),
     "in a function it calls": (lambda a, i, c, k, d, e, s: (far(a, 12), False), r"reads a\[U, 12\]"),
     "in a function of the package": (
-        lambda a, i, c, k, d, e, s: (features.kinetic_energy(a, 0, 9), False), r"reads a\[MASS, 10\]",
+        lambda a, i, c, k, d, e, s: (quantities.kinetic_energy(a, 0, 9), False), r"reads a\[MASS, 10\]",
     ),
     "at the deadline only": (lambda a, i, c, k, d, e, s: (c[5] if e == s else 0.0, False), r"reads counters\[5\]"),
 }  # fmt: skip

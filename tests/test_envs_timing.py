@@ -12,11 +12,16 @@ import numpy as np
 import pytest
 from support.env_toys import MAKERS
 
-from granular_env.components.errors import ParameterError
-from granular_env.domains.chain import ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv, SolitonTrainEnv
+from granular_env.components.chain import Chain
+from granular_env.components.errors import GranularWarning, ParameterError
+from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
+from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
+from granular_env.domains.chain.tasks.soliton_train import make_soliton_train
 from granular_env.envs import register_all
 from granular_env.envs.policies import Constant, play
-from granular_env.envs.registration import ENVIRONMENTS
 
 register_all()
 # Where the reward speaks of a time, the agent is shown it.
@@ -60,7 +65,7 @@ def test_a_held_action_is_that_action_for_several_control_steps(maker: str) -> N
 
 def test_rates_and_delays_count_control_steps_while_an_action_is_held() -> None:
     arguments = {"grains": 5, "action_rate": 0.1, "control_delay": 2, "noise": 0.1}
-    env, single = PistonEnv(hold=3, **arguments), PistonEnv(**arguments)
+    env, single = make_piston(hold=3, **arguments), make_piston(**arguments)
     for one in (env, single):
         one.reset(seed=1)
     for action in (1.0, -1.0):
@@ -73,8 +78,8 @@ def test_rates_and_delays_count_control_steps_while_an_action_is_held() -> None:
 
 def test_a_step_that_breaks_while_it_is_held_keeps_what_went_before() -> None:
     arguments: dict[str, Any] = {"grains": 3, "impulse": 10.0, "action_scale": 2e5, "chain": {"overlap_limit": 0.005}}
-    held, single = ProtectionEnv(hold=50, **arguments), ProtectionEnv(**arguments)
-    batch = ChainVectorEnv(ProtectionEnv, 1, hold=50, autoreset_mode="Disabled", **arguments)
+    held, single = make_protection(hold=50, **arguments), make_protection(**arguments)
+    batch = ChainVectorEnv(make_protection, 1, hold=50, autoreset_mode="Disabled", **arguments)
     for one in (held, single, batch):
         one.reset(seed=1)
     _, reward, terminated, _, info = held.step([1.0])
@@ -157,18 +162,18 @@ def test_a_time_limit_of_the_batch_is_that_of_the_single_environments() -> None:
 )
 def test_clocks_and_holds_that_are_none_are_refused(arguments: Any) -> None:
     with pytest.raises(ParameterError, match=next(iter(arguments))):
-        PistonEnv(grains=4, **arguments)
+        make_piston(grains=4, **arguments)
 
 
 def test_a_clock_needs_a_deadline() -> None:
     with pytest.raises(ParameterError, match="there is no deadline"):
-        ProtectionEnv(grains=4, deadline=None, clock=2)
-    assert ProtectionEnv(grains=4, deadline=None).clock == 0
+        make_protection(grains=4, deadline=None, clock=2)
+    assert make_protection(grains=4, deadline=None).clock == 0
 
 
 def test_baselines_hold_as_the_environment_does() -> None:
     # Theory's push lasts some 30 control steps. Held for 3 each it is still that push; played three times slower it is not.
-    for environment in (PulseFormingEnv, SolitonTrainEnv):
+    for environment in (make_pulse_forming, make_soliton_train):
         env = environment(hold=3)
         assert play(env, env.task.baselines()["theory"], seed=1)[0] > -0.1
         assert "best" not in env.task.baselines()
@@ -181,18 +186,18 @@ def test_baselines_hold_as_the_environment_does() -> None:
 def test_a_wave_that_would_have_to_be_there_already_is_refused_with_the_least_deadline(place: Any, deadline: int) -> None:
     heights = [5.0] * len(np.atleast_1d(place))
     with pytest.raises(ParameterError, match=r"deadline: .* give deadline=\d+ or more") as caught:
-        PulseFormingEnv(place=place, amplitude=heights, deadline=deadline)
+        make_pulse_forming(place=place, amplitude=heights, deadline=deadline)
     least = int(str(caught.value).partition("give deadline=")[2].partition(" ")[0])
-    env = PulseFormingEnv(place=place, amplitude=heights, deadline=least)
+    env = make_pulse_forming(place=place, amplitude=heights, deadline=least)
     assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(-1.0, abs=2e-3), "doing nothing is not paid for"
     with pytest.raises(ParameterError):
-        PulseFormingEnv(place=place, amplitude=heights, deadline=least - 1)
+        make_pulse_forming(place=place, amplitude=heights, deadline=least - 1)
 
 
 def test_trains_are_asked_for_in_time() -> None:
     with pytest.raises(ParameterError, match="deadline: a wave of 3 m/s"):
-        SolitonTrainEnv(deadline=150)
-    env = SolitonTrainEnv()
+        make_soliton_train(deadline=150)
+    env = make_soliton_train()
     with pytest.raises(ParameterError, match=r"options.goal: a wave of 3 m/s .* to grain 60"):
         env.reset(options={"goal": [[3.0, 60.0]]})
     for seed in range(20):
@@ -204,6 +209,22 @@ def test_trains_are_asked_for_in_time() -> None:
 def test_doing_nothing_earns_nothing_whatever_the_deadline(name: str, deadline: int) -> None:
     env = gymnasium.make(f"granular_env/{name}-v1", deadline=deadline)
     assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "unit"), [("EnergyDelivery", 197, "J"), ("Protection", 277, "N s")], ids=["energy", "protection"]
+)
+def test_a_deadline_that_no_drive_can_meet_is_told(name: str, least: int, unit: str) -> None:
+    """Nothing that is held back arrives sooner than the full drive from the first moment on."""
+    for action in ("force", "piston"):
+        with pytest.warns(GranularWarning, match=f"deadline: 20 control steps .* 0 {unit} of the wanted"):
+            env = gymnasium.make(f"granular_env/{name}-v1", deadline=20, action=action)
+        assert play(env, Constant(1.0), seed=1)[0] < 0.01
+    with pytest.warns(GranularWarning, match=f"deadline: {least - 1} control steps"):
+        gymnasium.make(f"granular_env/{name}-v1", deadline=least - 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", GranularWarning)
+        gymnasium.make(f"granular_env/{name}-v1", deadline=least)
 
 
 # -- what an environment cannot do -------------------------------------------------------------------------------------
@@ -220,19 +241,19 @@ def test_doing_nothing_earns_nothing_whatever_the_deadline(name: str, deadline: 
 )
 def test_waves_that_no_chain_can_hold_are_refused(arguments: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        PulseFormingEnv(**arguments)
+        make_pulse_forming(**arguments)
 
 
 def test_trains_that_no_chain_can_hold_are_refused() -> None:
-    env = SolitonTrainEnv()
+    env = make_soliton_train()
     for goal, words in (([[3.0, 30.0], [6.0, 29.0]], "lie over each other"), ([[3.0, 0.0]], "hangs over the end")):
         with pytest.raises(ParameterError, match=f"options.goal: .*{words}"):
             env.reset(options={"goal": goal})
     env.reset(options={"goal": [[3.0, 20.0], [5.0, 40.0]]})
     with pytest.raises(ParameterError, match="spacing"):
-        SolitonTrainEnv(spacing=(1.0, 4.0))
+        make_soliton_train(spacing=(1.0, 4.0))
     with pytest.raises(ParameterError, match="front: .* hangs over the end"):
-        SolitonTrainEnv(spacing=(18.0, 18.0), front=(36.0, 40.0))
+        make_soliton_train(spacing=(18.0, 18.0), front=(36.0, 40.0))
 
 
 @pytest.mark.parametrize("name", ["deadline", "hold", "clock", "internal_steps", "info", "noise", "observe", "randomise"])
@@ -244,7 +265,27 @@ def test_options_that_are_read_once_cannot_be_set_later(name: str) -> None:
     assert copy.deepcopy(env).deadline == env.deadline == 700
 
 
+@pytest.mark.parametrize("name", ["amplitude", "place", "grains", "action_scale", "step_size", "chain"])
+def test_arguments_of_a_task_cannot_be_set_later(name: str) -> None:
+    """Nothing reads them any more: the agent would go on with the old goal."""
+    env = gymnasium.make("granular_env/PulseForming-v1").unwrapped
+    with pytest.raises(ParameterError, match=f"{name}: .*make another one with {name}="):
+        setattr(env, name, 3.0)
+
+
+def test_attributes_of_ones_own_can_be_set() -> None:
+    class Counting(ChainEnv):
+        def __init__(self, component: Chain, task: ChainTask, bonus: float = 1.0) -> None:
+            super().__init__(component, task)
+            self.bonus = bonus
+
+    given = make_pulse_forming()
+    env = Counting(given.component, given.task, bonus=2.0)
+    env.bonus, env.label = 3.0, "mine"  # type: ignore[attr-defined]
+    assert env.bonus == 3.0 and copy.deepcopy(env).bonus == 2.0
+
+
 def test_a_hold_beyond_the_deadline_is_refused() -> None:
     with pytest.raises(ParameterError, match="hold: got 11, expected at most the deadline of 10"):
-        PistonEnv(grains=4, hold=11, deadline=10)
-    PistonEnv(grains=4, hold=10, deadline=10)
+        make_piston(grains=4, hold=11, deadline=10)
+    make_piston(grains=4, hold=10, deadline=10)

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from granular_env.components.contract import GranularWarning, ParameterError
-from granular_env.domains.chain import ChainEnv, ChainVectorEnv, PistonEnv, ProtectionEnv, PulseFormingEnv
+from granular_env.components.errors import GranularWarning, ParameterError
+from granular_env.domains.chain import ChainEnv, ChainVectorEnv
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
+from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs import register_all
 from granular_env.recording import record, verify
 
@@ -21,16 +24,16 @@ MODES = list(AutoresetMode)
 
 # What is tried: the environment, and arguments that differ from lane to lane or not.
 CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
-    "force": (ProtectionEnv, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 0}),
-    "clock": (ProtectionEnv, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 3}),
-    "held": (PistonEnv, {"grains": 5, "deadline": 20, "internal_steps": 13, "hold": 3, "control_delay": 2, "noise": 0.1}),
+    "force": (make_protection, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 0}),
+    "clock": (make_protection, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 3}),
+    "held": (make_piston, {"grains": 5, "deadline": 20, "internal_steps": 13, "hold": 3, "control_delay": 2, "noise": 0.1}),
     "held with a clock": (
-        PulseFormingEnv,
+        make_pulse_forming,
         {"grains": 9, "amplitude": 3.0, "place": 3, "deadline": 40, "hold": 7, "randomise": {"radius": (2.9e-3, 3e-3)}},
     ),
-    "piston": (PistonEnv, {"grains": 5, "deadline": 8, "internal_steps": 30}),
+    "piston": (make_piston, {"grains": 5, "deadline": 8, "internal_steps": 30}),
     "sensors": (
-        ProtectionEnv,
+        make_protection,
         {
             "clock": 0,
             "grains": 5,
@@ -42,11 +45,11 @@ CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
         },
     ),
     "slow actuator": (
-        PistonEnv,
+        make_piston,
         {"grains": 4, "deadline": 14, "internal_steps": 20, "action_rate": 0.3, "control_delay": 3, "noise": 0.1},
     ),
     "drawn": (
-        ProtectionEnv,
+        make_protection,
         {
             "clock": 0,
             "grains": 6,
@@ -58,7 +61,7 @@ CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
         },
     ),
     "each grain drawn": (
-        PistonEnv,
+        make_piston,
         {
             "grains": 6,
             "deadline": 9,
@@ -67,7 +70,7 @@ CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
         },
     ),
     "plastic": (
-        ProtectionEnv,
+        make_protection,
         {
             "clock": 0,
             "grains": 5,
@@ -78,7 +81,7 @@ CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
         },
     ),
     "refused": (
-        ProtectionEnv,
+        make_protection,
         {
             "grains": 3,
             "deadline": 5,
@@ -173,7 +176,7 @@ def test_the_cases_reach_every_end() -> None:
 
 
 def test_make_vec_picks_the_batch() -> None:
-    for name, environment in (("granular_env/Protection-v1", ProtectionEnv), ("granular_env/Piston-v1", PistonEnv)):
+    for name, environment in (("granular_env/Protection-v1", make_protection), ("granular_env/Piston-v1", make_piston)):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             env = gymnasium.make_vec(name, num_envs=3, grains=5)
@@ -190,10 +193,10 @@ def test_make_vec_picks_the_batch() -> None:
 def test_parameters_may_differ_from_lane_to_lane() -> None:
     own = [{"radius": 2e-3}, {"impulse": 1e-3, "chain": {"precompression": 3.0}}, {"deadline": 3, "noise": 0.1}]
     common: dict[str, Any] = {"grains": 5, "chain": {"contact_stiffness": 1e9}}
-    batch = ChainVectorEnv(ProtectionEnv, 3, parameters=own, **common)
+    batch = ChainVectorEnv(make_protection, 3, parameters=own, **common)
     chains = [{**common["chain"], **each.get("chain", {})} for each in own]
     singles = [
-        lambda each=each, chain=chain: ProtectionEnv(**{**common, **each, "chain": chain, "info": "brief"})
+        lambda each=each, chain=chain: make_protection(**{**common, **each, "chain": chain, "info": "brief"})
         for each, chain in zip(own, chains, strict=True)
     ]
     play(batch, SyncVectorEnv(singles), 12, seed=3)
@@ -202,9 +205,9 @@ def test_parameters_may_differ_from_lane_to_lane() -> None:
 
 def test_laws_may_differ_from_lane_to_lane() -> None:
     own = [{"chain": {"law": {"name": "viscous", "dissipation": 0.3}}}, {"chain": {"gravity": 9.81}}]
-    batch = ChainVectorEnv(PistonEnv, 2, parameters=own, grains=4, deadline=20, chain={"right": "plane"})
+    batch = ChainVectorEnv(make_piston, 2, parameters=own, grains=4, deadline=20, chain={"right": "plane"})
     singles = [
-        lambda each=each: PistonEnv(grains=4, deadline=20, chain={"right": "plane", **each["chain"]}, info="brief")
+        lambda each=each: make_piston(grains=4, deadline=20, chain={"right": "plane", **each["chain"]}, info="brief")
         for each in own
     ]
     play(batch, SyncVectorEnv(singles), 6, seed=5)
@@ -218,16 +221,16 @@ def test_goals_of_other_sizes_may_differ_from_lane_to_lane() -> None:
         {"chain": {"precompression": 9.0}, "randomise": {"radius": (2e-3, 3e-3)}},
     ]
     common: dict[str, Any] = {"grains": 12, "amplitude": 3.0, "place": 9, "deadline": 60, "info": "brief"}
-    batch = ChainVectorEnv(PulseFormingEnv, 3, parameters=own, **common)
+    batch = ChainVectorEnv(make_pulse_forming, 3, parameters=own, **common)
     assert len({len(batch.lane(k).constants) for k in range(3)}) == 3
-    fresh = ChainVectorEnv(PulseFormingEnv, 3, parameters=own, **common)
-    singles = [lambda k=k, each=each: PulseFormingEnv(**{**common, **each}) for k, each in enumerate(own)]
+    fresh = ChainVectorEnv(make_pulse_forming, 3, parameters=own, **common)
+    singles = [lambda k=k, each=each: make_pulse_forming(**{**common, **each}) for k, each in enumerate(own)]
     play(fresh, SyncVectorEnv(singles), 30, seed=2)
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_what_lanes_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) -> None:
-    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, deadline=3, autoreset_mode=mode)
+    env = ChainVectorEnv(make_protection, 2, grains=4, deadline=3, autoreset_mode=mode)
     env.reset(seed=1)
     for _ in range(3):
         env.lane(1).step([1.0])
@@ -246,7 +249,7 @@ def test_what_lanes_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) ->
 
 
 def test_observations_and_infos_are_fresh() -> None:
-    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, info="full")
+    env = ChainVectorEnv(make_protection, 2, grains=4, info="full")
     observations, infos = env.reset(seed=1)
     kept = observations.copy(), {name: value.copy() for name, value in infos.items()}
     for _ in range(5):
@@ -256,7 +259,7 @@ def test_observations_and_infos_are_fresh() -> None:
 
 
 def test_a_mask_resets_some() -> None:
-    env = ChainVectorEnv(ProtectionEnv, 3, grains=4, clock=0, autoreset_mode="Disabled")
+    env = ChainVectorEnv(make_protection, 3, grains=4, clock=0, autoreset_mode="Disabled")
     env.reset(seed=1)
     before, *_ = env.step(np.ones((3, 1)))
     mask = np.array([False, True, False])
@@ -269,7 +272,7 @@ def test_a_mask_resets_some() -> None:
 
 
 def test_with_autoreset_disabled_what_is_over_stays_over() -> None:
-    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, deadline=2, autoreset_mode=AutoresetMode.DISABLED)
+    env = ChainVectorEnv(make_protection, 2, grains=4, deadline=2, autoreset_mode=AutoresetMode.DISABLED)
     env.reset(seed=1)
     for _ in range(2):
         env.step(np.zeros((2, 1)))
@@ -278,7 +281,7 @@ def test_with_autoreset_disabled_what_is_over_stays_over() -> None:
 
 
 def test_a_recorded_lane_is_recorded_whole(tmp_path: Any) -> None:
-    env, path = ChainVectorEnv(ProtectionEnv, 3, grains=5), tmp_path / "lane.mcap"
+    env, path = ChainVectorEnv(make_protection, 3, grains=5), tmp_path / "lane.mcap"
     env.reset(seed=1)
     for _ in range(4):
         env.step(np.full((3, 1), 0.3))
@@ -304,7 +307,7 @@ def test_a_recorded_lane_is_recorded_whole(tmp_path: Any) -> None:
     ],
 )
 def test_what_are_no_actions_is_refused_and_nothing_moves(actions: Any, words: str) -> None:
-    env = ChainVectorEnv(ProtectionEnv, 3, grains=4)
+    env = ChainVectorEnv(make_protection, 3, grains=4)
     with pytest.raises(ParameterError):
         env.step(np.zeros((3, 1)))  # before the first reset
     env.reset(seed=1)
@@ -334,11 +337,11 @@ def test_what_are_no_actions_is_refused_and_nothing_moves(actions: Any, words: s
 )
 def test_batches_that_cannot_be_are_refused(arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        ChainVectorEnv(ProtectionEnv, **{"num_envs": 3, "grains": 4, **arguments})
+        ChainVectorEnv(make_protection, **{"num_envs": 3, "grains": 4, **arguments})
 
 
 def test_seeds_are_given_to_each() -> None:
-    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, randomise={"velocity": (0.0, 1.0)}, info="full")
+    env = ChainVectorEnv(make_protection, 2, grains=4, randomise={"velocity": (0.0, 1.0)}, info="full")
     first = env.reset(seed=5)[1]["velocity"][:, 0].tolist()
     assert env.reset(seed=[6, 5])[1]["velocity"][:, 0].tolist()[::-1] == [first[0], first[1]]
     assert env.np_random_seed == (6, 5) and len(env.np_random) == 2
@@ -353,7 +356,7 @@ def test_seeds_are_given_to_each() -> None:
 
 
 def test_pictures_of_all() -> None:
-    env = ChainVectorEnv(ProtectionEnv, 2, grains=4, render_mode="rgb_array")
+    env = ChainVectorEnv(make_protection, 2, grains=4, render_mode="rgb_array")
     env.reset(seed=1)
     env.step(np.array([[1.0], [0.0]]))
     first, second = env.render()

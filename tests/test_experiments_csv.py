@@ -126,6 +126,8 @@ FAULTS = [
     (GOOD.replace("1.5", "1.5 "), {"decimal": ","}, ["line 3", "'0.0'", "such as 1,5e-3", 'set decimal = "."']),
     (GOOD, {"skip": 7}, ["no rows"]),
     ("LECROYWS424,12345\nSegments,1\n" + GOOD, {}, ["line 1", "numbers begin in line 5", "set skip = 3"]),
+    ("LECROYWS424,12345\n1,2\nSegments,1\n" + GOOD, {}, ["line 1", "numbers begin in line 6", "set skip = 4"]),
+    ("LECROYWS424,12345,Waveform\n1,2,3\n0,0\n1,5\n3,6\n", {}, ["line 1", "samples begin in line 3", "set skip = 2"]),
 ]
 
 

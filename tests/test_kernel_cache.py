@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 from numba.core import config as numba_config
 
-from granular_env.components import kernel_cache
 from granular_env.components.errors import ParameterError
-from granular_env.components.fingerprint import fingerprint
-from granular_env.components.jit import JIT, address, entry_point, jit
+from granular_env.components.support import kernel_cache
+from granular_env.components.support.fingerprint import fingerprint
+from granular_env.components.support.jit import JIT, address, entry_point, jit
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
 ROOT = Path(__file__).resolve().parents[1]
@@ -48,11 +48,11 @@ def write(folder: Path, files: dict[str, str]) -> None:
 
 # -- never stale --------------------------------------------------------------------------------------------------------
 
-HELPER = "from granular_env.components.jit import jit\nK = {k}\n@jit\ndef price(x): return {k} * x\n"
+HELPER = "from granular_env.components.support.jit import jit\nK = {k}\n@jit\ndef price(x): return {k} * x\n"
 TASK = """
 import os
-from granular_env.components.jit import jit
-from granular_env.components.chain.table import V
+from granular_env.components.support.jit import jit
+from granular_env.components.chain.layout import V
 {imports}
 @jit
 def judge(x):
@@ -100,8 +100,8 @@ OBJECTIVE = """
 from weights import W
 import numpy as np
 from granular_env import Chain
-from granular_env.components.jit import jit
-from granular_env.components.chain.table import V
+from granular_env.components.support.jit import jit
+from granular_env.components.chain.layout import V
 from granular_env.domains.chain.control.gradient import value_and_grad
 from granular_env.domains.chain.control.objective import Objective
 @jit
@@ -269,7 +269,7 @@ def test_kernels_of_numbas_own_cache_are_never_stale(tmp_path: Path) -> None:
     text = """
 import os, numba
 from helper import K
-from granular_env.components.jit import address, caller, jit
+from granular_env.components.support.jit import address, caller, jit
 W = float(os.environ["W"])
 @numba.njit(cache=True)
 def judge(x): return K * W * x
@@ -298,7 +298,7 @@ def test_what_was_compiled_before_with_unknown_values_is_not_kept(tmp_path: Path
 
 # -- never in the way ---------------------------------------------------------------------------------------------------
 
-SMALL = "from granular_env.components.powers import power; print(power(2.0, 0.5))"
+SMALL = "from granular_env.components.support.powers import power; print(power(2.0, 0.5))"
 
 
 def kernels(folder: Path) -> list[Path]:
@@ -401,8 +401,8 @@ def test_the_quiet_switch_hides_it(tmp_path: Path) -> None:
 def test_of_many_processes_one_speaks(tmp_path: Path) -> None:
     """The first one is still there when the second compiles for other types."""
     code = (
-        "import subprocess, sys\nfrom granular_env.components.powers import power\npower(2.0, 0.5)\n"
-        "second = 'from granular_env.components.powers import power; power(2, 1); print(len(power.overloads))'\n"
+        "import subprocess, sys\nfrom granular_env.components.support.powers import power\npower(2.0, 0.5)\n"
+        "second = 'from granular_env.components.support.powers import power; power(2, 1); print(len(power.overloads))'\n"
         "subprocess.run([sys.executable, '-c', second], check=True)"
     )
     done = run(code, tmp_path, environment={"GRANULAR_ENV_QUIET": ""})

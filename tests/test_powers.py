@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.chain_tools import python
 
-from granular_env.components.powers import power
+from granular_env.components.support.powers import power
 
 
 def _exact(x: float, p: float) -> Decimal:
@@ -37,7 +37,7 @@ def test_below_and_above_the_range_of_a_float() -> None:
 
 def test_the_same_bits_without_the_compiler() -> None:
     code = (
-        "from granular_env.components.powers import power\n"
+        "from granular_env.components.support.powers import power\n"
         "print([float(power(x, p)).hex() for x in (1e-9, 3.7e-6, .9, 1.4, 1.5, 7e5) for p in (1.0, 1.3, 2.5, 0.4)])"
     )
     assert python(code) == python(code, NUMBA_DISABLE_JIT="1")

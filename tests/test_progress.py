@@ -37,7 +37,7 @@ def test_bar_percentage_and_time_left_are_seen_at_every_width(width, title):
     assert re.search(r"\d:\d\d:\d\d left", last)
     if width >= 80:
         assert "t = 0.005567 s" in last
-        assert ("3.4-piston" in last) == ("3.4-piston" in title)
+        assert ("nesterenko-1983/3.4-piston" in last) == ("3.4-piston" in title)
     if width == 120 and "3.4-piston" in title:
         assert "3,726 ticks/s  residual +4.2e-08" in last
 

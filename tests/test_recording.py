@@ -11,9 +11,10 @@ from mcap.reader import make_reader
 from support.recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
-from granular_env.components.contract import Component, Snapshot
+from granular_env.components.component import Component
 from granular_env.components.errors import LogError, ParameterError, StepError
 from granular_env.components.profiles import Profile
+from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.format import FRAMES, HASHES, HEADER, SNAPSHOTS, STEPS, Record
 

@@ -18,8 +18,8 @@ import pytest
 from support.recording_helpers import chain_log, mutated, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
-from granular_env.components.contract import Snapshot
 from granular_env.components.errors import GranularError, LogError, ParameterError
+from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.chunks import ChunkWriter
 from granular_env.recording.format import HEADER, PROFILE, STEPS, Record

@@ -380,7 +380,7 @@ def test_a_log_of_such_a_tick_is_different_in_seconds(tmp_path: Path) -> None:
     def change(old):  # noqa: ANN001, ANN202
         import dataclasses
 
-        from granular_env.components.contract import Snapshot
+        from granular_env.components.snapshot import Snapshot
         from granular_env.recording.format import HEADER, SNAPSHOTS
 
         if old.kind == HEADER:

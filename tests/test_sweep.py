@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from typing import Annotated
@@ -21,9 +22,10 @@ import granular_env as ge
 from granular_env.cli import main
 from granular_env.documents import ByKey
 from granular_env.domains.chain import measurement
-from granular_env.sweep import axes, bundles, load_plan, open_sweep, run_sweep, shipped_plans
-from granular_env.sweep.computing import Order
-from granular_env.sweep.engines import processes
+from granular_env.sweep import axes, bundles, load_plan, open_sweep, run_sweep, shipped_plans, store
+from granular_env.sweep.computing import Order, Result
+from granular_env.sweep.engines import on_ray, processes
+from granular_env.sweep.planning import planned
 from granular_env.sweep.store import Store
 from granular_env.sweep.tasks import make_tasks
 from granular_env.sweep.telling import closing
@@ -286,11 +288,15 @@ def test_columns_have_units(tmp_path):
 
 
 def test_every_number_that_can_be_taken_has_a_unit():
-    from granular_env.sweep.measures import _MEASUREMENTS, Measurement
+    from granular_env.domains import DOMAINS, load
+    from granular_env.sweep.measures import Measurement
 
-    for name, takes in _MEASUREMENTS.items():
-        for take in takes:
-            assert Measurement(name, take, 0, ()).unit(None)
+    homes = [domain.columns for domain in DOMAINS.values() if domain.columns is not None]
+    assert homes
+    for home in homes:
+        for name, takes in load(home).MEASUREMENTS.items():
+            for take in takes:
+                assert Measurement(home, name, take, 0, ()).unit(None)
 
 
 def test_extremes_are_looked_for_at_each_step_where_nothing_else_is_said(tmp_path):
@@ -388,6 +394,29 @@ def test_a_measured_input_goes_with_the_tasks_by_its_content(tmp_path):
     again = run_sweep(content, out, engine="serial").table["work"]
     assert lines(out) == 4 and again[1] > first[1]
     assert len(list((out / "inputs").iterdir())) == 2
+
+
+def test_a_bundle_on_a_node_leaves_no_folder(tmp_path, monkeypatch):
+    """Ray ends its workers with a signal, which would leave what outlives the bundle."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    job, tasks, _ = planned(load_plan(plan(logs={"keep": "all"})))
+    orders = [Order(task.hash, task.overrides, "always") for task in tasks[:2]]
+    found, _ = on_ray._bundle(job, orders)
+    assert [result.outcome for result in found] == ["done", "done"]
+    assert all(result.log for result in found)
+    assert not list(tmp_path.iterdir())
+
+
+def test_results_are_put_on_the_disk_while_a_sweep_runs(tmp_path, monkeypatch):
+    """A power cut takes what the system has not written yet; waiting for the disk after each result would take too long."""
+    synced, now = [], [100.0]
+    monkeypatch.setattr(store.os, "fsync", synced.append)
+    monkeypatch.setattr(store, "perf_counter", lambda: now[0])
+    with Store(tmp_path / "out") as kept:
+        for now[0] in (101.0, 106.0, 107.0, 112.0):
+            kept.add([Result("0" * 32, "done")])
+        assert len(synced) == 2
+    assert len(synced) == 3
 
 
 @pytest.mark.parametrize("name", shipped_plans())

@@ -14,7 +14,7 @@ from support.recording_helpers import CHAIN, chain_log, changed, oscillator_log,
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
-from granular_env.components.contract import Snapshot
+from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.format import CLOSED, EVENTS, HASHES, HEADER, KEY, SNAPSHOTS, START, STEPS, Record
 

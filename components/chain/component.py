@@ -7,23 +7,26 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..contract import Block, Component, FloatArray, Held, Ledger, Particles, StepError, Variable
-from ..errors import ParameterError, caution
-from ..jit import entry_point
+from ..component import Component
+from ..contract import Ledger, Particles, Variable
+from ..errors import ParameterError, StepError, caution
+from ..inputs import Held
 from ..profiles import CompiledProfile
-from . import kernels, table
+from ..snapshot import Block, FloatArray
+from ..support.jit import entry_point
+from . import kernels, layout
+from .diagnostics import Validity
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
 from .integrators import SCHEMES, SIGNATURE, dop853
 from .laws import Dissipative, Law, elastic_plastic
 from .parameters import WALLS, ChainParameters
-from .validity import Validity
 
 # Where a contact sees fewer force evaluations a step is refused.
 _LEAST_FORCES = 16.0
 # So much of its approach may a contact lose to dissipation in one step, or the second order says little.
 _STOPPED_IN_A_STEP = 0.3
 
-_KINDS = {"free": table.FREE, "piston": table.PISTON} | dict.fromkeys(WALLS, table.WALL)
+_KINDS = {"free": layout.FREE, "piston": layout.PISTON} | dict.fromkeys(WALLS, layout.WALL)
 _NO_PIECES = np.zeros((0, 2))
 # A status: a tick takes more work than is allowed.
 _EXHAUSTED = 2
@@ -57,30 +60,30 @@ class Chain(Component):
         """The table of the kernels, a second copy of its state, and the arrays of the geometry."""
         scheme = SCHEMES[parameters.integrator]
         first = _first_state_row(parameters.law)
-        state_rows = table.FREE_ROW - first + scheme.history_rows
+        state_rows = layout.FREE_ROW - first + scheme.history_rows
         rows = first + 2 * state_rows + scheme.scratch_rows + _GEOMETRY_ROWS
-        return 8 * rows * table.row_width(parameters.grains)
+        return 8 * rows * layout.row_width(parameters.grains)
 
     def _build(self) -> None:
         p = self.parameters
         self.geometry: Geometry = geometry(p)
         self._scheme = SCHEMES[p.integrator]
-        self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.growth)
+        self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.exponent)
         self.step_size = self._suggested_step() if p.step_size is None else p.step_size
         damped = isinstance(p.law, Dissipative)
         self.scheme_kernel = self._scheme.advance_damped if damped else self._scheme.advance
         self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
-        width = table.row_width(p.grains)
-        last = table.FREE_ROW + self._scheme.history_rows
+        width = layout.row_width(p.grains)
+        last = layout.FREE_ROW + self._scheme.history_rows
         self.state_rows = slice(_first_state_row(p.law), last)
         self._live_in(np.zeros((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # Pistons carry their own grains.
-        self._weight = p.gravity * self._table[table.MASS, self._grains]
+        self._weight = p.gravity * self._table[layout.MASS, self._grains]
         self._whole_weight = float(self._weight.sum())
         self._wanted_overlap, self._refused_overlap = self._overlap_limits()
-        self._table[table.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        self._table[layout.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         self.left_input = "left_velocity" if p.left == "piston" else "left_force"
         self.right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
@@ -96,7 +99,7 @@ class Chain(Component):
 
     def _largest_angle(self, forces: float) -> float:
         """Step x frequency of a contact at which it sees so many force evaluations."""
-        return step_times_frequency(self.parameters.law.growth, self._scheme.forces, forces)
+        return step_times_frequency(self.parameters.law.exponent, self._scheme.evaluations, forces)
 
     def _live_in(self, memory: FloatArray) -> None:
         self._table = memory
@@ -117,7 +120,7 @@ class Chain(Component):
         vars(other).update(vars(self))
         memory[:] = self._table
         # Warnings that this chain gave already move its limits.
-        memory[table.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        memory[layout.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         other._live_in(memory)
         other._settle()
         other.reset()
@@ -126,43 +129,46 @@ class Chain(Component):
     def _fill_constants(self) -> None:
         p, chain, rows = self.parameters, self.geometry, self._table
         places = slice(0, p.grains + 1)
-        rows[table.STIFFNESS, places] = chain.stiffness
-        rows[table.REST, places] = chain.rest_overlap
-        rows[table.CONTACT, places] = chain.contact
-        rows[table.INVERSE_MASS, self._grains] = 1.0 / chain.mass
-        rows[table.MASS, self._grains] = chain.mass
+        rows[layout.STIFFNESS, places] = chain.stiffness
+        rows[layout.REST_OVERLAP, places] = chain.rest_overlap
+        rows[layout.CONTACT, places] = chain.law_constants
+        rows[layout.INVERSE_MASS, self._grains] = 1.0 / chain.mass
+        rows[layout.MASS, self._grains] = chain.mass
         for end, column in ((p.left, 1), (p.right, p.grains)):
             if end == "piston":
-                rows[table.INVERSE_MASS, column] = rows[table.MASS, column] = 0.0
-        rows[table.SCALARS, :14] = (
+                rows[layout.INVERSE_MASS, column] = rows[layout.MASS, column] = 0.0
+        rows[layout.SCALARS, :14] = (
             self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1],
             chain.static_force[0], chain.static_force[-1], chain.sound_speed.min(), p.tolerance, p.grains,
-            p.law.elastic, p.law.damping, p.law.growth, p.gravity,
+            p.law.elastic, p.law.damping, p.law.exponent, p.gravity,
         )  # fmt: skip
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
         """Overlaps at which a contact is seen too seldom (warn) and at which a step is refused; infinite without a contact."""
-        chain = self.geometry
+        chain, places = self.geometry, self.geometry.contact_slice
 
         def seen(forces: float) -> FloatArray:
-            p = self.parameters.law.growth
+            p = self.parameters.law.exponent
             frequency = self._largest_angle(forces) / self.step_size
-            tangent = frequency * frequency * chain.reduced_mass[chain.real] / (p * chain.stiffness[chain.real])
+            tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.stiffness[places])
             # The overlap of that tangent stiffness; linear contacts have one frequency, whatever the overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
         wanted, refused = np.full(self.parameters.grains + 1, np.inf), np.full(self.parameters.grains + 1, np.inf)
-        deep = self.parameters.overlap_limit * chain.smaller_radius[chain.real]
+        deep = self.parameters.overlap_limit * chain.smaller_radius[places]
         # An adaptive scheme resolves its contacts by itself.
         adaptive = self._scheme.adaptive
-        wanted[chain.real] = np.inf if adaptive else seen(self._wanted_forces)
-        refused[chain.real] = deep if adaptive else np.minimum(deep, seen(_LEAST_FORCES))
+        wanted[places] = np.inf if adaptive else seen(self._wanted_forces)
+        refused[places] = deep if adaptive else np.minimum(deep, seen(_LEAST_FORCES))
         law = self.parameters.law
         if isinstance(law, Dissipative) and not adaptive:
-            constants, whole = chain.contact[chain.real], chain.reduced_mass[chain.real] / self.step_size
-            wanted[chain.real] = np.minimum(wanted[chain.real], law.overlap_of(constants, _STOPPED_IN_A_STEP * whole))
+            constants, whole = (
+                chain.law_constants[places],
+                chain.reduced_mass[places] / self.step_size,
+            )
+            wanted[places] = np.minimum(wanted[places], law.overlap_of(constants, _STOPPED_IN_A_STEP * whole))
             if self._scheme.explicit:
-                refused[chain.real] = np.minimum(refused[chain.real], law.overlap_of(constants, whole))
+                refused[places] = np.minimum(refused[places], law.overlap_of(constants, whole))
         return wanted, refused
 
     # -- the contract -----------------------------------------------------------------------------------------------
@@ -215,9 +221,9 @@ class Chain(Component):
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         return {
-            "position": lambda: self.geometry.position + self._table[table.U, self._grains],
-            "displacement": lambda: self._table[table.U, self._grains],
-            "velocity": lambda: self._table[table.V, self._grains],
+            "position": lambda: self.geometry.position + self._table[layout.U, self._grains],
+            "displacement": lambda: self._table[layout.U, self._grains],
+            "velocity": lambda: self._table[layout.V, self._grains],
             "overlap": self._overlap,
             "contact_force": self._contact_force,
             "left_wall_force": lambda: self._force_in(0),
@@ -228,30 +234,30 @@ class Chain(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
         velocity, displacement = values.get("velocity"), values.get("displacement")
         if velocity is not None:
-            self._table[table.V, self._grains] = velocity
+            self._table[layout.V, self._grains] = velocity
         if displacement is not None:
-            self._table[table.U, self._grains] = displacement
+            self._table[layout.U, self._grains] = displacement
         self._refuse_start()
         if self.parameters.law.has_history:
             elastic_plastic.begin(self._table)
             # Contacts that start beyond yield got there before the clock began.
-            elastic_plastic.remember(self._table, table.U)
-            self._table[table.LOST] = 0.0
+            elastic_plastic.remember(self._table, layout.U)
+            self._table[layout.DISSIPATED] = 0.0
         kinetic, potential, momentum = self._sums()
-        self._table[table.TALLY, table.START_ENERGY], self._table[table.TALLY, table.START_MOMENTUM] = (
+        self._table[layout.TALLY, layout.START_ENERGY], self._table[layout.TALLY, layout.START_MOMENTUM] = (
             kinetic + potential,
             momentum,
         )
         ends = {
-            "left_velocity": float(self._table[table.V, 1]),
-            "right_velocity": float(self._table[table.V, self.parameters.grains]),
+            "left_velocity": float(self._table[layout.V, 1]),
+            "right_velocity": float(self._table[layout.V, self.parameters.grains]),
         }
         return {name: speed for name, speed in ends.items() if name in (self.left_input, self.right_input)}
 
     def _refuse_start(self) -> None:
         """A start that the first step would refuse is refused at once."""
         if np.any(self._overlap() > self._refused_overlap) or np.any(
-            np.abs(self._table[table.V, self._grains]) > self._table[table.SCALARS, table.SPEED_LIMIT]
+            np.abs(self._table[layout.V, self._grains]) > self._table[layout.SCALARS, layout.SPEED_LIMIT]
         ):
             error = self._explain(0)
             raise ParameterError(f"start: {error}")
@@ -309,7 +315,7 @@ class Chain(Component):
         self._failed_tick = self._tick + done
         if unsound or self._worst()[2] > 1.0:
             return 1
-        self._table[table.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
+        self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         caution(self._resolution_sentence())
         if done == ticks:
             return 0
@@ -322,12 +328,12 @@ class Chain(Component):
     def _worst(self) -> tuple[str, int, float]:
         """The variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
         worst = ("velocity", 0, 0.0)
-        fastest = self._table[table.SCALARS, table.SPEED_LIMIT]
+        fastest = self._table[layout.SCALARS, layout.SPEED_LIMIT]
         with np.errstate(all="ignore"):
             for name, ratio in (
                 ("overlap", self._largest_overlap() / self._refused_overlap),
-                ("velocity", np.abs(self._table[table.V, self._grains]) / fastest),
-                ("displacement", np.where(np.isfinite(self._table[table.U, self._grains]), 0.0, np.inf)),
+                ("velocity", np.abs(self._table[layout.V, self._grains]) / fastest),
+                ("displacement", np.where(np.isfinite(self._table[layout.U, self._grains]), 0.0, np.inf)),
             ):
                 ratio = np.where(np.isnan(ratio), np.inf, ratio)
                 if ratio.size and ratio.max() > worst[2]:
@@ -355,7 +361,7 @@ class Chain(Component):
                 )
             )
         else:
-            value, limit = float(self.get(name)[index]), float(self._table[table.SCALARS, table.SPEED_LIMIT])
+            value, limit = float(self.get(name)[index]), float(self._table[layout.SCALARS, layout.SPEED_LIMIT])
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
         unit = self.variables[name].unit
         return StepError(
@@ -383,58 +389,58 @@ class Chain(Component):
         known = len(self._table)
         table_of_run = np.zeros((known + rows, self._table.shape[1]))
         table_of_run[:known] = self._table
-        table_of_run[table.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
+        table_of_run[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         return table_of_run
 
     def ledger(self) -> Ledger:
         """Energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()
-        tally = self._table[table.TALLY]
+        tally = self._table[layout.TALLY]
         n = self.parameters.grains
-        carried = self._table[table.V, n + 2 : n + table.BESIDE_GRAINS]
+        carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
         # Where nothing turns into heat, that row is scratch of 0s.
-        heat = 0.0 if self.parameters.law.conservative else self._table[table.LOST].sum()
+        heat = 0.0 if self.parameters.law.conservative else self._table[layout.DISSIPATED].sum()
         work, lost = self._input_work(), float(heat + carried[4])
-        impulse = float(tally[table.IMPULSE_LEFT] + tally[table.IMPULSE_RIGHT] + carried[2] + carried[3])
+        impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
         impulse += self._whole_weight * self.time
         return Ledger(
             kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=lost, fracture_energy=0.0, input_work=work,
-            energy_residual=kinetic + potential + lost - float(tally[table.START_ENERGY]) - work,
+            energy_residual=kinetic + potential + lost - float(tally[layout.START_ENERGY]) - work,
             momentum=momentum, impulse=impulse,
-            momentum_residual=momentum - float(tally[table.START_MOMENTUM]) - impulse,
+            momentum_residual=momentum - float(tally[layout.START_MOMENTUM]) - impulse,
         )  # fmt: skip
 
     def _input_work(self) -> float:
         rows, behind = self._table, self.parameters.grains + 2
-        tallied = rows[table.TALLY, table.WORK_LEFT] + rows[table.TALLY, table.WORK_RIGHT]
-        return float(tallied + rows[table.V, behind] + rows[table.V, behind + 1])
+        tallied = rows[layout.TALLY, layout.WORK_LEFT] + rows[layout.TALLY, layout.WORK_RIGHT]
+        return float(tallied + rows[layout.V, behind] + rows[layout.V, behind + 1])
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
         kinetic, elastic, momentum = kernels.energies(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
-            elastic -= float((self._weight * self._table[table.U, self._grains]).sum())
+            elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
 
     def _overlap(self) -> FloatArray:
         """Shape (n + 1,); 0 where there is no contact."""
-        u = self._table[table.U]
+        u = self._table[layout.U]
         last = self.parameters.grains + 1
         overlap = u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
-        overlap[: self.geometry.real.start] = overlap[self.geometry.real.stop :] = 0.0
+        overlap[: self.geometry.contact_slice.start] = overlap[self.geometry.contact_slice.stop :] = 0.0
         return overlap
 
     def _largest_overlap(self) -> FloatArray:
         """Since the reset, shape (n + 1,)."""
-        return np.maximum(self._overlap(), self._table[table.PEAK][: self.parameters.grains + 1])
+        return np.maximum(self._overlap(), self._table[layout.PEAK][: self.parameters.grains + 1])
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
-        kernels.contact_forces(self._table, table.U, table.V, forces)
+        kernels.contact_forces(self._table, layout.U, layout.V, forces)
         return forces
 
     def _force_in(self, contact: int) -> float:
-        return float(kernels.contact_force(self._table, table.U, table.V, contact))
+        return float(kernels.contact_force(self._table, layout.U, layout.V, contact))
 
     def particles(self) -> Particles:
         """The grains, as spheres along x."""
@@ -444,10 +450,10 @@ class Chain(Component):
 
     def validity(self) -> Validity:
         """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
-        places = self.geometry.real
+        places = self.geometry.contact_slice
         return Validity.of(
-            self.geometry, self.parameters.law, self._table[table.PEAK][: self.parameters.grains + 1][places],
-            self._scheme.forces / self.step_size,
+            self.geometry, self.parameters.law, self._table[layout.PEAK][: self.parameters.grains + 1][places],
+            self._scheme.evaluations / self.step_size,
             wanted_forces=self._wanted_forces, adaptive=self._scheme.adaptive,
         )  # fmt: skip
 
@@ -488,11 +494,11 @@ class Chain(Component):
 
     def _stopped_in_a_step(self) -> float:
         """C h / m* of the contact where it was largest, 0 without dissipation."""
-        law, places = self.parameters.law, self.geometry.real
+        law, places = self.parameters.law, self.geometry.contact_slice
         if not isinstance(law, Dissipative):
             return 0.0
         peak = self._largest_overlap()[places]
-        coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.contact[places], peak), 0.0)
+        coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.law_constants[places], peak), 0.0)
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
     def _resolution_sentence(self) -> str:
@@ -509,8 +515,8 @@ class Chain(Component):
 def _first_state_row(law: Law) -> int:
     """Where the state begins: contacts have a history only where the law says so."""
     if law.has_history:
-        return table.UNLOADING
-    return table.TALLY if law.conservative else table.LOST
+        return layout.UNLOADING
+    return layout.TALLY if law.conservative else layout.DISSIPATED
 
 
 def _pieces(held: Held) -> FloatArray:

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
-from ..contract import Parameters
 from ..errors import nearest
 from ..materials.elastic import PRESETS
+from ..support.validation import Parameters
 
 
 def _preset(name: str) -> str:

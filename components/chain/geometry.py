@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
-from ..powers import power
-from ..roots import fifth_root, round_down_to_125
+from ..support.powers import power
+from ..support.roots import fifth_root, round_down_to_125
 from .arrangements.random_radii import drawn
 from .equilibrium import static_forces
 from .laws import Dissipative
@@ -50,8 +50,8 @@ class Geometry:
         sound_speed: longitudinal, of each grain's material, shape (n,) [m/s].
         yield_strength: of the weaker side of each contact, NaN where neither is known, shape (n + 1,) [Pa].
         static_force: in each contact in the reference configuration, shape (n + 1,) [N].
-        contact: what the contact law wants of each contact, shape (n + 1,).
-        real: which places are contacts of this chain, a slice.
+        law_constants: what the contact law wants of each contact, shape (n + 1,).
+        contact_slice: which places are contacts of this chain, a slice.
     """
 
     radius: FloatArray
@@ -65,8 +65,8 @@ class Geometry:
     sound_speed: FloatArray
     yield_strength: FloatArray
     static_force: FloatArray
-    contact: FloatArray
-    real: slice
+    law_constants: FloatArray
+    contact_slice: slice
 
 
 def geometry(parameters: ChainParameters) -> Geometry:
@@ -92,7 +92,7 @@ def geometry(parameters: ChainParameters) -> Geometry:
     rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], contact[real]) - gap
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
-    _refuse_absurd(mass, stiffness[real], position, law.growth)
+    _refuse_absurd(mass, stiffness[real], position, law.exponent)
     arrays = Geometry(
         radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
         _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, contact, real,
@@ -109,12 +109,12 @@ def _lock(arrays: Geometry) -> None:
             values.setflags(write=False)
 
 
-def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray, growth: float) -> None:
+def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray, exponent: float) -> None:
     """Sizes whose masses or stiffnesses leave the range of a float would make every figure after them meaningless."""
     # Overlaps of micrometres and less make the stiffness of a high exponent large.
-    stiffest = _LARGEST * _MICROMETRES ** max(0.0, growth - 1.5)
+    stiffest = _LARGEST * _MICROMETRES ** max(0.0, exponent - 1.5)
     for name, values, unit, largest in (
-        ("mass", mass, "kg", _LARGEST), ("contact_stiffness", stiffness, f"N/m^{growth:g}", stiffest),
+        ("mass", mass, "kg", _LARGEST), ("contact_stiffness", stiffness, f"N/m^{exponent:g}", stiffest),
     ):  # fmt: skip
         wrong = ~((values > _SMALLEST) & (values < largest))
         if wrong.any():
@@ -129,14 +129,14 @@ def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray
         )
 
 
-def smoothness(growth: float) -> float:
+def smoothness(exponent: float) -> float:
     """Part of the step that a law F = k d^p needs: below p = 1.5 contacts close with a jolt, and need shorter ones."""
-    return min(1.0, 0.25 + 1.5 * (growth - 1.0))
+    return min(1.0, 0.25 + 1.5 * (exponent - 1.0))
 
 
-def step_times_frequency(growth: float, forces_per_step: float, forces_per_collision: float) -> float:
+def step_times_frequency(exponent: float, forces_per_step: float, forces_per_collision: float) -> float:
     """Step x sqrt(p k d^(p-1) / m*), d the largest overlap, where a collision F = k d^p gets so many force evaluations."""
-    return duration_times_frequency(growth) * forces_per_step / forces_per_collision
+    return duration_times_frequency(exponent) * forces_per_step / forces_per_collision
 
 
 def suggested_step_size(
@@ -152,15 +152,15 @@ def suggested_step_size(
         pressed_angle: largest step x frequency of the lattice under a static load.
     """
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
-    ratio = float(np.min(lighter[chain.real] / chain.stiffness[chain.real], initial=np.inf))
+    ratio = float(np.min(lighter[chain.contact_slice] / chain.stiffness[chain.contact_slice], initial=np.inf))
     if not math.isfinite(ratio):  # nothing that a contact could accelerate
         return _STEP_WITHOUT_CONTACTS
     gapped = bool(np.any(chain.rest_overlap < 0.0))
-    scale = _collision_time(ratio, parameters.velocity_scale, parameters.law.growth)
-    factor = scheme_factor * smoothness(parameters.law.growth)
+    scale = _collision_time(ratio, parameters.velocity_scale, parameters.law.exponent)
+    factor = scheme_factor * smoothness(parameters.law.exponent)
     step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * factor * scale
     if np.any(chain.rest_overlap > 0.0):
-        step = min(step, _pressed_step(chain, parameters, largest_angle, pressed_angle * smoothness(parameters.law.growth)))
+        step = min(step, _pressed_step(chain, parameters, largest_angle, pressed_angle * smoothness(parameters.law.exponent)))
     if isinstance(parameters.law, Dissipative):
         rate = _dissipation_rate(parameters.law, chain, parameters.velocity_scale)
         step = min(step, _STEP_TIMES_DISSIPATION / rate) if rate > 0.0 else step
@@ -172,7 +172,7 @@ def suggested_step_size(
 def _pressed_step(chain: Geometry, parameters: ChainParameters, largest_angle: float, pressed_angle: float) -> float:
     """At which contacts are seen often enough and the lattice's highest frequency is followed; infinite without one [s]."""
     tangent = _tangent(chain, parameters)
-    contact = float(np.max(tangent[chain.real] / chain.reduced_mass[chain.real], initial=0.0))
+    contact = float(np.max(tangent[chain.contact_slice] / chain.reduced_mass[chain.contact_slice], initial=0.0))
     lattice = float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass))
     limits = [
         angle / math.sqrt(square) for angle, square in ((largest_angle, contact), (pressed_angle, lattice)) if square > 0.0
@@ -183,42 +183,44 @@ def _pressed_step(chain: Geometry, parameters: ChainParameters, largest_angle: f
 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
     """C / m* of the contact that dissipates fastest, at its deepest [1/s]."""
-    real = chain.real
+    real = chain.contact_slice
     moved = np.isfinite(chain.reduced_mass[real])
-    overlap = _deepest(chain, speed, law.growth)[real][moved]
-    return float(np.max(law.coefficients(chain.contact[real][moved], overlap) / chain.reduced_mass[real][moved], initial=0.0))
+    overlap = _deepest(chain, speed, law.exponent)[real][moved]
+    return float(
+        np.max(law.coefficients(chain.law_constants[real][moved], overlap) / chain.reduced_mass[real][moved], initial=0.0)
+    )
 
 
-def _deepest(chain: Geometry, speed: float, growth: float) -> FloatArray:
+def _deepest(chain: Geometry, speed: float, exponent: float) -> FloatArray:
     """Overlap at rest and that of a collision at that speed, which is no less than both reach together, shape (n + 1,) [m].
 
     0 where there is no contact or nothing that it could move.
     """
     overlap = np.zeros(len(chain.stiffness))
     moved = (chain.stiffness > 0.0) & np.isfinite(chain.reduced_mass)
-    ratios = (0.5 * (growth + 1.0) * speed * speed) * chain.reduced_mass[moved] / chain.stiffness[moved]
-    overlap[moved] = [power(ratio, 1.0 / (growth + 1.0)) for ratio in ratios]
+    ratios = (0.5 * (exponent + 1.0) * speed * speed) * chain.reduced_mass[moved] / chain.stiffness[moved]
+    overlap[moved] = [power(ratio, 1.0 / (exponent + 1.0)) for ratio in ratios]
     overlap[moved] += np.maximum(chain.rest_overlap[moved], 0.0)
     return overlap
 
 
-def _collision_time(mass_by_stiffness: float, speed: float, growth: float) -> float:
+def _collision_time(mass_by_stiffness: float, speed: float, exponent: float) -> float:
     """(m/k)^(1/(p + 1)) v^(-(p - 1)/(p + 1)): what the duration of a collision goes with, where F = k d^p."""
-    if growth == 1.5:
+    if exponent == 1.5:
         return fifth_root(mass_by_stiffness) * fifth_root(mass_by_stiffness) / fifth_root(speed)
-    return power(mass_by_stiffness, 1.0 / (growth + 1.0)) / power(speed, (growth - 1.0) / (growth + 1.0))
+    return power(mass_by_stiffness, 1.0 / (exponent + 1.0)) / power(speed, (exponent - 1.0) / (exponent + 1.0))
 
 
 def _tangent(chain: Geometry, parameters: ChainParameters) -> FloatArray:
     """Stiffness of the contacts at their deepest, shape (n + 1,) [N/m]."""
-    growth = parameters.law.growth
-    overlap = _deepest(chain, parameters.velocity_scale, growth)
+    exponent = parameters.law.exponent
+    overlap = _deepest(chain, parameters.velocity_scale, exponent)
     slope = (
         np.sqrt(overlap)
-        if growth == 1.5
-        else np.array([power(depth, growth - 1.0) if depth > 0.0 else 0.0 for depth in overlap])
+        if exponent == 1.5
+        else np.array([power(depth, exponent - 1.0) if depth > 0.0 else 0.0 for depth in overlap])
     )
-    return growth * chain.stiffness * slope
+    return exponent * chain.stiffness * slope
 
 
 class _Same(list[Material]):

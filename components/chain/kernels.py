@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..jit import inlined, jit
+from ..support.jit import inlined, jit
 from .laws import dispatch, elastic_plastic, hertz
-from .table import (
+from .layout import (
     DISSIPATION,
     ELASTIC,
     FREE,
@@ -37,7 +37,7 @@ from .table import (
     PISTON,
     PLASTIC,
     POWER,
-    REST,
+    REST_OVERLAP,
     RIGHT_DRIVE,
     RIGHT_KIND,
     RIGHT_MASS,
@@ -67,7 +67,7 @@ _FEW_LANES, _MANY_LANES, _MANY_GRAINS = 8, 256, 2048
 @inlined
 def overlap(a, u, j):
     """Overlap of contact j, displacements in row u; negative where there is a gap."""
-    return a[u, j] - a[u, j + 1] + a[REST, j]
+    return a[u, j] - a[u, j + 1] + a[REST_OVERLAP, j]
 
 
 @inlined
@@ -101,7 +101,7 @@ def contact_force(a, u, v, j):
 @inlined
 def _force(elastic, dissipation, a, u, v, j):
     """The whole force of a contact, never a pull, and the power that it turns into heat."""
-    d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+    d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
     f = dispatch.force(elastic, a, j, d)
     if dissipation == NONE:
         return f, 0.0
@@ -288,7 +288,7 @@ def finish(a, left_before, right_before):
         elastic_plastic.remember(a, U)
     passed = False
     for j in range(np.uint64(0), np.uint64(n + 1)):
-        d = a[U, j] - a[U, j + _ONE] + a[REST, j]
+        d = a[U, j] - a[U, j + _ONE] + a[REST_OVERLAP, j]
         d = 0.0 if d < SMALLEST_OVERLAP else d
         p = a[PEAK, j]
         a[PEAK, j] = d if d > p else p
@@ -350,7 +350,7 @@ def _add_potential(a, lanes, begin, count):
 def _add_elastic(elastic, a, lanes, begin, count):
     for lane in range(np.uint64(count)):
         j = np.uint64(begin) + lane
-        stored = dispatch.energy(elastic, a, j, a[U, j] - a[U, j + _ONE] + a[REST, j])
+        stored = dispatch.energy(elastic, a, j, a[U, j] - a[U, j + _ONE] + a[REST_OVERLAP, j])
         lanes[2, lane], lanes[3, lane] = added((lanes[2, lane], lanes[3, lane]), stored)
 
 

@@ -26,7 +26,7 @@ def _nothing() -> FloatArray:
 class Objective:
     """A number J of a driven chain, which is to become small: three jitted functions and what they need.
 
-    `a` is the chain's table (`table.py`): rows by name, grain i (from 0) in column i + 1, contact j between columns j and
+    `a` is the chain's table (`layout.py`): rows by name, grain i (from 0) in column i + 1, contact j between columns j and
     j + 1. `bar` has the very same rows and columns: entry by entry the derivative of J, so that a feature of the velocity
     of column 5 adds to `bar[V, 5]`, and one that weighs it with the mass adds to `bar[MASS, 5]` too.
 

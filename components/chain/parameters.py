@@ -6,9 +6,9 @@ from typing import Any, Literal
 
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ..contract import Parameters
 from ..errors import shortened
 from ..materials.elastic import Material, preset_list
+from ..support.validation import Parameters
 from .arrangements import ChosenArrangement, Uniform, refuse_misfit
 from .fields import GrainIndex, NotNegative, Positive, Preset, UniformRadii
 from .fields import field as _field

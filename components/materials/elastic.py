@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from ..errors import ParameterError, nearest
-from ..validation import Fixed, faults_of
+from ..support.validation import Fixed, faults_of
 
 _SYMBOLS = {"E": "young", "nu": "poisson", "rho": "density"}
 

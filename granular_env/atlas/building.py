@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
+from granular_env.viewing.extras import needed
 from granular_env.workers import Worker, stop_all
 
 from .constants import resolved
 from .context import Context
+from .drawing import draw
 from .folder import open_folder
 from .model import Entry, Findings, Paper
 
@@ -33,6 +35,7 @@ class Done:
         logs: file names of the logs it used, in the atlas's folder logs/.
         error: what went wrong, in a sentence; None: nothing.
         trace: where, for errors that this package did not raise on purpose.
+        drawings: its figures as parts of the page, by name.
     """
 
     entry: Entry
@@ -40,6 +43,7 @@ class Done:
     logs: Sequence[str]
     error: str | None = None
     trace: str = ""
+    drawings: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,8 +92,10 @@ def compute(
 
     Raises:
         ParameterError: no such constant or entry, or a value out of its range.
+        MissingExtraError: matplotlib, which draws the figures, is not installed.
         GranularError: the folder cannot be written, another process computes there, or its `atlas.json` is not an atlas's.
     """
+    needed("matplotlib", "the atlas")
     values, entries = resolved(paper, constants or {}), chosen(paper, only)
     for name, number in (("processes", processes), ("refinement", refinement)):
         if isinstance(number, bool) or not isinstance(number, int) or number < 1:
@@ -176,8 +182,9 @@ def _attempt(entry: Entry, context: Context, told: Told) -> Done:
     context.begin(lambda runs: told(entry, min(runs / (expected + 1), 0.99)))
     try:
         findings = entry.compute(context)
+        drawings = {figure.name: draw(figure) for figure in findings.figures}
     except GranularError as error:
         return Done(entry, Findings(), context.used(), f"{type(error).__name__}: {error}")
     except Exception as error:
         return Done(entry, Findings(), context.used(), f"{type(error).__name__}: {error}", traceback.format_exc())
-    return Done(entry, findings, context.used())
+    return Done(entry, findings, context.used(), drawings=drawings)

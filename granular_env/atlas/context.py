@@ -11,9 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.contract import Component, Observer
-from granular_env.components.errors import GranularWarning
-from granular_env.domains.chain.measurement import History, Watch
+from granular_env.components.component import Component
+from granular_env.components.contract import Observer
+from granular_env.components.errors import GranularWarning, ParameterError
+from granular_env.domains import domain_of
 from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.recording import open_log
@@ -65,17 +66,19 @@ class Context:
         self._count()
         return open_log(path)
 
-    def watch(self, experiment: Source, every: float, *, recorded: bool = True) -> History:
+    def watch(self, experiment: Source, every: float, *, recorded: bool = True) -> Any:
         """The motion in an experiment, kept at even intervals [s] while it runs; its log may be much thinner.
 
-        For ensembles: what is measured is never written, and the logs still replay. It is run anew at each call.
+        For ensembles: what is measured is never written, and the logs still replay. It is run anew at each call. What keeps the
+        motion is the `watch` of the component's domain; of a chain a `measurement.History` is returned.
 
         Args:
             experiment: a shipped experiment's name, or the content of one.
             every: a whole number of the experiment's steps [s].
             recorded: False for no log at all, in ensembles so large that nobody would look at them.
         """
-        loaded, watch = load_experiment(experiment), Watch(every)
+        loaded = load_experiment(experiment)
+        watch = _watch(loaded.component.type, every)
         if recorded:
             path = self._recorded(loaded, json.dumps(loaded.to_dict(), sort_keys=True), [watch])
             self._used.append(path.name)
@@ -116,3 +119,11 @@ class Context:
         if result.interrupted:
             raise KeyboardInterrupt
         return result.component
+
+
+def _watch(component: str, every: float) -> Any:
+    """Return an observer that keeps the motion of such a component."""
+    watch = domain_of(component).load("watch")
+    if watch is None:
+        raise ParameterError(f"experiment: it runs a {component!r}, of which no history is kept; read its log instead")
+    return watch(every)

@@ -1,119 +1,120 @@
-"""A figure as SVG that takes its colours from the page: it is light or dark with the page, and scales with it."""
+"""A figure as SVG, drawn by matplotlib, in colours of the page: light or dark with it."""
 
 from __future__ import annotations
 
 from html import escape
+from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-import numpy.typing as npt
+from granular_env.viewing.colours import PALETTE
+from granular_env.viewing.drawing import PAPER, new_figure, styled, svg
+from granular_env.viewing.extras import needed
 
-from .model import Curve, Figure, Mark
-from .scales import Scale, horizontal, vertical
+from .model import Axis, CurveStyle, Figure, Mark
 
-_WIDTH, _HEIGHT = 480.0, 300.0
-_RIGHT, _TOP, _BOTTOM = 14.0, 12.0, 44.0
-_LETTER = 6.6
-PALETTE = 6
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from matplotlib.text import Annotation
 
-
-def svg(figure: Figure) -> str:
-    """The drawing; its style sheet is `page`'s."""
-    y = vertical(figure, _HEIGHT - _BOTTOM, _TOP)
-    # Beside the names of the ticks there is room for the axis' own.
-    left = max(_LETTER * len(name) for _, name in y.ticks) + 30.0
-    x = horizontal(figure, left, _WIDTH - _RIGHT)
-    clip = f"clip-{escape(figure.name, quote=True)}"
-    inside = "".join(_curve(curve, x, y) for curve in figure.curves)
-    marks = "".join(_mark(mark, number, x, y) for number, mark in enumerate(figure.marks))
-    return (
-        f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{escape(figure.title, quote=True)}">'
-        f'<clipPath id="{clip}"><rect x="{left:g}" y="{_TOP:g}" width="{_WIDTH - left - _RIGHT:g}" '
-        f'height="{_HEIGHT - _TOP - _BOTTOM:g}"/></clipPath>'
-        f'{_axes(figure, x, y)}<g clip-path="url(#{clip})">{inside}</g>{marks}</svg>'
-    )
-
-
-def legend(figure: Figure) -> str:
-    """Names of the curves beside samples of them, and the paper's sign where the figure has marks, as HTML."""
-    entries = [
-        f'<span class="key"><i class="sample {curve.style} c{curve.colour % PALETTE}"></i>{escape(curve.label)}</span>'
-        for curve in figure.curves
-        if curve.label
-    ]
-    kinds = {"point" if mark.x is not None and mark.y is not None else "across" for mark in figure.marks}
-    if kinds:
-        samples = "".join(f'<i class="sample mark {kind}"></i>' for kind in sorted(kinds))
-        entries.append(f'<span class="key">{samples}stated in the paper</span>')
-    return f'<div class="legend">{"".join(entries)}</div>' if entries else ""
+_WIDTH, _HEIGHT = 480.0 / 72.0, 300.0 / 72.0
+_TICKS, _DIM, _GRID = 7, "#595959", "#b0b0b0"
+_SETTINGS = {
+    "font.size": 12.0, "axes.labelsize": 12.5, "axes.edgecolor": _DIM, "axes.axisbelow": True, "axes.xmargin": 0.0,
+    "axes.ymargin": 0.04, "axes.formatter.limits": (-4, 5), "xtick.color": _GRID,
+    "ytick.color": _GRID, "xtick.labelcolor": _DIM, "ytick.labelcolor": _DIM, "grid.color": _GRID, "grid.alpha": 1.0,
+    "lines.solid_capstyle": "round", "lines.solid_joinstyle": "round",
+}  # fmt: skip
+_LINES: dict[CurveStyle, dict[str, Any]] = {
+    "line": {},
+    "steps": {"drawstyle": "steps-post"},
+    "dashed": {"dashes": (5.0 / 1.7, 4.0 / 1.7)},
+    "thin": {"linewidth": 0.8, "alpha": 0.55},
+    "points": {"linestyle": "none", "marker": "o", "markersize": 4.5, "markeredgewidth": 0.0, "alpha": 0.85},
+    "bar": {"linewidth": 9.0, "alpha": 0.35, "solid_capstyle": "butt"},
+}
+# Names of vertical lines stand below each other [pt].
+_LINE_OF_TEXT, _ROWS = 13.0, 4
 
 
-def _axes(figure: Figure, x: Scale, y: Scale) -> str:
-    left, bottom, right = x.start, _HEIGHT - _BOTTOM, _WIDTH - _RIGHT
-    parts = []
-    for value, name in x.ticks:
-        if x.holds(value):
-            at = float(x.place(value))
-            parts.append(f'<path class="grid" d="M{at:.1f} {_TOP:g}V{bottom:g}"/>')
-            parts.append(f'<text class="tick" x="{at:.1f}" y="{bottom + 16:g}" text-anchor="middle">{escape(name)}</text>')
-    for value, name in y.ticks:
-        if y.holds(value):
-            at = float(y.place(value))
-            parts.append(f'<path class="grid" d="M{left:g} {at:.1f}H{right:g}"/>')
-            parts.append(f'<text class="tick" x="{left - 6:g}" y="{at + 4:.1f}" text-anchor="end">{escape(name)}</text>')
-    middle, centre = 0.5 * (left + right), 0.5 * (_TOP + bottom)
-    parts.append(f'<path class="axis" d="M{left:g} {_TOP:g}V{bottom:g}H{right:g}"/>')
-    parts.append(f'<text class="label" x="{middle:g}" y="{_HEIGHT - 8:g}" text-anchor="middle">{escape(figure.x.label)}</text>')
-    parts.append(
-        f'<text class="label" transform="translate(13 {centre:g}) rotate(-90)" text-anchor="middle">'
-        f"{escape(figure.y.label)}</text>"
-    )
-    return "".join(parts)
+def draw(figure: Figure) -> str:
+    """Return a figure as a part of the page; the same figure gives the same text.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    drawn = svg(_drawing(figure), figure.name)
+    return drawn.replace("<svg", f'<svg role="img" aria-label="{escape(figure.title)}"', 1)
 
 
-def _curve(curve: Curve, x: Scale, y: Scale) -> str:
-    across, up = (scale.place(values) for scale, values in zip((x, y), curve.points(), strict=True))
-    style = f"{curve.style} c{curve.colour % PALETTE}"
-    if curve.style == "points":
-        shown = np.isfinite(across) & np.isfinite(up)
-        # Dots of no length with round caps: one path, however many points.
-        dots = "".join(f"M{px:.1f} {py:.1f}h0" for px, py in zip(across[shown], up[shown], strict=True))
-        return f'<path class="{style}" d="{dots}"/>'
-    return f'<path class="{style}" d="{_path(across, up, curve.style == "steps")}"/>'
+@styled
+def _drawing(figure: Figure) -> Any:
+    with needed("matplotlib", "the atlas").rc_context(_SETTINGS):
+        drawn = new_figure(_WIDTH, _HEIGHT)
+        axes = drawn.subplots()
+        for curve in figure.curves:
+            axes.plot(*curve.points(), color=PALETTE[curve.colour % len(PALETTE)], **_LINES[curve.style])
+        marks = [(mark, *_draw_mark(axes, mark, number)) for number, mark in enumerate(figure.marks)]
+        _scale(axes, "x", figure.x)
+        _scale(axes, "y", figure.y)
+        drawn.draw_without_rendering()
+    drawn.set_layout_engine("none")
+    for mark, line, name in marks:
+        if _holds(axes.get_xlim(), mark.x) and _holds(axes.get_ylim(), mark.y):
+            _keep_inside(axes, name)
+        else:
+            line.remove()
+            name.remove()
+    return drawn
 
 
-def _path(across: npt.NDArray[np.float64], up: npt.NDArray[np.float64], steps: bool) -> str:
-    """A polyline of tenths of a unit, broken at NaN; points that fall onto the one before are left out."""
-    parts, before = [], None
-    pen_down = False
-    for px, py in zip(np.round(across, 1).tolist(), np.round(up, 1).tolist(), strict=True):
-        if px != px or py != py:
-            pen_down, before = False, None
-        elif (px, py) != before:
-            parts.append(f"{'L' if pen_down else 'M'}{px:g} {py:g}" if not (steps and pen_down) else f"H{px:g}V{py:g}")
-            pen_down, before = True, (px, py)
-    return "".join(parts)
+def _scale(axes: Axes, letter: Literal["x", "y"], axis: Axis) -> None:
+    """Give one of the axes its label, limits and ticks."""
+    low, high = getattr(axes, f"get_{letter}lim")()
+    if axis.names:
+        getattr(axes, f"set_{letter}ticks")([at for at, _ in axis.names], [_plain(name) for _, name in axis.names])
+    else:
+        axes.locator_params(axis=letter, nbins=_TICKS, steps=[1, 2, 5, 10])
+    # Ticks with names of their own have widened the axes.
+    limits = (low if axis.low is None else axis.low, high if axis.high is None else axis.high)
+    axes.set(**{f"{letter}label": _plain(axis.label), f"{letter}lim": limits})
 
 
-def _mark(mark: Mark, number: int, x: Scale, y: Scale) -> str:
-    """The paper's number, labelled; one that lies outside of the axes is not drawn."""
-    if (mark.x is not None and not x.holds(mark.x)) or (mark.y is not None and not y.holds(mark.y)):
-        return ""
+def _plain(text: str) -> str:
+    """Return text in which a dollar sign begins no formula."""
+    return text.replace("$", r"\$")
+
+
+def _draw_mark(axes: Axes, mark: Mark, number: int) -> tuple[Line2D, Annotation]:
+    """Draw the paper's number as a line across the axes or as a point; return that and its name."""
+    line: dict[str, Any] = {"color": PAPER, "linewidth": 1.3, "dashes": (2.0 / 1.3, 3.0 / 1.3)}
+    name: dict[str, Any] = {
+        "text": _plain(mark.label),
+        "color": PAPER,
+        "fontweight": "bold",
+        "textcoords": "offset points",
+        "in_layout": False,
+    }
     if mark.x is not None and mark.y is not None:
-        px, py = float(x.place(mark.x)), float(y.place(mark.y))
-        shape = f'<path class="mark point" d="M{px:.1f} {py - 6:.1f}l6 6l-6 6l-6 -6z"/>'
-        return shape + _name(mark.label, px + 8.0, py - 6.0)
+        [point] = axes.plot(mark.x, mark.y, "D", markersize=8.5, mfc="none", mec=PAPER, mew=1.6, clip_on=False)
+        return point, axes.annotate(xy=(mark.x, mark.y), xytext=(8.0, 6.0), **name)
     if mark.y is not None:
-        py = float(y.place(mark.y))
-        shape = f'<path class="mark" d="M{x.start:g} {py:.1f}H{_WIDTH - _RIGHT:g}"/>'
-        return shape + _name(mark.label, _WIDTH, py - 4.0 if py > _TOP + 16.0 else py + 12.0)
+        place = {"xy": (1.0, mark.y), "xytext": (0.0, 4.0), "xycoords": ("axes fraction", "data"), "ha": "right"}
+        return axes.axhline(mark.y, **line), axes.annotate(**place, **name)
     assert mark.x is not None
-    px = float(x.place(mark.x))
-    shape = f'<path class="mark" d="M{px:.1f} {_TOP:g}V{_HEIGHT - _BOTTOM:g}"/>'
-    return shape + _name(mark.label, px + 4.0, _TOP + 11.0 + 13.0 * (number % 4))
+    below = -11.0 - _LINE_OF_TEXT * (number % _ROWS)
+    place = {"xy": (mark.x, 1.0), "xytext": (4.0, below), "xycoords": ("data", "axes fraction")}
+    return axes.axvline(mark.x, **line), axes.annotate(**place, **name)
 
 
-def _name(label: str, left: float, base: float) -> str:
-    """A mark's label, moved to the left where it would leave the drawing."""
-    long = _LETTER * len(label)
-    left = max(40.0, min(left, _WIDTH - _RIGHT - long - 2.0))
-    return f'<text class="marked" x="{left:.1f}" y="{base:.1f}">{escape(label)}</text>' if label else ""
+def _holds(limits: tuple[float, float], place: float | None) -> bool:
+    return place is None or limits[0] <= place <= limits[1]
+
+
+def _keep_inside(axes: Axes, name: Annotation) -> None:
+    """Move a mark's name to where it does not leave the axes: to the side, or from above the mark to below it."""
+    box, room = name.get_window_extent(), axes.bbox
+    across = min(room.x1 - box.x1, 0.0) or max(room.x0 - box.x0, 0.0)
+    points = 72.0 / axes.figure.dpi
+    x, y = name.xyann
+    below = box.y1 > room.y1 and y > 0.0
+    name.xyann = (x + across * points, -y - box.height * points if below else y)

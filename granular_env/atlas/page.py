@@ -11,10 +11,10 @@ from pathlib import Path
 from jinja2 import Template
 from markupsafe import Markup
 
+from granular_env.viewing.colours import PALETTE
 from granular_env.viewing.page import template_environment
 
 from .building import Atlas
-from .drawing import legend, svg
 from .verdicts import Kind, Value
 
 # Kind -> class, sign, what the summary calls it. The sign tells them apart without colour.
@@ -48,8 +48,8 @@ def html(atlas: Atlas, command: str) -> str:
         command=command,
         kinds=KINDS,
         head=HEAD,
-        drawing=lambda figure: Markup(svg(figure)),
-        legend=lambda figure: Markup(legend(figure)),
+        drawings={name: Markup(svg) for done in atlas.done for name, svg in done.drawings.items()},
+        colours=len(PALETTE),
     )
 
 

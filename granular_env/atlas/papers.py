@@ -1,23 +1,25 @@
-"""The papers that have an atlas: name -> module that holds `PAPER`."""
+"""The papers that have an atlas, by name."""
 
 from __future__ import annotations
 
-from importlib import import_module
-
 from granular_env.components.errors import ParameterError, nearest
+from granular_env.domains import DOMAINS, load
 
 from .model import Paper
 
-_PAPERS = {"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983"}
+
+def _homes() -> dict[str, str]:
+    return {name: home for domain in DOMAINS.values() for name, home in domain.papers.items()}
 
 
 def names() -> list[str]:
-    """Names of the papers."""
-    return sorted(_PAPERS)
+    """Return the names of the papers."""
+    return sorted(_homes())
 
 
 def paper(name: str) -> Paper:
-    """A paper by its name; `ParameterError` with the nearest one where there is none."""
-    if name not in _PAPERS:
+    """Return a paper by its name; `ParameterError` with the nearest one where there is none."""
+    homes = _homes()
+    if name not in homes:
         raise ParameterError(f"paper {name!r}: there is no atlas of it; {nearest(name, names())}")
-    return import_module(_PAPERS[name]).PAPER
+    return load(homes[name])

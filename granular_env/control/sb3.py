@@ -9,7 +9,6 @@ import gymnasium
 import numpy as np
 
 from granular_env.components.errors import MissingExtraError, ParameterError, shortened
-from granular_env.domains.chain.envs.vector_env import ChainVectorEnv
 
 try:
     from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMissingImports]
@@ -95,8 +94,8 @@ class Sb3VecEnv(VecEnv):
 
     def env_method(self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
         """Call a method of the environments with these indices; their answers."""
-        lanes = [self._batch.lane(place) for place in self._get_indices(indices)]
-        return [getattr(lane, method_name)(*method_args, **method_kwargs) for lane in lanes]
+        singles = [self._single(place) for place in self._get_indices(indices)]
+        return [getattr(single, method_name)(*method_args, **method_kwargs) for single in singles]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
         """Nothing is wrapped singly."""
@@ -108,11 +107,16 @@ class Sb3VecEnv(VecEnv):
         return [None] * self.num_envs if images is None else list(images)
 
     @property
-    def _batch(self) -> ChainVectorEnv:
+    def _batch(self) -> Any:
         batch = self.env.unwrapped
-        if not isinstance(batch, ChainVectorEnv):
+        if not hasattr(batch, "get_attr"):
             raise ParameterError(f"env: got {shortened(batch)}, whose single environments cannot be reached from here")
         return batch
+
+    def _single(self, place: int) -> Any:
+        """Return one of the single environments: of a native batch its lane, of Gymnasium's own an entry of `envs`."""
+        batch = self._batch
+        return batch.lane(place) if hasattr(batch, "lane") else batch.envs[place]
 
 
 def info_of(infos: dict[str, Any], place: int) -> dict[str, Any]:

@@ -6,16 +6,16 @@ registered with Gymnasium (``mine/Task-v0``, or ``module:mine/Task-v0`` to impor
 
 from __future__ import annotations
 
-import inspect
 import re
 import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
-from granular_env.envs.registration import ENVIRONMENTS
+from granular_env.domains import environments, load
 
 # What a study gives every environment unless a method asks for more; one that does not take it does without.
 _DEFAULTS = {"hold": 1, "clock": 0, "info": "brief"}
@@ -23,7 +23,7 @@ _DEFAULTS = {"hold": 1, "clock": 0, "info": "brief"}
 
 def task_names() -> dict[str, str]:
     """Return short name -> registered name."""
-    return {_short(registered): registered for registered in ENVIRONMENTS}
+    return {_short(registered): registered for registered in environments()}
 
 
 def _short(registered: str) -> str:
@@ -33,7 +33,7 @@ def _short(registered: str) -> str:
 
 def is_shipped(name: str) -> bool:
     """Return whether a name is that of an environment of this package."""
-    return name in ENVIRONMENTS or name in task_names()
+    return name in environments() or name in task_names()
 
 
 def names_own_code(name: str) -> bool:
@@ -57,7 +57,7 @@ def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any
         ParameterError: there is none; names the module, what it has, or the nearest name.
     """
     if is_shipped(name):
-        return _attribute(*ENVIRONMENTS[registered_name(name)].split(":"))
+        return load(environments()[registered_name(name)].entry_point)
     module, colon, rest = name.partition(":")
     if not colon:
         return _registered(name)
@@ -75,12 +75,13 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
 
     Raises:
         ParameterError: it does not take one of the arguments, the nearest is named; what makes it raises something else than an
-            error of this package; or it is no environment of a chain.
+            error of this package; or it is no environment of a component.
     """
-    from granular_env.domains.chain.envs.environment import ChainEnv
+    from granular_env.envs.copying import known_arguments
+    from granular_env.envs.environment import ComponentEnv
     from granular_env.envs.task import Task
 
-    known = _arguments(make)
+    known = known_arguments(make)
     given = {key: value for key, value in arguments.items() if known is None or key in known or _DEFAULTS.get(key) != value}
     if known is not None and (unknown := [key for key in given if key not in known]):
         raise ParameterError(f"{unknown[0]}: unknown; {nearest(unknown[0], known)}")
@@ -93,9 +94,9 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
         raise ParameterError(f"task {name}: it ends with {type(error).__name__}{f': {told}' if told else ''}") from error
     env = getattr(made, "unwrapped", made)
     if isinstance(env, Task):
-        raise ParameterError("name: it makes a task, expected its environment; name what returns ChainEnv(chain, task)")
-    if not isinstance(env, ChainEnv):
-        raise ParameterError(f"name: it makes {shortened(made)}, expected a ChainEnv")
+        raise ParameterError("name: it makes a task, expected its environment; name what returns ComponentEnv(component, task)")
+    if not isinstance(env, ComponentEnv):
+        raise ParameterError(f"name: it makes {shortened(made)}, expected a ComponentEnv")
     return env
 
 
@@ -119,7 +120,7 @@ def _own(name: str, module: Any, path: str) -> Callable[..., Any]:
         public = [known for known, value in vars(module).items() if callable(value) and not known.startswith("_")]
         raise ParameterError(f"name: got {name!r}: the module has no {path!r}; {nearest(path, public)}")
     if not callable(found):
-        raise ParameterError(f"name: got {name!r}, which is {shortened(found)}, expected what makes a ChainEnv")
+        raise ParameterError(f"name: got {name!r}, which is {shortened(found)}, expected what makes a ComponentEnv")
     return found
 
 
@@ -128,42 +129,16 @@ def _registered(name: str) -> Callable[..., Any]:
 
     spec = registry.get(name)
     if spec is None or spec.entry_point is None:
-        own = (id for id, spec in registry.items() if "/" in id and id not in ENVIRONMENTS and not _of_gymnasium(spec))
+        own = (id for id, spec in registry.items() if "/" in id and id not in environments() and not _of_gymnasium(spec))
         raise ParameterError(
             f"name: got {name!r}, which is no task; {nearest(name, [*task_names(), *own])}; one of your own is 'module:name' "
             "of what makes its environment, or 'module:id' of one that the module registers"
         )
     entry = spec.entry_point
     creator = load_env_creator(entry) if isinstance(entry, str) else entry
-    if not spec.kwargs:
-        return creator
-
-    def make(**arguments: Any) -> Any:
-        return creator(**{**spec.kwargs, **arguments})
-
-    make.__signature__ = inspect.signature(creator)  # type: ignore[attr-defined]
-    return make
+    return partial(creator, **spec.kwargs) if spec.kwargs else creator
 
 
 def _of_gymnasium(spec: Any) -> bool:
     """Return whether Gymnasium itself registers it: `phys2d/CartPole-v1`, for instance."""
     return str(spec.entry_point or spec.vector_entry_point).startswith("gymnasium.")
-
-
-def _attribute(module: str, name: str) -> Callable[..., Any]:
-    return getattr(import_module(module), name)
-
-
-def _arguments(make: Callable[..., Any]) -> list[str] | None:
-    """Return the names that it takes, those of `Unpack`-ed options included; None where it takes any."""
-    names: list[str] = []
-    for parameter in inspect.signature(make).parameters.values():
-        if parameter.kind is inspect.Parameter.VAR_KEYWORD:
-            if "ChainOptions" not in str(parameter.annotation):
-                return None
-            from granular_env.domains.chain.envs.environment import ChainOptions
-
-            names += list(ChainOptions.__annotations__)
-        else:
-            names.append(parameter.name)
-    return names

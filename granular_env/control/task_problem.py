@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ParameterError
+from granular_env.domains import domain_of
 
 from .drive import Drive
 from .problem import Actor, Counts, Episode, FloatArray, Policies
 from .task_names import find_environment, make_environment, registered_name
-
-# What an objective with its slopes counts as, in forward runs: a run forward, one again from the checkpoints, and the sweep
-# back, which differentiates every force of a run and transposes it: counted as two.
-GRADIENT_RUNS = 4.0
 
 
 class TaskProblem:
@@ -48,6 +46,7 @@ class TaskProblem:
         self.env = make_environment(self._make, self._arguments, name)
         if math.isinf(self.env.deadline):
             raise ParameterError("deadline: got none, expected a number of control steps; a study needs episodes that end")
+        self._domain = domain_of(self.env.component.name)
         self._batches: dict[int, Any] = {}
         self.stage: Mapping[str, Any] | None = None
 
@@ -74,8 +73,9 @@ class TaskProblem:
 
     @property
     def gradient_runs(self) -> float:
-        """What an objective with its slopes costs, in forward runs."""
-        return GRADIENT_RUNS
+        """What an objective with its slopes costs, in forward runs; 0 where the domain has no gradients."""
+        gradients = self._domain.load("gradients")
+        return 0.0 if gradients is None else float(gradients.RUNS)
 
     # -- many at a time ---------------------------------------------------------------------------------------------
 
@@ -118,16 +118,26 @@ class TaskProblem:
         return self._batches[count]
 
     def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
-        """A Gymnasium `VectorEnv` of so many environments; it resets in the same step."""
-        from gymnasium.vector import AutoresetMode
+        """Return a Gymnasium `VectorEnv` of so many environments, which resets in the same step.
 
-        from granular_env.domains.chain.envs.vector_env import ChainVectorEnv
-
-        def lane(**arguments: Any) -> Any:
-            return make_environment(self._make, arguments, self.name)
+        It is the native batch of the component's domain where there is one, otherwise Gymnasium's own.
+        """
+        from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
         arguments = {**self._arguments, "hold": hold, "clock": clock, "info": "brief"}
-        return ChainVectorEnv(lane, count, autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
+
+        def make(**arguments: Any) -> Any:
+            return make_environment(self._make, arguments, self.name)
+
+        if self.is_native:
+            return self._domain.load("batch")(make, count, autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
+        return SyncVectorEnv([partial(make, **arguments)] * count, autoreset_mode=AutoresetMode.SAME_STEP)
+
+    @property
+    def is_native(self) -> bool:
+        """Whether the domain's native batch can run this environment."""
+        kind = self._domain.load("environment")
+        return kind is not None and isinstance(self.env, kind)
 
     # -- one at a time ----------------------------------------------------------------------------------------------
 
@@ -158,52 +168,28 @@ class TaskProblem:
         return Episode(total, np.array(actions), env.duration, self._final(env), _numbers(info))
 
     def _final(self, env: Any) -> dict[str, FloatArray]:
-        """The outputs of particles at the end, velocities first."""
-        component, names = env.component, sorted(env.task.observations, reverse=True)
-        values = {f"{name.replace('_', ' ')} [{component.variables[name].unit}]": component.get(name) for name in names}
-        return {name: value for name, value in values.items() if np.ndim(value) == 1}
+        """Return the arrays among the observed outputs at the end, velocities first; of vectors, each component by itself."""
+        component, final = env.component, {}
+        for name in sorted(env.task.observations, reverse=True):
+            value, unit = np.asarray(component.get(name)), component.variables[name].unit
+            for place in np.ndindex(value.shape[1:]) if value.ndim else ():
+                part = f"[{', '.join([':', *map(str, place)])}]" if place else ""
+                final[f"{name.replace('_', ' ')}{part} [{unit}]"] = value[(slice(None), *place)]
+        return final
 
     # -- slopes -----------------------------------------------------------------------------------------------------
 
     def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
-        """The smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries).
+        """Return the smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries).
 
         Raises:
-            ParameterError: the task has no objective with slopes, or its chain has none.
+            ParameterError: the task has no objective with slopes, or its component has none.
             StepError: the drive breaks the physics.
         """
-        from granular_env.components.chain.adjoint import value_and_bars
-
-        value, slopes, actuator = 0.0, np.zeros_like(drive), self.env.actuator
-        late = max(self.steps - actuator.delay, 0)
-        for seed in seeds:
-            env = self.env
-            _, info = env.reset(seed=seed)
-            if goal := env.task.counter_names[: len(env.task.goal_scales)]:
-                # The objective of a task that draws its goals is that of its present demand.
-                env.task.demand = np.array([info[name] for name in goal])
-            inputs = np.zeros((self.steps, 2))
-            inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
-            objective = self._objective(env)
-            bars = value_and_bars(env.component, inputs, env.internal_steps, objective)
-            value += bars.value / len(seeds)
-            slopes[:late] += env.actuator.scales * bars.inputs[actuator.delay :, actuator.sides] / len(seeds)
-        return value, slopes
-
-    def _objective(self, env: Any) -> Any:
-        task, stage = env.task, self.stage or {}
-        own: dict[str, Any] = {name: getattr(task, name, None) for name in stage}
-        for name, value in stage.items():
-            if own[name] is None or np.shape(own[name]) != np.shape(value):
-                came = f"no attribute {name!r}" if own[name] is None else f"{name} = {own[name]}"
-                raise ParameterError(f"{name}: got {value}, but the task {task.name!r}, whose objective it is for, has {came}")
-        try:
-            for name, value in stage.items():
-                setattr(task, name, value)
-            return task.objective(env.component, self.steps)
-        finally:
-            for name, value in own.items():
-                setattr(task, name, value)
+        gradients = self._domain.load("gradients")
+        if gradients is None or not self.is_native:
+            raise ParameterError(f"task {self.env.task.name!r} has no objective with a gradient; use a method that needs none")
+        return gradients.value_and_grad(self.env, drive, seeds, self.stage)
 
 
 def _numbers(info: Mapping[str, Any]) -> dict[str, float]:

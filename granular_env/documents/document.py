@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError, shortened
-from granular_env.components.validation import faults_of
+from granular_env.components.support.validation import faults_of
 from granular_env.writing import with_article
 
 from .files import find, read

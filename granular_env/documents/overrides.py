@@ -57,7 +57,7 @@ def set_key(content: dict[str, Any], override: Override) -> None:
     for depth, part in enumerate(override.key):
         key: Any = part
         if isinstance(node, list):
-            if not part.isdecimal() or int(part) >= len(node):
+            if part not in map(str, range(len(node))):
                 raise _fault(override, f"got the index {shortened(part)}, expected 0 to {len(node) - 1}")
             key = int(part)
         elif not isinstance(node, dict):

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ModelWrapValid
 from pydantic_core import CoreSchema, core_schema
 
 from granular_env.components.errors import nearest, shortened
-from granular_env.components.validation import as_validation_error, faults_of, refusal
+from granular_env.components.support.validation import as_validation_error, faults_of, refusal
 
 
 class Table(BaseModel):

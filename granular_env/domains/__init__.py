@@ -1,14 +1,101 @@
-"""Domains: the only rooms that name a physical system, one folder each."""
+"""Domains: the only rooms that name a physical system, one folder each; and the table of what each of them offers.
+
+A generic room (environments, studies, sweeps, viewing, the atlas) imports this module and no domain: `domain_of` gives what the
+domain of a component offers. A name in the table is a module, or "module:attribute"; it is imported when it is asked for. What
+is None or not named, the domain does not have: the generic room then does what serves any component, or says what is missing.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
-__all__ = ["chain"]
+
+@dataclass(frozen=True)
+class Environment:
+    """A registered environment.
+
+    Attributes:
+        entry_point: what makes the single one.
+        vector_entry_point: what makes a native batch; None where there is none, and Gymnasium's own batch serves.
+        reward_threshold: the return at which the task counts as solved.
+    """
+
+    entry_point: str
+    vector_entry_point: str | None
+    reward_threshold: float
+
+
+@dataclass(frozen=True)
+class Domain:
+    """What the rooms of one physical system offer.
+
+    Attributes:
+        environments: a mapping registered name -> `Environment`.
+        batch: a `VectorEnv` class that runs many of the domain's environments natively: batch(make, count, **arguments).
+        environment: the class of the environments that this batch can run.
+        gradients: a module with `RUNS` (cost of one gradient in forward runs) and `value_and_grad(env, drive, seeds, stage)`,
+            the smooth objective of a task and its derivatives with respect to the actions, for studies.
+        watch: a class of observers with a `history`, made with the time between two frames [s].
+        columns: a module with what a sweep can take of such a history: `MEASUREMENTS` (measurement -> what is taken of it ->
+            taken(history, which, arguments)), `UNITS` of what is taken, and `function`, which gives a measurement by name.
+        views: a module with the domain's own views of a run beside the generic ones.
+        papers: name of a paper -> its atlas.
+    """
+
+    environments: str | None = None
+    batch: str | None = None
+    environment: str | None = None
+    gradients: str | None = None
+    watch: str | None = None
+    columns: str | None = None
+    views: str | None = None
+    papers: Mapping[str, str] = field(default_factory=dict)
+
+    def load(self, offer: str) -> Any:
+        """Return what an attribute of this domain names; None where the domain does not have it."""
+        name = getattr(self, offer)
+        return None if name is None else load(name)
+
+
+DOMAINS: dict[str, Domain] = {
+    "chain": Domain(
+        environments="granular_env.domains.chain.tasks:ENVIRONMENTS",
+        batch="granular_env.domains.chain.envs.vector_env:ChainVectorEnv",
+        environment="granular_env.domains.chain.envs.environment:ChainEnv",
+        gradients="granular_env.domains.chain.control.drive_gradient",
+        watch="granular_env.domains.chain.measurement.observer:Watch",
+        columns="granular_env.domains.chain.measurement.columns",
+        views=None,
+        papers={"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983:PAPER"},
+    ),
+}
+"""Name of a component in the catalogue -> what its domain offers."""
+
+_NOTHING = Domain()
+
+
+def domain_of(component: str) -> Domain:
+    """Return what the domain of a component offers, by the component's name; nothing where it has no domain."""
+    return DOMAINS.get(component, _NOTHING)
+
+
+def environments() -> dict[str, Environment]:
+    """Return all registered environments, by name."""
+    return {name: one for domain in DOMAINS.values() for name, one in (domain.load("environments") or {}).items()}
+
+
+def load(name: str) -> Any:
+    """Import "module:attribute", or a module."""
+    module, _, attribute = name.partition(":")
+    found = import_module(module)
+    return getattr(found, attribute) if attribute else found
 
 
 def __getattr__(name: str) -> ModuleType:
-    if name not in __all__:
+    if name not in DOMAINS:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return import_module(f"{__name__}.{name}")

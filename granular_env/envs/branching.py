@@ -7,8 +7,9 @@ from collections.abc import Callable
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
-from ..components.contract import Component, Snapshot
+from ..components.component import Component
 from ..components.errors import ParameterError, shortened
+from ..components.snapshot import Snapshot
 
 if TYPE_CHECKING:
     from .environment import Ready

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..components.jit import jit
+from ..components.support.jit import jit
 
 
 @jit

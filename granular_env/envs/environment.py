@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, SupportsFloat
+from typing import Any, ClassVar, SupportsFloat, TypeVar
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
 from gymnasium.envs.registration import EnvSpec
 
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import ParameterError, StepError, nearest, shortened
-from ..components.profiles import finite_number
-from ..domains.chain.envs.task_check import refuse_incomplete
+from ..components.support.validation import finite_number
 from .clock import clock_readings
-from .copying import Recreatable
+from .copying import Given, Recreatable, recreatable
 from .drawing import draw
 from .state import Drawn, EnvState, bit_generator
-from .task import Task, checked_judgement
+from .task import Task, checked_judgement, refuse_incomplete
 
 Observation = npt.NDArray[np.float32]
 Ready = tuple[Component, Task, Drawn]
+Env = TypeVar("Env", bound="ComponentEnv")
 _LARGEST_CLOCK = 100
 # Options of constructors that are read once, so that setting an attribute of that name would do nothing.
 _READ_ONCE = frozenset(
@@ -38,14 +38,15 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     """A component driven by an agent, as a task sees it.
 
     ## Action space
-    `Box(-1, 1, (number of inputs,), float32)`. Each entry times the task's declared scale (`env.unwrapped.task.actions`, in the
-    input's unit) is held over `hold` control steps. Entries outside [-1, 1] are clipped; NaN, infinity and wrong shapes are
-    refused with `ParameterError`, and nothing has moved.
+    `Box(-1, 1, (entries,), float32)`: an entry for each input that is a number, as many as it has elements for one that is an
+    array, row by row. Each times the task's declared scale (`env.unwrapped.task.actions`, in the input's unit) is held over
+    `hold` control steps. Entries outside [-1, 1] are clipped; NaN, infinity and wrong shapes are refused with `ParameterError`,
+    and nothing has moved.
 
     ## Observation space
-    `Box(-limit, limit, (size,), float32)`: the task's outputs one after the other, each divided by its declared scale
-    (`env.unwrapped.task.observations`) and clipped to +- `task.observation_limit`; then the clock, whose readings lie in
-    [-1, 1]. The unscaled float64 values are in `info`, as fresh arrays.
+    `Box(-limit, limit, (size,), float32)`: the task's outputs one after the other, arrays row by row, each divided by its
+    declared scale (`env.unwrapped.task.observations`) and clipped to +- `task.observation_limit`; then the clock, whose
+    readings lie in [-1, 1]. The unscaled float64 values are in `info`, as fresh arrays.
 
     ## Rewards, start and end
     The task's. A step that the component refuses (`StepError`: the physics would break down) ends the episode: the reward is
@@ -100,26 +101,37 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self._scales = _checked_scales("actions", task.actions, component, "input")
         self._readings = _checked_scales("observations", task.observations, component, "output")
         self._lay_out_observation()
-        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self._scales),), np.float32)
+        self._lay_out_action()
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self._entries),), np.float32)
         self.observation_space = observation_box(task.observation_limit, self._size, self.clock)
         self._elapsed, self._running = 0, False
         # As it was at the first save of this episode: only a start draws.
         self._random_state: Mapping[str, Any] | None = None
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute; `ParameterError` for an option that the constructor alone reads."""
-        if name in _READ_ONCE and (name in vars(self) or name not in _KEPT):
+        """Set an attribute; `ParameterError` for an argument that the constructor alone reads."""
+        if (name in _READ_ONCE and (name in vars(self) or name not in _KEPT)) or (name[0] != "_" and self.is_read_once(name)):
             raise ParameterError(f"{name}: it cannot be set in an environment that is made; make another one with {name}=...")
         super().__setattr__(name, value)
+
+    def _lay_out_action(self) -> None:
+        """Say which entries of the action are which input, and what each entry is called in messages."""
+        self._driven: list[tuple[str, float, slice | int, tuple[int, ...]]] = []
+        self._entries: list[str] = []
+        for name, scale in self._scales:
+            shape, begin = self.component.variables[name].shape, len(self._entries)
+            self._entries += [f"{name}{list(index)}" if index else name for index in np.ndindex(shape)]
+            self._driven.append((name, scale, slice(begin, len(self._entries)) if shape else begin, shape))
 
     def _lay_out_observation(self) -> None:
         parts, begin = [], 0  # of each output: its place in the observation, and the factor that scales it
         for name, scale in self._readings:
-            size = math.prod(self.component.variables[name].shape)
-            parts.append((name, slice(begin, begin + size), np.array(1.0 / scale)))
+            shape = self.component.variables[name].shape
+            size = math.prod(shape)
+            parts.append((name, slice(begin, begin + size), shape, np.array(1.0 / scale)))
             begin += size
         self._size, self._scaled = begin, np.empty(begin)
-        self._parts = [(name, self._scaled[part], factor) for name, part, factor in parts]
+        self._parts = [(name, self._scaled[part].reshape(shape), factor) for name, part, shape, factor in parts]
         self._low, self._high = np.array(-self.task.observation_limit), np.array(self.task.observation_limit)
 
     # -- Gymnasium --------------------------------------------------------------------------------------------------
@@ -240,7 +252,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, and where the episode is."""
-        return _recreate, (type(self), *self._made_with, self.save(), self._np_random_seed, self.spec)
+        return _recreate, (self._made_by, *self._made_with, self.save(), self._np_random_seed, self.spec)
 
     def branch(
         self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -272,7 +284,12 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self._begin(number)
         return self.observe()
 
-    # -- what an environment of a chain does otherwise ------------------------------------------------------------------
+    # -- what an environment of a domain may do otherwise ---------------------------------------------------------------
+
+    @property
+    def draws_component(self) -> bool:
+        """Whether each episode has a component of its own, with parameters that were drawn."""
+        return False
 
     def _draw(self) -> Ready:
         """Return the component and the task of the next episode, and what was drawn for them."""
@@ -314,19 +331,27 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _inputs(self, action: npt.ArrayLike) -> dict[str, float]:
+    def _inputs(self, action: npt.ArrayLike) -> dict[str, Any]:
+        """Return the inputs that an action stands for: numbers, and arrays in the shapes of their variables."""
+        numbers = self._checked_action(action).tolist()
+        for entry, number in zip(self._entries, numbers, strict=True):
+            if not math.isfinite(number):
+                raise ParameterError(f"action: got {number} for {entry}, expected a number from -1 to 1")
+        clipped = [-1.0 if number < -1.0 else 1.0 if number > 1.0 else float(number) for number in numbers]
+        return {
+            name: scale * clipped[part] if isinstance(part, int) else scale * np.array(clipped[part]).reshape(shape)
+            for name, scale, part, shape in self._driven
+        }
+
+    def _checked_action(self, action: npt.ArrayLike) -> npt.NDArray[Any]:
+        count = len(self._entries)
         try:
             given = np.asarray(action)
         except ValueError as error:  # rows of unlike length
-            raise ParameterError(f"action: got {shortened(action)}, expected {len(self._scales)} numbers") from error
-        if given.shape != (len(self._scales),) or given.dtype.kind not in "fiu":
-            raise ParameterError(f"action: got {shortened(action)}, expected {len(self._scales)} numbers from -1 to 1")
-        inputs = {}
-        for (name, scale), number in zip(self._scales, given.tolist(), strict=True):
-            if not math.isfinite(number):
-                raise ParameterError(f"action: got {number} for {name}, expected a number from -1 to 1")
-            inputs[name] = scale * (-1.0 if number < -1.0 else 1.0 if number > 1.0 else float(number))
-        return inputs
+            raise ParameterError(f"action: got {shortened(action)}, expected {count} numbers") from error
+        if given.shape != (count,) or given.dtype.kind not in "fiu":
+            raise ParameterError(f"action: got {shortened(action)}, expected {count} numbers from -1 to 1")
+        return given
 
     def _see(self) -> dict[str, Any]:
         """The observed outputs, fresh; scaled, they are in `_scaled` then."""
@@ -353,6 +378,16 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         return self._observation(), total + self.step_error_reward, True, False, info
 
 
+def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
+    """Make a function that returns the environment of one task fit for registration, copies and pickle; a decorator.
+
+    Unknown arguments are refused by name, and Gymnasium finds the render modes as it does on a class.
+    """
+    made = recreatable(make)
+    made.metadata = ComponentEnv.metadata  # type: ignore[attr-defined]
+    return made
+
+
 def observation_box(limit: float, readings: int, clock: int) -> Any:
     """Return the space of readings that are clipped to +- `limit`, followed by those of a clock."""
     high = np.append(np.full(readings, limit, np.float32), np.ones(clock, np.float32))
@@ -360,10 +395,10 @@ def observation_box(limit: float, readings: int, clock: int) -> Any:
 
 
 def _recreate(
-    kind: type[ComponentEnv], arguments: Any, keywords: Mapping[str, Any], state: EnvState, seed: int | None, spec: Any
+    make: Callable[..., ComponentEnv], arguments: Any, keywords: Mapping[str, Any], state: EnvState, seed: int | None, spec: Any
 ) -> ComponentEnv:
     """Return an environment that was made so, in this state."""
-    env = kind(*arguments, **keywords)
+    env = make(*arguments, **keywords)
     env.restore(state)
     env._np_random_seed, env.spec = seed, spec
     return env

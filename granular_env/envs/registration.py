@@ -14,24 +14,6 @@ from types import ModuleType
 from typing import Any
 
 _REGISTRY_MODULE = "gymnasium.envs.registration"
-ENVIRONMENTS = {
-    "granular_env/Piston-v1": "granular_env.domains.chain.tasks.piston:PistonEnv",
-    "granular_env/PulseForming-v1": "granular_env.domains.chain.tasks.pulse_forming:PulseFormingEnv",
-    "granular_env/Protection-v1": "granular_env.domains.chain.tasks.protection:ProtectionEnv",
-    "granular_env/Absorption-v1": "granular_env.domains.chain.tasks.absorption:AbsorptionEnv",
-    "granular_env/EnergyDelivery-v1": "granular_env.domains.chain.tasks.energy_delivery:EnergyDeliveryEnv",
-    "granular_env/SolitonTrain-v1": "granular_env.domains.chain.tasks.soliton_train:SolitonTrainEnv",
-}
-# What theory returns, rounded down; of Piston-v1, which has no theory, what a push of 2.4 m/s for 18 us returns. No time limit
-# is registered: the environment ends its episodes itself at its deadline, whichever was given, and its own `spec` tells when.
-THRESHOLDS = {
-    "granular_env/Piston-v1": 0.769,
-    "granular_env/PulseForming-v1": -1e-3,
-    "granular_env/Protection-v1": 0.79,
-    "granular_env/Absorption-v1": 0.99,
-    "granular_env/EnergyDelivery-v1": 0.809,
-    "granular_env/SolitonTrain-v1": -2e-3,
-}
 
 
 def register_all(registration: Any = None) -> None:
@@ -42,10 +24,17 @@ def register_all(registration: Any = None) -> None:
     """
     if registration is None:
         from gymnasium.envs import registration
-    for name, entry_point in ENVIRONMENTS.items():
+    from ..domains import environments
+
+    for name, one in environments().items():
         if name not in registration.registry:
-            vector = f"granular_env.domains.chain.envs.vectors:{entry_point.partition(':')[2]}"
-            registration.register(name, entry_point=entry_point, vector_entry_point=vector, reward_threshold=THRESHOLDS[name])
+            # No time limit: the environment ends its episodes itself at its deadline, and its own `spec` tells when.
+            registration.register(
+                name,
+                entry_point=one.entry_point,
+                vector_entry_point=one.vector_entry_point,
+                reward_threshold=one.reward_threshold,
+            )
 
 
 def register_when_imported() -> None:

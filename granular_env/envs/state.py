@@ -8,9 +8,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..components.contract import Snapshot
 from ..components.errors import LogError
-from ..components.packing import pack, unpack
+from ..components.snapshot import Snapshot
+from ..components.support.serialization import pack, unpack
 
 _KIND = "environment state"
 # Bit generators of numpy that a state may name: bytes of a stranger must not choose what is called.

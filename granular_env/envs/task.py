@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.random import Generator
 
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import ParameterError, shortened
 
 Seen = Mapping[str, npt.NDArray[np.float64]]
@@ -70,3 +70,18 @@ def checked_judgement(task: Task, given: Any) -> tuple[float, bool]:
     if not math.isfinite(number):
         raise ParameterError(f"task {task.name!r}: its reward is {number}; mend its judge")
     return reward, bool(done)
+
+
+def refuse_incomplete(task: Any) -> None:
+    """Refuse what lacks one of the attributes that every task has.
+
+    Raises:
+        ParameterError: it is no task, or an attribute is missing; names it.
+    """
+    if not isinstance(task, Task):
+        raise ParameterError(f"task: got {shortened(task)}, expected an object of a class made from Task")
+    for name, example in (("name", '"swing"'), ("actions", '{"left_force": 100.0}'), ("observations", '{"velocity": 1.0}')):
+        if getattr(task, name, None) is None:
+            raise ParameterError(f"task: {type(task).__name__} has no {name}; give it one, such as {name} = {example}")
+        if name != "name" and not isinstance(getattr(task, name), Mapping):
+            raise ParameterError(f"task.{name}: got {shortened(getattr(task, name))}, expected a mapping, such as {example}")

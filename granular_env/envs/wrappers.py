@@ -10,7 +10,6 @@ from typing import Any, NoReturn
 import gymnasium
 
 from ..components.errors import ParameterError, shortened
-from ..domains.chain.envs.environment import ChainEnv
 from .environment import ComponentEnv
 
 
@@ -43,7 +42,7 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
         gymnasium.utils.RecordConstructorArgs.__init__(self, path=path, **options)
         gymnasium.Wrapper.__init__(self, env)
         self._component_env, self._path, self._options = inner, path, options
-        self._each_episode = isinstance(inner, ChainEnv) and bool(inner.randomization.parameters)
+        self._each_episode = inner.draws_component
         self._recording: AbstractContextManager[Any] | None = None
         self.paths: list[Path] = []
         if not self._each_episode:

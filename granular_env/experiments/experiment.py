@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
-from granular_env.components.validation import as_validation_error, faults_of, refusal
+from granular_env.components.support.validation import as_validation_error, faults_of, refusal
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.shipped import shipped_files
 

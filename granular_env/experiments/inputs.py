@@ -20,7 +20,7 @@ from pydantic import Field, PlainValidator, TypeAdapter
 
 from granular_env.components.errors import nearest, shortened
 from granular_env.components.profiles import Profile
-from granular_env.components.validation import refusal
+from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Table
 
 # What people write for a CSV table's path; no spelling check would find it.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, StepError, caution, nearest
 from granular_env.components.profiles import Profile
 from granular_env.documents import Document, Overrides, load

@@ -17,7 +17,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, nearest
 from granular_env.documents import Table
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.files import read_bounded

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import LogError
 from .batch import header_digests, held_word, parameter_digests, step_digests
 from .format import HASHES, STEPS

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..components.contract import Component, Snapshot
-from ..components.packing import canonical_json, digest
+from ..components.component import Component
 from ..components.profiles import CompiledProfile
+from ..components.snapshot import Snapshot
+from ..components.support.serialization import canonical_json, digest
 from .format import FRAMES, HASHES, SNAPSHOTS, STEPS, Record, bits, nanoseconds, words
 from .sink import CHUNK_BYTES, Sink
 

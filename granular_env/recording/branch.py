@@ -8,8 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..components.contract import Component, Held
+from ..components.component import Component
 from ..components.errors import LogError, ParameterError, nearest
+from ..components.inputs import Held
 from ..components.profiles import Profile
 from .index import Segment
 from .left import left_log_told

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..components.catalogue import component_class
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import GranularError, LogError
-from ..components.validation import validated
+from ..components.support.validation import validated
 from .caps import Caps
 
 _OWN_PACKAGE = "granular_env.components."

@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from ..components.errors import Fault, LogError, Option
-from ..components.memory import refuse_beyond
+from ..components.support.memory_limits import refuse_beyond
 
 _ADVICE = ("pass ", Option("allow_large"), " if you trust where it comes from")
 # One chunk is decompressed as a whole; ours are near 1 MB or hold one array, which for the largest components is more [bytes].

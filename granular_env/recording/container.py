@@ -12,11 +12,11 @@ import struct
 import zlib
 from collections import OrderedDict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO
 
-from ..components.errors import LogError
+from ..components.errors import Fault, LogError, Phrase
 from .caps import Caps
 from .format import PROFILE
 

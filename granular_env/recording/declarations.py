@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..components.contract import Component
-from ..components.packing import canonical_json
+from ..components.component import Component
+from ..components.support.serialization import canonical_json
 from .facts import closing_facts, component_facts
 from .format import words
 from .metadata import METADATA_NAME, metadata_of_log

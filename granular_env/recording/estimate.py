@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from ..components.contract import Component
+from ..components.component import Component
 from .options import checked_names, checked_schedule
 
 # What a frame takes beside its numbers, and a log beside its records [bytes].

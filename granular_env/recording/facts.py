@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ..components.contract import Component, Variable
+from ..components.component import Component
+from ..components.contract import Variable
 from ..components.errors import LogError, ParameterError
 from .format import FORMAT
 from .options import plain_values

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..components.contract import Component, Ledger
+from ..components.component import Component
+from ..components.contract import Ledger
 from ..components.errors import LogError
 from .container import RawMessage
 from .format import HEADER, TOPICS

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from ..components.errors import LogError
-from ..components.packing import digest, pack_parts, unpack
+from ..components.support.serialization import digest, pack_parts, unpack
 
 FORMAT = 2
 PROFILE = "granular-env"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..components.contract import Component
+from ..components.component import Component
 from ..components.errors import ParameterError, nearest
 from .schedule import HASH_EVERY, Schedule, doubling_for, frames_for
 from .track import LEDGER

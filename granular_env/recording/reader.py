@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..components.contract import Component, Held, Particles, Snapshot, Variable
-from ..components.errors import GranularError, LogError, ParameterError, nearest
+from ..components.component import Component
+from ..components.contract import Particles, Variable
+from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest
+from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
+from ..components.snapshot import Snapshot
 from ..writing import counted
 from . import steps as step_records
 from .build import build

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..components.contract import Component
+from ..components.component import Component
 from .facts import plain_json
 from .log_file import create
 from .options import checked_names, checked_schedule

@@ -10,8 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..components.contract import Component, Held, Ledger, Snapshot, StepError
-from ..components.errors import GranularError, LogError
+from ..components.component import Component
+from ..components.contract import Ledger
+from ..components.errors import GranularError, LogError, StepError
+from ..components.inputs import Held
+from ..components.snapshot import Snapshot
 from ..progress import Progress, progress_bar
 from .accounts import changed_header, changed_input, changed_parameters
 from .batch import hash_row, held_word

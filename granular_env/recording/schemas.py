@@ -1,12 +1,12 @@
 """Protobuf messages: the block that holds a log's exact content, and three for stock viewers. No protoc is needed.
 
-The descriptors are built at run time. Points, spheres and named numbers are laid out by numpy as whole arrays of bytes:
-building them as protobuf objects would take longer than the run that they show.
+Foxglove's messages are those of its package. Points, spheres and named numbers are laid out by numpy as whole arrays of bytes,
+after one message that protobuf wrote: building each as an object would take longer than the run that they show.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
@@ -14,95 +14,68 @@ import numpy as np
 
 from .format import varint
 
-_DOUBLE, _BOOL, _ENUM, _BYTES, _STRING, _MESSAGE, _FIXED32 = 1, 8, 14, 12, 9, 11, 7
-_ONE, _MANY = 1, 3
-_UINT32, _FLOAT32, _UINT8 = 5, 7, 1
 FRAME = "world"
 Parts = list[bytes | memoryview]
-
-_VECTOR, _POSE, _COLOR, _STAMP = ".foxglove.Vector3", ".foxglove.Pose", ".foxglove.Color", ".google.protobuf.Timestamp"
-_COMMON = {
-    "Vector3": [(axis, _DOUBLE, _ONE, None) for axis in "xyz"],
-    "Quaternion": [(axis, _DOUBLE, _ONE, None) for axis in "xyzw"],
-    "Pose": [("position", _MESSAGE, _ONE, _VECTOR), ("orientation", _MESSAGE, _ONE, ".foxglove.Quaternion")],
-}
-_POINT_CLOUD = {
-    **_COMMON,
-    "PackedElementField": [
-        ("name", _STRING, _ONE, None),
-        ("offset", _FIXED32, _ONE, None),
-        ("type", _ENUM, _ONE, ".foxglove.PackedElementField.NumericType"),
-    ],
-    "PointCloud": [
-        ("timestamp", _MESSAGE, _ONE, _STAMP),
-        ("frame_id", _STRING, _ONE, None),
-        ("pose", _MESSAGE, _ONE, _POSE),
-        ("point_stride", _FIXED32, _ONE, None),
-        ("fields", _MESSAGE, _MANY, ".foxglove.PackedElementField"),
-        ("data", _BYTES, _ONE, None),
-    ],
-}
-# Of the official message only what is written; the numbers of the fields are the official ones.
-_SCENE_UPDATE = {
-    **_COMMON,
-    "Color": [(channel, _DOUBLE, _ONE, None) for channel in "rgba"],
-    "SpherePrimitive": [("pose", _MESSAGE, _ONE, _POSE), ("size", _MESSAGE, _ONE, _VECTOR), ("color", _MESSAGE, _ONE, _COLOR)],
-    "SceneEntity": [
-        ("timestamp", _MESSAGE, _ONE, _STAMP),
-        ("frame_id", _STRING, _ONE, None),
-        ("id", _STRING, _ONE, None),
-        ("spheres", _MESSAGE, _MANY, ".foxglove.SpherePrimitive", 9),
-    ],
-    "SceneUpdate": [("entities", _MESSAGE, _MANY, ".foxglove.SceneEntity", 2)],
-}
 
 
 @cache
 def block_schema() -> bytes:
     """Return the FileDescriptorSet of ``granular.Block``: one field of bytes."""
-    return _file_set("granular", "Block", {"Block": [("data", _BYTES, _ONE, None)]}, stamped=False)
+    from google.protobuf.descriptor_pb2 import FieldDescriptorProto
+
+    return _own_schema("Block", ["data"], FieldDescriptorProto.TYPE_BYTES)
+
+
+def scalars_schema(names: Sequence[str]) -> bytes:
+    """Return the FileDescriptorSet of ``granular.Scalars``: one double for each name."""
+    from google.protobuf.descriptor_pb2 import FieldDescriptorProto
+
+    return _own_schema("Scalars", names, FieldDescriptorProto.TYPE_DOUBLE)
 
 
 @cache
 def point_cloud_schema() -> bytes:
     """Return the FileDescriptorSet of ``foxglove.PointCloud``."""
-    return _file_set("foxglove", "PointCloud", _POINT_CLOUD)
+    from foxglove_schemas_protobuf import PointCloud_pb2
+
+    return _file_set(PointCloud_pb2.DESCRIPTOR)
 
 
 @cache
 def scene_update_schema() -> bytes:
-    """Return the FileDescriptorSet of ``foxglove.SceneUpdate``, as far as spheres need it."""
-    return _file_set("foxglove", "SceneUpdate", _SCENE_UPDATE)
+    """Return the FileDescriptorSet of ``foxglove.SceneUpdate``."""
+    from foxglove_schemas_protobuf import SceneUpdate_pb2
+
+    return _file_set(SceneUpdate_pb2.DESCRIPTOR)
 
 
-def scalars_schema(names: Sequence[str]) -> bytes:
-    """Return the FileDescriptorSet of ``granular.Scalars``: one double for each name."""
-    fields = [(name, _DOUBLE, _ONE, None) for name in names]
-    return _file_set("granular", "Scalars", {"Scalars": fields}, stamped=False)
+def _own_schema(name: str, fields: Iterable[str], kind: Any) -> bytes:
+    from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
+
+    file = FileDescriptorProto(name=f"granular/{name}.proto", package="granular", syntax="proto3")
+    message = file.message_type.add(name=name)
+    for number, field in enumerate(fields, 1):
+        message.field.add(name=field, number=number, type=kind, label=FieldDescriptorProto.LABEL_OPTIONAL)
+    return FileDescriptorSet(file=[file]).SerializeToString(deterministic=True)
 
 
-def _file_set(package: str, name: str, messages: dict[str, Any], stamped: bool = True) -> bytes:
-    from google.protobuf import descriptor_pb2, timestamp_pb2
+def _file_set(descriptor: Any) -> bytes:
+    """Return a file of messages with all that it imports, each before what needs it."""
+    from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
 
-    stamp = descriptor_pb2.FileDescriptorProto()
-    timestamp_pb2.DESCRIPTOR.CopyToProto(stamp)
-    file = descriptor_pb2.FileDescriptorProto(name=f"{package}/{name}.proto", package=package, syntax="proto3")
-    for message_name, fields in messages.items():
-        message = file.message_type.add(name=message_name)
-        for place, (field, kind, label, type_name, *number) in enumerate(fields, 1):
-            number = number[0] if number else place
-            message.field.add(name=field, number=number, type=kind, label=label, type_name=type_name)  # type: ignore[arg-type]
-        if message_name == "PackedElementField":
-            kinds = message.enum_type.add(name="NumericType")
-            for value, kind in enumerate(_NUMERIC_TYPES):
-                kinds.value.add(name=kind, number=value)
-    if stamped:
-        file.dependency.append(stamp.name)
-    files = [stamp, file] if stamped else [file]
-    return descriptor_pb2.FileDescriptorSet(file=files).SerializeToString(deterministic=True)
+    files: dict[str, Any] = {}
+
+    def add(file: Any) -> None:
+        for needed in file.dependencies:
+            add(needed)
+        if file.name not in files:
+            files[file.name] = FileDescriptorProto()
+            file.CopyToProto(files[file.name])
+
+    add(descriptor)
+    return FileDescriptorSet(file=files.values()).SerializeToString(deterministic=True)
 
 
-_NUMERIC_TYPES = ("UNKNOWN", "UINT8", "INT8", "UINT16", "INT16", "UINT32", "INT32", "FLOAT32", "FLOAT64")
 _POINT = np.dtype([("position", "<f4", 3), ("colour", "u1", 4)])
 
 
@@ -127,27 +100,28 @@ def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndar
 @cache
 def _point_cloud_head() -> bytes:
     """Return frame, pose, stride and fields. Viewers draw nothing where the pose is not set."""
-    fields = [(axis, 4 * place, _FLOAT32) for place, axis in enumerate("xyz")]
-    fields += [(name, 12 + place, _UINT8) for place, name in enumerate(("blue", "green", "red", "alpha"))]
-    fields += [("rgba", 12, _UINT32)]
-    described = [
-        _field(1, name.encode()) + (b"\x15" + offset.to_bytes(4, "little") if offset else b"") + b"\x18" + varint(kind)
-        for name, offset, kind in fields
-    ]
-    pose = _field(1, b"") + _field(2, b"\x21" + np.float64(1.0).tobytes())
-    stride = b"\x25" + _POINT.itemsize.to_bytes(4, "little")
-    return _field(2, FRAME.encode()) + _field(3, pose) + stride + b"".join(_field(5, part) for part in described)
+    from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField as Field
+    from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+
+    fields = [Field(name=axis, offset=4 * place, type=Field.FLOAT32) for place, axis in enumerate("xyz")]
+    names = ("blue", "green", "red", "alpha")
+    fields += [Field(name=name, offset=12 + place, type=Field.UINT8) for place, name in enumerate(names)]
+    fields.append(Field(name="rgba", offset=12, type=Field.UINT32))
+    return PointCloud(frame_id=FRAME, pose=_unturned(), point_stride=_POINT.itemsize, fields=fields).SerializeToString()
+
+
+def _unturned(**position: float) -> Any:
+    from foxglove_schemas_protobuf.Pose_pb2 import Pose
+    from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+    from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+
+    return Pose(position=Vector3(**position), orientation=Quaternion(w=1.0))
 
 
 # Steps of a colour's channel: numbers of few digits compress well.
 _TINTS = 64.0
-_SPHERE = np.dtype(
-    [
-        ("head", "V2"), ("pose", "V4"), ("x_tag", "V1"), ("x", "<f8"), ("y_tag", "V1"), ("y", "<f8"), ("z_tag", "V1"),
-        ("z", "<f8"), ("turn", "V11"), ("size", "V29"), ("colour", "V2"), ("r_tag", "V1"), ("r", "<f8"), ("g_tag", "V1"),
-        ("g", "<f8"), ("b_tag", "V1"), ("b", "<f8"), ("alpha", "V9"),
-    ]
-)  # fmt: skip
+# What stands in the message that the others are made after; no number of these is anywhere else in it.
+_PLACE, _SIZE, _COLOUR = {"x": 2.0, "y": 3.0, "z": 4.0}, {"x": 5.0, "y": 6.0, "z": 7.0}, {"r": 8.0, "g": 9.0, "b": 10.0}
 
 
 def encode_spheres(nanoseconds: int, positions: np.ndarray, radius: np.ndarray, colours: np.ndarray) -> Parts:
@@ -159,33 +133,32 @@ def encode_spheres(nanoseconds: int, positions: np.ndarray, radius: np.ndarray, 
         radius: shape (n,) [m].
         colours: red, green, blue, alpha; shape (n, 4), uint8; alpha is not used.
     """
-    spheres = np.empty(len(positions), dtype=_SPHERE)
-    one = np.float64(1.0).tobytes()
-    spheres["head"] = bytes([0x4A, _SPHERE.itemsize - 2])
-    spheres["pose"] = bytes([0x0A, 40, 0x0A, 27])
-    spheres["turn"] = bytes([0x12, 9, 0x21]) + one
-    spheres["colour"] = bytes([0x1A, 36])
-    spheres["alpha"] = b"\x21" + one
+    sphere = _sphere()
+    # As bytes: numpy copies no more of a record than its named numbers.
+    spheres = np.tile(sphere.view(np.uint8), len(positions)).view(sphere.dtype)
     for place, axis in enumerate("xyz"):
-        spheres[f"{axis}_tag"], spheres[axis] = bytes([9 + 8 * place]), positions[:, place]
+        spheres[axis], spheres[f"size {axis}"] = positions[:, place], 2.0 * radius
     for place, channel in enumerate("rgb"):
-        spheres[f"{channel}_tag"], spheres[channel] = (
-            bytes([9 + 8 * place]),
-            np.rint(colours[:, place] * (_TINTS / 255.0)) / _TINTS,
-        )
-    spheres["size"] = _sizes(radius)
+        spheres[channel] = np.rint(colours[:, place] * (_TINTS / 255.0)) / _TINTS
     entity = _field(1, _stamp(nanoseconds)) + _field(2, FRAME.encode()) + _field(3, b"grains")
     data = spheres.view(np.uint8).data
     return [b"\x12" + varint(len(entity) + len(data)) + entity, data]
 
 
-def _sizes(radius: np.ndarray) -> np.ndarray:
-    tagged = [(f"{axis}{part}", kind) for axis in "xyz" for part, kind in (("_tag", "V1"), ("_value", "<f8"))]
-    sizes = np.empty(len(radius), dtype=[("head", "V2"), *tagged])
-    sizes["head"] = bytes([0x12, 27])
-    for place, axis in enumerate("xyz"):
-        sizes[f"{axis}_tag"], sizes[f"{axis}_value"] = bytes([9 + 8 * place]), 2.0 * radius
-    return sizes.view("V29")
+@cache
+def _sphere() -> np.ndarray:
+    """Return a ``SpherePrimitive`` as a field of its entity, shape (1,), with names for those of its bytes that are numbers."""
+    from foxglove_schemas_protobuf.Color_pb2 import Color
+    from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+    from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
+    from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+
+    sphere = SpherePrimitive(pose=_unturned(**_PLACE), size=Vector3(**_SIZE), color=Color(**_COLOUR, a=1.0))
+    written = SceneEntity(spheres=[sphere]).SerializeToString()
+    numbers = {**_PLACE, **{f"size {axis}": number for axis, number in _SIZE.items()}, **_COLOUR}
+    starts = [written.index(np.array(number, dtype="<f8").tobytes()) for number in numbers.values()]
+    layout = {"names": list(numbers), "formats": ["<f8"] * len(numbers), "offsets": starts, "itemsize": len(written)}
+    return np.frombuffer(written, dtype=np.dtype(layout))  # type: ignore[arg-type]
 
 
 def encode_scalars(rows: np.ndarray) -> list[bytes]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..components.contract import Held
 from ..components.errors import GranularError, LogError
+from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from .batch import held_word, set_words
 from .format import Record

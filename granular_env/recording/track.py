@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from ..components.contract import Component, Ledger, Particles
+from ..components.component import Component
+from ..components.contract import Ledger, Particles
 from .preview import PreviewFacts, PreviewFrame, PreviewMessage, preview_messages
 
 _MOST_FRAMES = 400

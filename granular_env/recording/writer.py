@@ -18,9 +18,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..components.contract import Component, GranularError, Held
-from ..components.errors import LogError
-from ..components.packing import canonical_json
+from ..components.component import Component
+from ..components.errors import GranularError, LogError
+from ..components.inputs import Held
+from ..components.support.serialization import canonical_json
 from .batch import Batch, Profiles, hash_row, header_digests, parameter_digests, write_batch
 from .facts import closing_facts, header_of
 from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record, nanoseconds

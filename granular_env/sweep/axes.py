@@ -22,9 +22,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PlainValidator, model_validator
 
-from granular_env.components.counter_random import uniform
 from granular_env.components.errors import shortened
-from granular_env.components.validation import refusal
+from granular_env.components.support.counter_random import uniform
+from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Table
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from granular_env.components.errors import ExperimentError, Fault, GranularError, GranularWarning
@@ -54,11 +54,11 @@ def _refuse_idle_seeds(plan: Plan, computer: Computer, order: Order, ready: Prep
         raise ExperimentError(plan.located(Fault(("seeds", "keys"), same, hint=hint)))
 
 
-def warmed(job: Job, orders: Iterable[Order]) -> None:
-    """Compile what the tasks need, once, before many processes would do it at the same time."""
-    with _computer(job) as computer:
-        for order in list(_kinds(orders).values())[:_MOST_KINDS]:
-            computer.warm(order)
+def warmed(job: Job, orders: Iterable[Order], folder: Path) -> None:
+    """Compile what the tasks need, once, before many processes would do it at the same time; `folder` is the results'."""
+    computer = Computer(job, folder)
+    for order in list(_kinds(orders).values())[:_MOST_KINDS]:
+        computer.warm(order)
 
 
 def _kinds(orders: Iterable[Order]) -> dict[str, Order]:
@@ -72,8 +72,9 @@ def _kinds(orders: Iterable[Order]) -> dict[str, Order]:
 
 @contextmanager
 def _computer(job: Job) -> Iterator[Computer]:
-    with (
-        tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as folder,
-        warnings.catch_warnings(action="ignore", category=GranularWarning),
-    ):
+    with ExitStack() as held:
+        held.enter_context(warnings.catch_warnings(action="ignore", category=GranularWarning))
+        folder = tempfile.gettempdir()
+        if job.files:  # otherwise nothing is written, and a kill leaves nothing behind
+            folder = held.enter_context(tempfile.TemporaryDirectory(prefix="granular-env-sweep-"))
         yield Computer(job, Path(folder))

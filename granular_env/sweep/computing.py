@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from granular_env.components.errors import GranularError, GranularWarning
-from granular_env.components.jit import source_hash
-from granular_env.components.kernel_cache import cache_folder
+from granular_env.components.support.jit import source_hash
+from granular_env.components.support.kernel_cache import cache_folder
 from granular_env.experiments import load_experiment
 from granular_env.experiments.prepare import Prepared, prepare
 
@@ -195,6 +195,7 @@ def program() -> str:
     for path in (
         *own,
         package / "running.py",
+        package / "peaks.py",
         *sorted((package / "experiments").glob("*.py")),
         *sorted((package / "domains").glob("*/measurement/*.py")),
     ):

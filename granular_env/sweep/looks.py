@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import LogError, ParameterError
-from granular_env.components.memory import refuse_beyond
-from granular_env.domains.chain.measurement.observer import Watch, watched
-from granular_env.domains.chain.measurement.peaks import SAMPLES, resolved_top
+from granular_env.components.support.memory_limits import refuse_beyond
+from granular_env.domains import domain_of
+from granular_env.peaks import SAMPLES, resolved_top
 
 from .measures import EXTREMES, Figure, Measure, Measurement, Reading
 
@@ -32,7 +32,7 @@ class Looks:
     def __init__(self, measures: Mapping[str, Measure], every: float | None, duration: float) -> None:
         self._measures, self._every, self._duration = measures, every, duration
         self._wants_history = any(isinstance(measure, Measurement) for measure in measures.values())
-        self._watch: Watch | None = None
+        self._watch: Any = None
         self._gathered: dict[str, _Gathered] = {}
         self.next_tick = 0
 
@@ -59,9 +59,14 @@ class Looks:
 
     def _begin_history(self, component: Component) -> None:
         every = self._interval * component.step_size
-        self._watch = Watch(every)
+        watch = domain_of(component.name).load("watch")
+        if watch is None:
+            raise ParameterError(
+                f"measure: a {component.name!r} has no measurements; take its variables, such as 'max NAME[0]'"
+            )
+        self._watch = watch(every)
         self._watch.began(component)
-        numbers = sum(np.size(component.get(name)) for name in watched(component))
+        numbers = sum(np.size(component.get(name)) for name in self._watch.variables)
         refuse_beyond(int(8 * numbers * self._duration / every), f"a history with a frame every {every:g} s")
 
     def look(self, component: Component) -> None:
@@ -108,8 +113,8 @@ class Looks:
 class _Gathered:
     """The extreme or the mean of one reading.
 
-    An extreme of a single number is read off the curve through the looks next to it, as the crests of
-    `granular_env.domains.chain.measurement` are; that of all elements of an array is the greatest, or the least, of the looks.
+    An extreme of a single number is read off the curve through the looks next to it, as the crests of `granular_env.peaks`
+    are; that of all elements of an array is the greatest, or the least, of the looks.
     """
 
     def __init__(self, reading: Reading) -> None:

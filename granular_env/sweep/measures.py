@@ -12,18 +12,18 @@ pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, a
 from __future__ import annotations
 
 import inspect
-import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import PlainValidator
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.components.validation import refusal
+from granular_env.components.support.validation import refusal
+from granular_env.domains import DOMAINS, load
 
 # Columns that every table may have; no measure is called so.
 OWN_COLUMNS = ("task", "sample", "repetition", "seed", "outcome", "error", "notes", "hash", "log")
@@ -107,15 +107,17 @@ class Figure:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A function of `granular_env.domains.chain.measurement`, and which of its numbers is taken.
+    """A measurement of a domain, and which of its numbers is taken.
 
     Attributes:
+        columns: the domain's module of that name, see `Domain.columns`.
         name: of the function.
         take: which number.
         which: of several waves, in the order that the function gives them; negative counts from the last.
         arguments: the function's own.
     """
 
+    columns: str
     name: str
     take: str
     which: int
@@ -123,11 +125,12 @@ class Measurement:
 
     def of(self, history: Any) -> float:
         """The number; NaN where there are fewer waves."""
-        return _MEASUREMENTS[self.name][self.take](history, self.which, dict(self.arguments))
+        return load(self.columns).MEASUREMENTS[self.name][self.take](history, self.which, dict(self.arguments))
 
     def unit(self, component: Component) -> str:
         """Return the unit of what is taken."""
-        return _UNITS.get((self.name, self.take)) or _UNITS[self.take]
+        units = load(self.columns).UNITS
+        return units.get((self.name, self.take)) or units[self.take]
 
 
 Measure = Reading | Figure | Measurement
@@ -146,7 +149,7 @@ def parse_measure(given: Any) -> Measure:
     raise refusal(
         f"got {shortened(given, 60)}",
         f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'report peak contact pressure', "
-        f'or a table {{ measurement = "waves_at", ... }} ({", ".join(_MEASUREMENTS)})',
+        f'or a table {{ measurement = "waves_at", ... }} ({", ".join(_measurements())})',
     )
 
 
@@ -154,116 +157,30 @@ AnyMeasure = Annotated[Measure, PlainValidator(parse_measure)]
 
 
 def _parse_measurement(table: Mapping[str, Any]) -> Measurement:
-    from granular_env.domains.chain import measurement
-
+    known = _measurements()
     name = table.get("measurement")
-    if not isinstance(name, str) or name not in _MEASUREMENTS:
+    if not isinstance(name, str) or name not in known:
         came = "missing" if name is None else f"got {shortened(name, 60)}"
-        raise refusal(came, hint=nearest(str(name), _MEASUREMENTS), at=("measurement",))
-    takes = _MEASUREMENTS[name]
+        raise refusal(came, hint=nearest(str(name), known), at=("measurement",))
+    columns = load(known[name])
+    takes = columns.MEASUREMENTS[name]
     take, which = table.get("take", next(iter(takes))), table.get("which", 0)
     if not isinstance(take, str) or take not in takes:
         raise refusal(f"got {shortened(take, 60)}", hint=nearest(str(take), takes), at=("take",))
     if isinstance(which, bool) or not isinstance(which, int):
         raise refusal(f"got {shortened(which, 60)}", "a whole number: 0 is the first, -1 the last", at=("which",))
     arguments = {key: value for key, value in table.items() if key not in ("measurement", "take", "which")}
-    _, *parameters = inspect.signature(getattr(measurement, name)).parameters.values()
-    known = {one.name: one.default is one.empty for one in parameters}
-    for key in arguments.keys() - known.keys():
-        raise refusal("unknown", hint=nearest(key, ["take", "which", *known]), at=(key,))
-    for key, needed in known.items():
-        if needed and key not in arguments:
+    _, *parameters = inspect.signature(columns.function(name)).parameters.values()
+    needed = {one.name: one.default is one.empty for one in parameters}
+    for key in arguments.keys() - needed.keys():
+        raise refusal("unknown", hint=nearest(key, ["take", "which", *needed]), at=(key,))
+    for key in needed:
+        if needed[key] and key not in arguments:
             raise refusal("missing", hint=f"{name} needs it", at=(key,))
-    return Measurement(name, take, which, tuple(arguments.items()))
+    return Measurement(known[name], name, take, which, tuple(arguments.items()))
 
 
-# -- what can be taken of each measurement --------------------------------------------------------------------------
-
-Taken = Callable[[Any, int, dict[str, Any]], float]
-
-
-def _number(name: str) -> Taken:
-    """What the function gives, as it is."""
-
-    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        from granular_env.domains.chain import measurement
-
-        return float(getattr(measurement, name)(history, **arguments))
-
-    return taken
-
-
-def _count(name: str) -> Taken:
-    """How many there are."""
-
-    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        from granular_env.domains.chain import measurement
-
-        return float(len(getattr(measurement, name)(history, **arguments)))
-
-    return taken
-
-
-def _attribute(name: str, attribute: str) -> Taken:
-    """A number of what the function gives, or of one of the things that it gives."""
-
-    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        from granular_env.domains.chain import measurement
-
-        found = getattr(measurement, name)(history, **arguments)
-        if isinstance(found, list):
-            if not -len(found) <= which < len(found):
-                return math.nan
-            found = found[which]
-        return float(getattr(found, attribute))
-
-    return taken
-
-
-def _of_wave(function: str) -> Taken:
-    """What a wave carries."""
-
-    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        from granular_env.domains.chain import measurement
-
-        waves = measurement.waves_at(history, **arguments)
-        return float(getattr(measurement, function)(history, waves[which])) if -len(waves) <= which < len(waves) else math.nan
-
-    return taken
-
-
-def _attributes(name: str, *attributes: str) -> dict[str, Taken]:
-    return {attribute: _attribute(name, attribute) for attribute in attributes}
-
-
-_MEASUREMENTS: dict[str, dict[str, Taken]] = {
-    "waves_at": {
-        "count": _count("waves_at"),
-        **_attributes("waves_at", "amplitude", "speed", "time", "duration", "width"),
-        "energy": _of_wave("energy_of"),
-        "momentum": _of_wave("momentum_of"),
-    },
-    "waves_along": {
-        "count": _count("waves_along"),
-        **_attributes("waves_along", "amplitude", "position", "energy", "kinetic_energy", "potential_energy", "momentum"),
-    },
-    "front_speed": {"value": _number("front_speed")},
-    "pressure_ratio": _attributes("pressure_ratio", "ratio", "first_maximum", "settled"),
-    "energy_ratio": _attributes("energy_ratio", "mean", "least", "greatest", "deviation"),
-    "momentum_carried_off": {"value": _number("momentum_carried_off")},
-    "detached_grains": {"count": _count("detached_grains")},
-}
-
-# What is taken, of one measurement or of all -> its unit.
-_UNITS: dict[str | tuple[str, str], str] = {
-    **dict.fromkeys(("count", "ratio", "mean", "least", "greatest", "deviation"), "1"),
-    **dict.fromkeys(("amplitude", "speed"), "m/s"),
-    **dict.fromkeys(("time", "duration"), "s"),
-    "width": "m",
-    "position": "m",
-    **dict.fromkeys(("energy", "kinetic_energy", "potential_energy"), "J"),
-    "momentum": "kg m/s",
-    **dict.fromkeys(("first_maximum", "settled"), "N"),
-    ("front_speed", "value"): "m/s",
-    ("momentum_carried_off", "value"): "1",
-}
+def _measurements() -> dict[str, str]:
+    """Return name -> the domain's module that has it, of all domains."""
+    homes = [domain.columns for domain in DOMAINS.values() if domain.columns is not None]
+    return {name: home for home in homes for name in load(home).MEASUREMENTS}

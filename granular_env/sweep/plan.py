@@ -25,7 +25,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override
-from granular_env.components.validation import refusal
+from granular_env.components.support.validation import refusal
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.documents.overrides import to_overrides
 from granular_env.experiments import Experiment, load_experiment, shipped_experiments

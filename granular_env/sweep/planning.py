@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from granular_env.components.errors import ExperimentError
-from granular_env.components.packing import canonical_json
+from granular_env.components.support.serialization import canonical_json
 from granular_env.experiments import Experiment
 
 from .axes import Choice

@@ -16,7 +16,9 @@ import json
 import math
 import os
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
+from time import perf_counter
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
@@ -28,6 +30,8 @@ from .computing import Result
 from .measures import OWN_COLUMNS
 
 FORMAT, VERSION = "granular-env sweep", 1
+# Wall time between two waits for the disk [s].
+_SYNC_SECONDS = 5.0
 DESCRIPTION, JOURNAL, TABLE, CSV = "sweep.json", "results.jsonl", "table.parquet", "table.csv"
 
 
@@ -78,6 +82,7 @@ class Store:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self._synced = perf_counter()
 
     def __enter__(self) -> Self:
         if self.folder.exists() and not self.folder.is_dir():
@@ -101,6 +106,8 @@ class Store:
         return self
 
     def __exit__(self, *_: object) -> None:
+        with suppress(OSError):
+            os.fsync(self._journal.fileno())
         self._journal.close()
 
     def begin(self, description: dict[str, Any]) -> dict[str, Result]:
@@ -129,8 +136,18 @@ class Store:
                 self._append(b"\n")
 
     def add(self, results: Iterable[Result]) -> None:
-        """Keep results; they are in the file when this returns."""
+        """Keep results: they are in the file when this returns, and on the disk some seconds later at the latest."""
         self._append(b"".join(_line(result) for result in results))
+        if perf_counter() >= self._synced + _SYNC_SECONDS:
+            self._sync()
+
+    def _sync(self) -> None:
+        """Wait until the disk has the results so far: a power cut takes what the system has not written yet."""
+        try:
+            os.fsync(self._journal.fileno())
+        except OSError as error:
+            raise self._unwritable(error) from error
+        self._synced = perf_counter()
 
     def _append(self, data: bytes) -> None:
         try:

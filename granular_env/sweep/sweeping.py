@@ -77,7 +77,7 @@ def run_sweep(
         sweep = Sweep(store.folder, about, known)
         try:
             if waiting:
-                warmed(job, waiting)
+                warmed(job, waiting, store.folder)
                 stream = engines.results(engine, job, waiting, store.folder, workers, address)
                 sweep.interrupted = _gathered(stream, store, known, len(wanted), loaded.title, progress)
         except SweepError:

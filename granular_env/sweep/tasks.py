@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from granular_env.components.errors import ExperimentError, Fault, Option
-from granular_env.components.packing import canonical_json
+from granular_env.components.support.serialization import canonical_json
 
 from .axes import Range, draws
 from .files import names_a_file

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 
 from .plan import Plan
 

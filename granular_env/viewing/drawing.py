@@ -40,10 +40,12 @@ _STYLE = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
 }  # fmt: skip
+# What a paper states, beside what we compute.
+PAPER = "#c2185b"
 # Colours of a figure as a file -> those of the page's style sheet.
 _PAGE_COLOURS = {
     "#ffffff": "none", "#000000": "currentColor", "#b0b0b0": "var(--grid)", "#737373": "var(--dim)", "#595959": "var(--dim)",
-    **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
+    PAPER: "var(--paper)", **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
 }  # fmt: skip
 DARK = {
     "figure.facecolor": "#0d1011", "axes.facecolor": "#0d1011", "text.color": "#e0e0e0", "axes.labelcolor": "#e0e0e0",
@@ -106,6 +108,8 @@ def page_svg(drawn: str) -> str:
     """Return an SVG of matplotlib's without what belongs to a file of its own, with colours that a style sheet gives."""
     drawn = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->|<!DOCTYPE[^>]*>", "", drawn, flags=re.DOTALL)
     drawn = re.sub(r' (?:width|height)="[0-9.]+pt"| xmlns(?::xlink)?="[^"]*"| version="[^"]*"', "", drawn)
+    # Hundredths of a point are finer than any screen.
+    drawn = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), drawn)
     used = set(re.findall(r'(?:url\(#|href="#)([^)"]+)', drawn))
     drawn = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", drawn)
     drawn = re.sub(r"(font(?:-family)?: (?:[0-9.]+px )?)'[^;\"]*", r"\1system-ui, sans-serif", drawn)

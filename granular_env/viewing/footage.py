@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.contract import Component, Particles, Variable
+from granular_env.components.component import Component
+from granular_env.components.contract import Particles, Variable
 
 FloatArray = npt.NDArray[np.float64]
 

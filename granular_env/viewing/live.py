@@ -13,8 +13,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from granular_env.components.contract import Component, Held
+from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError
+from granular_env.components.inputs import Held
 
 from .blueprint import blueprint
 from .extras import needed

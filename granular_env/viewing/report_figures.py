@@ -105,7 +105,10 @@ def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Sho
     sign = "red is positive, blue negative" if field.values.min(initial=0.0) < 0.0 else "the redder the larger"
     if field.variable.unit == "m/s":
         sign = "red is to the right, blue to the left"
-    words = f"{name.capitalize()} of every {field.place} (across) at every instant (up); {sign}. Grey: no frame."
+    words = (
+        f"{name.capitalize()} of every {field.place} (across) at every instant (up); {sign}, nearly white is 0. "
+        "Where there is no frame the diagram is grey."
+    )
     heading = "x-t diagram" if is_main else f"{name.capitalize()}"
     drawn = {f"{stem}space-time": Shown(heading, figures.space_time(field), words)}
     if is_main or choice.times is not None or choice.variables is not None:
@@ -113,7 +116,7 @@ def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Sho
         words = f"{name.capitalize()} along the chain at chosen instants."
         drawn[f"{stem}profiles"] = Shown(heading, figures.profiles(field, choice.times), words)
     heading = f"Histories of chosen {field.place}s" if is_main else f"{name.capitalize()}: histories"
-    which = "" if choice.grains is not None else ", evenly spaced among those that changed; name others with `grains`"
+    which = "" if choice.grains is not None else ", evenly spaced among those that changed; others can be named (grains)"
     words = f"{name.capitalize()} of chosen {field.place}s in time{which}."
     drawn[f"{stem}histories"] = Shown(heading, figures.histories(field, choice.grains), words)
     return drawn

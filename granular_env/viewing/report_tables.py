@@ -131,7 +131,7 @@ def experiment(log: Any) -> Markup:
     if not isinstance(content, dict) or "component" not in content:
         return Markup()
     text = to_toml(content)
-    words = "The experiment as it was run, as a file for `granular-env run`; data files that it names are not here."
+    words = "The experiment as it was run, as a file for the command granular-env run; data files that it names are not here."
     if len(text) > _LONGEST_TEXT:
         text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"
     return page.paragraph(words) + page.preformatted(text)

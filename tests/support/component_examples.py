@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.profiles import Profile
 
 

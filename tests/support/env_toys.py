@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.oscillator import Oscillator
-from granular_env.domains.chain import PistonEnv, ProtectionEnv
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.envs import ComponentEnv, Task
 
 SMALL = {"grains": 8, "deadline": 200}
@@ -37,8 +38,8 @@ class Swing(Task):
 
 
 MAKERS: dict[str, Callable[..., ComponentEnv]] = {
-    "piston": lambda **options: PistonEnv(**{**SMALL, **options}),
-    "force": lambda **options: ProtectionEnv(**{**SMALL, "impulse": 0.02, "clock": 0, **options}),
+    "piston": lambda **options: make_piston(**{**SMALL, **options}),
+    "force": lambda **options: make_protection(**{**SMALL, "impulse": 0.02, "clock": 0, **options}),
     "swing": lambda **options: ComponentEnv(
         Oscillator(step_size=0.01), Swing(), **{"internal_steps": 5, "deadline": 200, **options}
     ),

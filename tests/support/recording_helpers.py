@@ -13,10 +13,10 @@ import numpy as np
 from mcap.reader import make_reader
 
 import granular_env.components.catalogue as catalogue
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import LogError
-from granular_env.components.packing import canonical_json
 from granular_env.components.profiles import Profile
+from granular_env.components.support.serialization import canonical_json
 from granular_env.recording import record
 from granular_env.recording.caps import Caps
 from granular_env.recording.container import Container

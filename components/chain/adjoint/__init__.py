@@ -9,18 +9,18 @@ that memory grows with the square root of the horizon (A. Griewank, Optim. Metho
 from __future__ import annotations
 
 from .contact_states import contact_states
-from .gradient import Bars, check_functions, checked_drive, evaluate, value_and_bars, valued
+from .gradient import Adjoints, check_functions, checked_drive, evaluate, value_and_adjoint, valued
 from .parameters import KNOWN, natural_mass, parameter_gradient
 
 __all__ = [
     "KNOWN",
-    "Bars",
+    "Adjoints",
     "check_functions",
     "checked_drive",
     "contact_states",
     "evaluate",
     "natural_mass",
     "parameter_gradient",
-    "value_and_bars",
+    "value_and_adjoint",
     "valued",
 ]

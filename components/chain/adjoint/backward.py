@@ -11,25 +11,25 @@ from math import sqrt
 
 import numpy as np
 
-from ...jit import inlined, jit
-from ...powers import power
+from ...support.jit import inlined, jit
+from ...support.powers import power
 from .. import kernels
-from ..table import (
-    BEFORE,
-    BOUND,
+from ..layout import (
     ELASTIC,
     EXPONENT,
     FREE,
     GRAINS,
     GRAVITY,
-    GRIP,
     HERTZ,
+    IMPULSE_PER_SPEED,
     INVERSE_MASS,
     LEFT_DRIVE,
     LEFT_KIND,
     LEFT_STATIC,
+    MIN_IMPULSE,
+    OLD_VELOCITY,
     PISTON,
-    REST,
+    REST_OVERLAP,
     RIGHT_DRIVE,
     RIGHT_KIND,
     RIGHT_STATIC,
@@ -42,7 +42,7 @@ from ..table import (
 )
 from .dissipation import undo_dissipation
 
-PUSH, FORCE, SLOPE, WORTH = BEFORE, BOUND, GRIP, LEFT_DRIVE
+PUSH, FORCE, SLOPE, WORTH = OLD_VELOCITY, MIN_IMPULSE, IMPULSE_PER_SPEED, LEFT_DRIVE
 _ONE = np.uint64(1)
 
 
@@ -58,7 +58,7 @@ def _undo_drift(a, bar, kick, drift):
 @inlined
 def _contact(elastic, a, bar, row, j, p):
     f_bar = bar[PUSH, j + _ONE] - bar[PUSH, j]
-    d = a[row, j] - a[row, j + _ONE] + a[REST, j]
+    d = a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j]
     d = 0.0 if d < SMALLEST_OVERLAP else d
     k = a[STIFFNESS, j]
     if elastic == HERTZ:
@@ -71,7 +71,7 @@ def _contact(elastic, a, bar, row, j, p):
     g = (k * slope) * f_bar
     bar[SLOPE, j] = g
     bar[FORCE, j] = k * shape
-    bar[REST, j] += g
+    bar[REST_OVERLAP, j] += g
     bar[STIFFNESS, j] += shape * f_bar
 
 

@@ -8,11 +8,24 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ...jit import jit
+from ...support.jit import jit
 from ..component import Chain
 from ..integrators.dissipation import half_sweep, prepare
 from ..laws import viscous
-from ..table import BOUND, DISSIPATION, FREE_ROW, GRAINS, GRIP, REST, SCALARS, SMALLEST_OVERLAP, STEP, STIFFNESS, VISCOUS, V
+from ..layout import (
+    DISSIPATION,
+    FREE_ROW,
+    GRAINS,
+    IMPULSE_PER_SPEED,
+    MIN_IMPULSE,
+    REST_OVERLAP,
+    SCALARS,
+    SMALLEST_OVERLAP,
+    STEP,
+    STIFFNESS,
+    VISCOUS,
+    V,
+)
 from .gradient import checked_drive, checked_ticks, composition_of
 from .tape import record, rows_per_tick
 
@@ -29,7 +42,7 @@ def _mix(mark, bit):
 def _note_overlaps(a, row, marks):
     for j in range(int(a[SCALARS, GRAINS]) + 1):
         if a[STIFFNESS, j] > 0.0:  # a free end has no contact
-            marks[j] = _mix(marks[j], a[row, j] - a[row, j + 1] + a[REST, j] >= SMALLEST_OVERLAP)
+            marks[j] = _mix(marks[j], a[row, j] - a[row, j + 1] + a[REST_OVERLAP, j] >= SMALLEST_OVERLAP)
 
 
 @jit
@@ -39,13 +52,13 @@ def _note_pulls(a, row, marks):
         a[V, i] = a[row + 1, i]
     if a[SCALARS, DISSIPATION] == VISCOUS:
         for j in range(int(a[SCALARS, GRAINS]) + 1):
-            d, w = a[row, j] - a[row, j + 1] + a[REST, j], a[V, j] - a[V, j + 1]
+            d, w = a[row, j] - a[row, j + 1] + a[REST_OVERLAP, j], a[V, j] - a[V, j + 1]
             marks[j] = _mix(marks[j], a[STIFFNESS, j] > 0.0 and viscous.is_closing(d, w, a[SCALARS, STEP]))
     prepare(a, row, a[SCALARS, STEP])
     for sweep in range(3):
         parity = sweep % 2
         for j in range(parity, int(a[SCALARS, GRAINS]) + 1, 2):
-            marks[j] = _mix(marks[j], a[GRIP, j] * (a[V, j] - a[V, j + 1]) > a[BOUND, j])
+            marks[j] = _mix(marks[j], a[IMPULSE_PER_SPEED, j] * (a[V, j] - a[V, j + 1]) > a[MIN_IMPULSE, j])
         half_sweep(a, np.uint64(parity))
 
 

@@ -6,21 +6,21 @@ from math import sqrt
 
 import numpy as np
 
-from ...jit import inlined, jit
+from ...support.jit import inlined, jit
 from ..integrators.dissipation import prepare
 from ..laws import dispatch, viscous
-from ..table import (
-    BOUND,
+from ..layout import (
     CONTACT,
     DEEPEST,
+    DISSIPATED,
     DISSIPATION,
     GRAINS,
-    GRIP,
+    IMPULSE_PER_SPEED,
     INVERSE_MASS,
     KUWABARA_KONO,
-    LOST,
+    MIN_IMPULSE,
     RESIDUAL,
-    REST,
+    REST_OVERLAP,
     RIGHT_DRIVE,
     SCALARS,
     SMALLEST_OVERLAP,
@@ -33,7 +33,7 @@ from ..table import (
 
 # Scratch of the adjoint table: the speeds of approach before each half sweep, and what goes from contacts to grains.
 _APPROACHES = (RIGHT_DRIVE, UNLOADING, RESIDUAL)
-_PASSED_ON, _IMPULSE = DEEPEST, LOST
+_PASSED_ON, _IMPULSE = DEEPEST, DISSIPATED
 _ONE = np.uint64(1)
 
 
@@ -44,9 +44,9 @@ def _impulse(a, bar, approach, odd, j):
     A row of which every other entry rests is quicker than every other entry of a row.
     """
     acts = np.int64(j & _ONE) == odd
-    free = a[GRIP, j] * bar[approach, j]
-    held = free > a[BOUND, j]
-    impulse = free if held else a[BOUND, j]
+    free = a[IMPULSE_PER_SPEED, j] * bar[approach, j]
+    held = free > a[MIN_IMPULSE, j]
+    impulse = free if held else a[MIN_IMPULSE, j]
     return impulse if acts else 0.0, held, acts
 
 
@@ -71,9 +71,9 @@ def _undo_half_sweep(a, bar, approach, odd):
         impulse_bar = a[INVERSE_MASS, j + _ONE] * bar[V, j + _ONE] - a[INVERSE_MASS, j] * bar[V, j]
         impulse_bar = impulse_bar if acts else 0.0
         given = impulse_bar if held else 0.0
-        bar[GRIP, j] += given * bar[approach, j]
-        bar[BOUND, j] += impulse_bar - given
-        bar[_PASSED_ON, j] = a[GRIP, j] * given
+        bar[IMPULSE_PER_SPEED, j] += given * bar[approach, j]
+        bar[MIN_IMPULSE, j] += impulse_bar - given
+        bar[_PASSED_ON, j] = a[IMPULSE_PER_SPEED, j] * given
         bar[_IMPULSE, j] = impulse
     for i in range(np.uint64(1), np.uint64(n + 1)):
         v = bar[V, i]
@@ -84,7 +84,7 @@ def _undo_half_sweep(a, bar, approach, odd):
 @inlined
 def _unprepared(kind, a, bar, u, h):
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+        d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
         middle, w = d, bar[_APPROACHES[0], j]
         d = 0.0 if d < SMALLEST_OVERLAP else d
         root = sqrt(d)
@@ -97,7 +97,7 @@ def _unprepared(kind, a, bar, u, h):
         # Grip = pull q(y), q = (1 + y) / (1 + 2 y + 2 y^2).
         below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
         q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
-        grip_bar, bound_bar = bar[GRIP, j], bar[BOUND, j]
+        grip_bar, bound_bar = bar[IMPULSE_PER_SPEED, j], bar[MIN_IMPULSE, j]
         pull_bar = grip_bar * (q + y * slope)
         masses_bar = grip_bar * (0.5 * pull * pull) * slope
         bar[INVERSE_MASS, j] += masses_bar
@@ -114,8 +114,8 @@ def _unprepared(kind, a, bar, u, h):
         else:
             bar[CONTACT, j] += pull_bar * time * root
             g += 0.5 * a[CONTACT, j] / root * pull_bar * time if d > 0.0 else 0.0
-        bar[REST, j] += g
-        bar[GRIP, j], bar[BOUND, j] = g, approach_bar
+        bar[REST_OVERLAP, j] += g
+        bar[IMPULSE_PER_SPEED, j], bar[MIN_IMPULSE, j] = g, approach_bar
 
 
 @jit
@@ -124,7 +124,7 @@ def undo_dissipation(a, bar, u, v, h):
     n = int(a[SCALARS, GRAINS])
     for i in range(np.uint64(n + 2)):
         a[V, i] = a[v, i]
-        bar[GRIP, i], bar[BOUND, i] = 0.0, 0.0
+        bar[IMPULSE_PER_SPEED, i], bar[MIN_IMPULSE, i] = 0.0, 0.0
     prepare(a, u, h)
     _half_sweep(a, bar, _APPROACHES[0], 0)
     _half_sweep(a, bar, _APPROACHES[1], 1)
@@ -138,5 +138,5 @@ def undo_dissipation(a, bar, u, v, h):
     else:
         _unprepared(KUWABARA_KONO, a, bar, u, h)
     for i in range(np.uint64(1), np.uint64(n + 1)):
-        bar[U, i] += bar[GRIP, i] - bar[GRIP, i - _ONE]
-        bar[V, i] += bar[BOUND, i] - bar[BOUND, i - _ONE]
+        bar[U, i] += bar[IMPULSE_PER_SPEED, i] - bar[IMPULSE_PER_SPEED, i - _ONE]
+        bar[V, i] += bar[MIN_IMPULSE, i] - bar[MIN_IMPULSE, i - _ONE]

@@ -13,13 +13,13 @@ import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
-from ...jit import JIT, address, jit, refuse_stale
+from ...support.jit import JIT, address, current, jit, refuse_stale
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
 from ..laws import Dissipative
+from ..layout import FREE, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
 from ..objective import Objective
-from ..table import FREE, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
 from . import loops
 from .tape import rows_per_tick
 
@@ -47,14 +47,14 @@ def _looked_up(function: Callable[..., Any], signature: str, name: str) -> tuple
 
 
 @dataclass(frozen=True, eq=False)
-class Bars:
+class Adjoints:
     """An objective and its derivatives by everything that the kernels see.
 
     Attributes:
         value: J.
         inputs: by the left and right input of each control step, shape (steps, 2); 0 where an end has none.
-        table: by the entries of the chain's table; those that are constants count: STIFFNESS, REST, INVERSE_MASS, CONTACT, what
-            the objective itself takes from it (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
+        table: by the entries of the chain's table; those that are constants count: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
+            CONTACT, what the objective itself takes from it (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
         displacement: by the start displacement, shape (n,).
         velocity: by the start velocity, shape (n,).
     """
@@ -96,7 +96,7 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
     return values
 
 
-def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Objective) -> Bars:
+def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Objective) -> Adjoints:
     """The objective of a drive from the chain's present state, and its exact derivatives; the chain stays as it is.
 
     The derivatives are those of the floating-point run itself, by the transpose of each of its operations (in another order of
@@ -131,7 +131,7 @@ def value_and_bars(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Ob
         _explain_derivative(bar, step, steps, ended)
     _keep_to_inputs(chain, input_bars)
     grains = slice(1, chain.parameters.grains + 1)
-    return Bars(value, input_bars, bar, bar[U, grains].copy(), bar[V, grains].copy())
+    return Adjoints(value, input_bars, bar, bar[U, grains].copy(), bar[V, grains].copy())
 
 
 def checkpoint_interval(steps: int, step_rows: int) -> int:
@@ -168,7 +168,7 @@ def _run(
 def valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
     """An objective's number for these sums of its features, and dJ/dsums; `ParameterError` where one is no finite number."""
     slopes = np.zeros(objective.count)
-    given = objective.value(sums, objective.constants, slopes)
+    given = current(objective.value)(sums, objective.constants, slopes)
     if not isinstance(given, (int, float, np.number)):
         raise ParameterError(f"objective.value: got {shortened(given)} from it, expected a number")
     value = float(given)

@@ -7,22 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import caller, jit
+from ...support.jit import caller, jit
 from ..integrators import SIGNATURE
-from ..table import (
-    BEFORE,
-    BOUND,
-    DEEPEST,
+from ..layout import (
+    DISSIPATED,
     FREE_ROW,
     GRAINS,
-    GRIP,
     INVERSE_MASS,
     LEFT_DRIVE,
-    LOST,
-    RESIDUAL,
-    RIGHT_DRIVE,
     SCALARS,
-    UNLOADING,
     U,
     V,
 )
@@ -126,6 +119,6 @@ def _settle(a, bar):
     for i in range(1, int(a[SCALARS, GRAINS]) + 1):
         if a[INVERSE_MASS, i] > 0.0:
             bar[INVERSE_MASS, i] += bar[WORTH, i] / a[INVERSE_MASS, i]
-    for row in (LEFT_DRIVE, RIGHT_DRIVE, GRIP, BOUND, BEFORE, UNLOADING, RESIDUAL, DEEPEST, LOST):
+    for row in range(LEFT_DRIVE, DISSIPATED + 1):
         for i in range(a.shape[1]):
             bar[row, i] = 0.0

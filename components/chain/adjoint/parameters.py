@@ -16,13 +16,13 @@ from ...errors import ParameterError, nearest
 from ..arrangements import Uniform
 from ..component import Chain
 from ..laws import Dissipative
-from ..table import CONTACT, GRAVITY, INVERSE_MASS, LEFT_STATIC, MASS, REST, RIGHT_STATIC, SCALARS, STIFFNESS
-from .gradient import Bars
+from ..layout import CONTACT, GRAVITY, INVERSE_MASS, LEFT_STATIC, MASS, REST_OVERLAP, RIGHT_STATIC, SCALARS, STIFFNESS
+from .gradient import Adjoints
 
 FloatArray = npt.NDArray[np.float64]
 
 
-def parameter_gradient(chain: Chain, bars: Bars, name: str) -> float | FloatArray:
+def parameter_gradient(chain: Chain, bars: Adjoints, name: str) -> float | FloatArray:
     """The derivative by the drive, shape (steps, 2), by a start value, shape (n,), or by a parameter, in the parameter's shape.
 
     Raises:
@@ -36,19 +36,20 @@ def parameter_gradient(chain: Chain, bars: Bars, name: str) -> float | FloatArra
 class _Built:
     """Derivatives by what `geometry` computes: masses, stiffnesses and static forces, each with all that follows from it."""
 
-    def __init__(self, chain: Chain, bars: Bars) -> None:
+    def __init__(self, chain: Chain, bars: Adjoints) -> None:
         p, g, n = chain.parameters, chain.geometry, chain.parameters.grains
-        self.real = g.real
+        self.real = g.contact_slice
         real = np.zeros(n + 1, dtype=bool)
-        real[g.real] = True
-        rest = np.where(real, bars.table[REST, : n + 1], 0.0)
+        real[g.contact_slice] = True
+        rest = np.where(real, bars.table[REST_OVERLAP, : n + 1], 0.0)
         # The overlap at rest is (F / k)^(1 / p).
         overlap = np.zeros(n + 1)
-        overlap[g.real] = p.law.overlap_at(g.static_force[g.real], g.stiffness[g.real], g.contact[g.real])
+        places = g.contact_slice
+        overlap[places] = p.law.overlap_at(g.static_force[places], g.stiffness[places], g.law_constants[places])
         pressed = overlap > 0.0
         by_force, by_stiffness = np.zeros(n + 1), np.zeros(n + 1)
-        by_force[pressed] = overlap[pressed] / (p.law.growth * g.static_force[pressed])
-        by_stiffness[pressed] = -overlap[pressed] / (p.law.growth * g.stiffness[pressed])
+        by_force[pressed] = overlap[pressed] / (p.law.exponent * g.static_force[pressed])
+        by_stiffness[pressed] = -overlap[pressed] / (p.law.exponent * g.stiffness[pressed])
         self.unpressed = real & ~pressed
         self.static = rest * by_force
         self.static[0] += bars.table[SCALARS, LEFT_STATIC]
@@ -82,23 +83,23 @@ def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
         where = int(np.argmax(built.unpressed))
         raise ParameterError(
             f"with_respect_to: {name!r} has no derivative here: contact {where} carries no static force, and its overlap at "
-            f"rest grows as (force)^(1/{chain.parameters.law.growth:g}); give precompression, or leave {name!r} out"
+            f"rest grows as (force)^(1/{chain.parameters.law.exponent:g}); give precompression, or leave {name!r} out"
         )
 
 
-def _drive(chain: Chain, bars: Bars) -> FloatArray:
+def _drive(chain: Chain, bars: Adjoints) -> FloatArray:
     return bars.inputs
 
 
-def _velocity(chain: Chain, bars: Bars) -> FloatArray:
+def _velocity(chain: Chain, bars: Adjoints) -> FloatArray:
     return bars.velocity
 
 
-def _displacement(chain: Chain, bars: Bars) -> FloatArray:
+def _displacement(chain: Chain, bars: Adjoints) -> FloatArray:
     return bars.displacement
 
 
-def _radius(chain: Chain, bars: Bars) -> float | FloatArray:
+def _radius(chain: Chain, bars: Adjoints) -> float | FloatArray:
     p, g, n, built = chain.parameters, chain.geometry, chain.parameters.grains, _Built(chain, bars)
     if _hangs(chain):
         _refuse_unpressed(chain, built, "radius")
@@ -106,7 +107,7 @@ def _radius(chain: Chain, bars: Bars) -> float | FloatArray:
     if p.contact_stiffness is None:
         # K ~ sqrt(R*), 1/R* = 1/R_left + 1/R_right.
         by_curvature = np.zeros(n + 1)
-        by_curvature[g.real] = (0.5 * built.stiffness * g.stiffness * g.reduced_radius)[g.real]
+        by_curvature[g.contact_slice] = (0.5 * built.stiffness * g.stiffness * g.reduced_radius)[g.contact_slice]
         gradient += (by_curvature[1:] + by_curvature[:-1]) / (g.radius * g.radius)
         for end, column, place in ((p.left, 0, 0), (p.right, -1, n)):
             if end == "fixed_grain":  # it is as large as the grain that it meets
@@ -126,33 +127,33 @@ def natural_mass(chain: Chain) -> npt.NDArray[np.bool_]:
     return natural
 
 
-def _mass(chain: Chain, bars: Bars) -> float | FloatArray:
+def _mass(chain: Chain, bars: Adjoints) -> float | FloatArray:
     built = _Built(chain, bars)
     if _hangs(chain):
         _refuse_unpressed(chain, built, "mass")
     return float(built.mass.sum()) if isinstance(chain.parameters.mass, float) else built.mass
 
 
-def _contact_stiffness(chain: Chain, bars: Bars) -> float | FloatArray:
+def _contact_stiffness(chain: Chain, bars: Adjoints) -> float | FloatArray:
     p, g, built = chain.parameters, chain.geometry, _Built(chain, bars)
     if isinstance(p.contact_stiffness, float):
         # Walls' contacts are multiples of it.
-        return float((built.stiffness * g.stiffness)[g.real].sum()) / p.contact_stiffness
+        return float((built.stiffness * g.stiffness)[g.contact_slice].sum()) / p.contact_stiffness
     return built.stiffness
 
 
-def _precompression(chain: Chain, bars: Bars) -> float:
+def _precompression(chain: Chain, bars: Adjoints) -> float:
     built = _Built(chain, bars)
     _refuse_unpressed(chain, built, "precompression")
     return float(built.static.sum())
 
 
-def _gap(chain: Chain, bars: Bars) -> float | FloatArray:
+def _gap(chain: Chain, bars: Adjoints) -> float | FloatArray:
     built = _Built(chain, bars)
     return built.gap if isinstance(chain.parameters.gap, list) else float(built.gap[built.real].sum())
 
 
-def _gravity(chain: Chain, bars: Bars) -> float:
+def _gravity(chain: Chain, bars: Adjoints) -> float:
     built = _Built(chain, bars)
     if chain.parameters.gravity == 0.0:
         raise ParameterError("with_respect_to: 'gravity' has a gradient only where there is gravity; give the chain some")
@@ -162,11 +163,11 @@ def _gravity(chain: Chain, bars: Bars) -> float:
     return float(bars.table[SCALARS, GRAVITY] + (weighed * built.weight).sum())
 
 
-def _dissipation(chain: Chain, bars: Bars) -> float | FloatArray:
+def _dissipation(chain: Chain, bars: Adjoints) -> float | FloatArray:
     law = chain.parameters.law
     if not isinstance(law, Dissipative):
         raise ParameterError(f"with_respect_to: law {law.name!r} has no dissipation; use law viscous or kuwabara_kono")  # type: ignore[attr-defined]
-    real = chain.geometry.real
+    real = chain.geometry.contact_slice
     if not isinstance(law.dissipation, list):
         return float(bars.table[CONTACT, real].sum())
     gradient = np.zeros(chain.parameters.contact_places)
@@ -174,7 +175,7 @@ def _dissipation(chain: Chain, bars: Bars) -> float | FloatArray:
     return gradient
 
 
-KNOWN: dict[str, Callable[[Chain, Bars], float | FloatArray]] = {
+KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
     "drive": _drive,
     "radius": _radius,
     "mass": _mass,

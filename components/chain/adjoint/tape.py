@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
 from ..integrators.compositions import kick_and_drift, stage_of_law
 from ..integrators.dissipation import half_sweep, prepare
-from ..table import (
+from ..layout import (
     ELASTIC,
     FREE,
     GRAINS,

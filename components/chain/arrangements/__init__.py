@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import SerializeAsAny
 
-from ...named import ByName
+from ...support.tagged_union import ByName
 from .base import Arrangement, Uniform
 from .decorated import Decorated
 from .dimer import Dimer

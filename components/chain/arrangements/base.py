@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...materials.elastic import Material, material
-from ...named import Named
+from ...support.tagged_union import Named
 from ..fields import Preset
 
 FloatArray = npt.NDArray[np.float64]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...counter_random import uniform
 from ...materials.elastic import Material
+from ...support.counter_random import uniform
 from ..fields import Preset, UniformRadii, field
 from .base import Arrangement, FloatArray, alternatives
 

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import model_validator
 
 from ...materials.elastic import Material
-from ...roots import integer_power, nth_root
+from ...support.roots import integer_power, nth_root
 from ..fields import Positive, Preset, field
 from .base import Arrangement, FloatArray, alternatives
 

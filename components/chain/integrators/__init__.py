@@ -21,7 +21,7 @@ class Scheme:
         advance_damped: the kernel where contacts dissipate; the same for schemes that do not tell forces apart.
         adaptive: whether it takes as many steps within one as its error wants.
         order: of the error while no contact opens or closes; 2 at most for damped compositions.
-        forces: force evaluations of a step (a trial's, where it is adaptive).
+        evaluations: force evaluations of a step (a trial's, where it is adaptive).
         history_rows: rows of state it needs beyond displacement, velocity and peak.
         scratch_rows: rows of scratch it needs.
         step_factor: the step that it needs for the accuracy of the default, in units of PEFRL's.
@@ -35,7 +35,7 @@ class Scheme:
     advance_damped: Callable[..., Any]
     adaptive: bool = field(default=False, kw_only=True)
     order: int
-    forces: int
+    evaluations: int
     history_rows: int
     scratch_rows: int
     step_factor: float = 1.0

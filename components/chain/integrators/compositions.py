@@ -17,18 +17,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...jit import inlined, jit
+from ...support.jit import inlined, jit
 from .. import kernels
 from ..laws import dispatch, elastic_plastic
-from ..table import (
+from ..layout import (
     ELASTIC,
     FREE,
     FREE_ROW,
     GRAINS,
     GRAVITY,
-    GRIP,
     HERTZ,
     IMPULSE_LEFT,
+    IMPULSE_PER_SPEED,
     IMPULSE_RIGHT,
     INVERSE_MASS,
     LEFT_DRIVE,
@@ -40,7 +40,7 @@ from ..table import (
     PISTON,
     PLASTIC,
     POWER,
-    REST,
+    REST_OVERLAP,
     RIGHT_BASE,
     RIGHT_DRIVE,
     RIGHT_KIND,
@@ -111,10 +111,10 @@ def kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, lo
     if elastic == POWER:
         # Long formulas become vectors only where no force is carried from contact to contact.
         for i in range(np.uint64(low), np.uint64(high)):
-            a[GRIP, i] = dispatch.force(POWER, a, i, a[here, i] - a[here, i + _ONE] + a[REST, i])
+            a[IMPULSE_PER_SPEED, i] = dispatch.force(POWER, a, i, a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i])
     for i in range(np.uint64(low), np.uint64(high)):
-        d = a[here, i] - a[here, i + _ONE] + a[REST, i]
-        g = a[GRIP, i] if elastic == POWER else dispatch.force(elastic, a, i, d)
+        d = a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i]
+        g = a[IMPULSE_PER_SPEED, i] if elastic == POWER else dispatch.force(elastic, a, i, d)
         v = a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)
         if falling:
             v += fall
@@ -157,7 +157,7 @@ def _drift(a, here, drift, low, high):
 @jit
 def _watch(a, here, j):
     """Keep the peak of one contact; whether it is above its limit."""
-    d = a[here, j] - a[here, j + 1] + a[REST, j]
+    d = a[here, j] - a[here, j + 1] + a[REST_OVERLAP, j]
     a[PEAK, j] = max(a[PEAK, j], d)
     return not (d <= a[LIMIT, j])
 

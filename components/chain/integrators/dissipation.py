@@ -12,22 +12,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...jit import inlined, jit
+from ...support.jit import inlined, jit
 from ..laws import dispatch, hertz, viscous
-from ..table import (
-    BEFORE,
-    BOUND,
+from ..layout import (
     CONTACT,
+    DISSIPATED,
     DISSIPATION,
     GRAINS,
-    GRIP,
+    IMPULSE_PER_SPEED,
     INVERSE_MASS,
     KUWABARA_KONO,
     LEFT_KIND,
-    LOST,
     MASS,
+    MIN_IMPULSE,
+    OLD_VELOCITY,
     PISTON,
-    REST,
+    REST_OVERLAP,
     RIGHT_KIND,
     SCALARS,
     SMALLEST_OVERLAP,
@@ -46,21 +46,21 @@ def _prepare_contact(kind, a, j, d, closed):
     time = closed * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
     pull = (a[CONTACT, j] if kind == VISCOUS else dispatch.coefficient(kind, a, j, d)) * time
     half = 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
-    a[GRIP, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
-    a[BOUND, j] = -hertz.pressed_force(a[STIFFNESS, j], d) * time
+    a[IMPULSE_PER_SPEED, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
+    a[MIN_IMPULSE, j] = -hertz.pressed_force(a[STIFFNESS, j], d) * time
 
 
 @inlined
 def _prepare_all(kind, a, u, h):
     closing = False
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+        d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
         closed = h
         if kind == VISCOUS:
             closed = h if d >= SMALLEST_OVERLAP else 0.0
             closing |= viscous.is_closing(d, a[V, j] - a[V, j + _ONE], h)
         _prepare_contact(kind, a, j, d, closed)
-        a[BEFORE, j] = a[V, j]
+        a[OLD_VELOCITY, j] = a[V, j]
     return closing
 
 
@@ -68,7 +68,7 @@ def _prepare_all(kind, a, u, h):
 def _prepare_closing(a, u, h):
     """Contacts that close within the step, anew: in a loop of their own, for they are few and cost a division each."""
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+        d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
         w = a[V, j] - a[V, j + _ONE]
         if viscous.is_closing(d, w, h):
             _prepare_contact(VISCOUS, a, j, d, 0.5 * h + d / w)
@@ -86,8 +86,8 @@ def prepare(a, u, h):
 
 @inlined
 def _impulse(a, j):
-    impulse = a[GRIP, j] * (a[V, j] - a[V, j + _ONE])
-    return impulse if impulse > a[BOUND, j] else a[BOUND, j]
+    impulse = a[IMPULSE_PER_SPEED, j] * (a[V, j] - a[V, j + _ONE])
+    return impulse if impulse > a[MIN_IMPULSE, j] else a[MIN_IMPULSE, j]
 
 
 @jit
@@ -104,7 +104,7 @@ def _note_loss_and_drift(a, u, drift):
     """What the grains have lost since `prepare`; and on with their new velocities."""
     for i in range(np.uint64(1), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         a[u, i] += drift * a[V, i]
-        a[LOST, i] += 0.5 * a[MASS, i] * ((a[BEFORE, i] - a[V, i]) * (a[BEFORE, i] + a[V, i]))
+        a[DISSIPATED, i] += 0.5 * a[MASS, i] * ((a[OLD_VELOCITY, i] - a[V, i]) * (a[OLD_VELOCITY, i] + a[V, i]))
 
 
 @jit
@@ -129,5 +129,5 @@ def dissipate_and_drift(a, u, h, drift):
         half_sweep(a, parity)
     _note_loss_and_drift(a, u, drift)
     # Pistons have worked against the contacts too.
-    a[LOST, 0] += work_left + work_right
+    a[DISSIPATED, 0] += work_left + work_right
     return impulse_left, impulse_right, work_left, work_right

@@ -12,9 +12,9 @@ from math import sqrt
 
 import numpy as np
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
-from ..table import (
+from ..layout import (
     BESIDE_GRAINS,
     EXPONENT,
     FREE_ROW,
@@ -22,7 +22,7 @@ from ..table import (
     INVERSE_MASS,
     LEFT_MASS,
     MASS,
-    REST,
+    REST_OVERLAP,
     RIGHT_MASS,
     SCALARS,
     STEP,
@@ -191,7 +191,7 @@ def _parts_to_close(a, n):
     """Steps until the first open contact closes at the present speeds; infinite if none does."""
     soonest = np.inf
     for j in range(n + 1):
-        gap = -(a[U, j] - a[U, j + 1] + a[REST, j])
+        gap = -(a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j])
         speed = a[V, j] - a[V, j + 1]
         # A gap within the displacements' rounding is closed: no step is short enough to end where it closes.
         rounding = 1e-15 * (abs(a[U, j]) + abs(a[U, j + 1]))
@@ -284,9 +284,9 @@ def _is_rounding(a, n, h, error):
     for i in range(1, n + 1):
         fastest = max(fastest, abs(a[V, i]), abs(a[_SA, i]) * h)
     for j in range(n + 1):
-        d = a[U, j] - a[U, j + 1] + a[REST, j]
+        d = a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j]
         if d > 0.0:
-            rounded = _ROUNDING * (abs(a[U, j]) + abs(a[U, j + 1]) + abs(a[REST, j]))
+            rounded = _ROUNDING * (abs(a[U, j]) + abs(a[U, j + 1]) + abs(a[REST_OVERLAP, j]))
             slope = a[SCALARS, EXPONENT] * kernels.contact(a, U, j) / d
             noise = max(noise, slope * rounded * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + 1]))
     return error * a[SCALARS, TOLERANCE] * fastest <= noise * h

@@ -8,9 +8,9 @@ state.
 
 from __future__ import annotations
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
-from ..table import BESIDE_GRAINS, FREE_ROW, GRAINS, HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, TALLY, U, V
+from ..layout import BESIDE_GRAINS, FREE_ROW, GRAINS, HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, TALLY, U, V
 from . import runge_kutta
 from .runge_kutta import runge_kutta_step
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...jit import jit
+from ...support.jit import jit
 from .. import kernels
-from ..table import BESIDE_GRAINS, FREE_ROW, GRAINS, SCALARS, STEP, U, V
+from ..layout import BESIDE_GRAINS, FREE_ROW, GRAINS, SCALARS, STEP, U, V
 
 HISTORY_ROWS, SCRATCH_ROWS = 0, 5
 

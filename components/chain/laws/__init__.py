@@ -1,7 +1,7 @@
 """Contact laws, one a file: what they declare, and their formulas.
 
 A law is conservative, velocity-dependent or has a history, and says so. Elastic forces and dissipation are given to the kernels
-as kinds (`table`), `dispatch` finds the functions.
+as kinds (`layout`), `dispatch` finds the functions.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import SerializeAsAny
 
-from ...named import ByName
+from ...support.tagged_union import ByName
 from .elastic_plastic import ElasticPlastic
 from .hertz import Hertz
 from .kuwabara_kono import KuwabaraKono

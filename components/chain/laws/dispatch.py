@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...jit import inlined
-from ..table import (
+from ...support.jit import inlined
+from ..layout import (
     CONTACT,
     DEEPEST,
     EXPONENT,

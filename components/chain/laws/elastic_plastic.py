@@ -13,15 +13,15 @@ from __future__ import annotations
 
 import math
 from math import sqrt
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from ...errors import ParameterError
-from ...jit import inlined, jit
-from ...roots import two_thirds_power
+from ...support.jit import inlined, jit
+from ...support.roots import two_thirds_power
 from ..fields import NotNegative, Positive, field
-from ..table import CONTACT, DEEPEST, GRAINS, LOST, PLASTIC, RESIDUAL, REST, SCALARS, STIFFNESS, UNLOADING
+from ..layout import CONTACT, DEEPEST, DISSIPATED, GRAINS, PLASTIC, RESIDUAL, REST_OVERLAP, SCALARS, STIFFNESS, UNLOADING
 from . import hertz
 from .law import FloatArray, Law
 
@@ -34,6 +34,7 @@ _ONE = np.uint64(1)
 class ElasticPlastic(Law):
     """Hertz up to the yield pressure, its tangent beyond, unloading along the flattened spheres' own Hertz law."""
 
+    exponent: ClassVar[float] = 1.5
     elastic = PLASTIC
     has_history = True
 
@@ -85,7 +86,7 @@ def energy(k, d, root, deepest, unloading, residual):
 def begin(a):
     """The history of contacts that have never yielded."""
     for j in range(int(a[SCALARS, GRAINS]) + 1):
-        a[UNLOADING, j], a[RESIDUAL, j], a[LOST, j] = a[STIFFNESS, j], 0.0, 0.0
+        a[UNLOADING, j], a[RESIDUAL, j], a[DISSIPATED, j] = a[STIFFNESS, j], 0.0, 0.0
         # Where there is no contact nothing yields.
         a[DEEPEST, j] = a[CONTACT, j] * a[CONTACT, j] if a[STIFFNESS, j] > 0.0 else np.inf
 
@@ -94,7 +95,7 @@ def begin(a):
 def remember(a, u):
     """Note contacts that are deeper than ever, and what the yielding since the last step has cost; displacements in row u."""
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        d = a[u, j] - a[u, j + _ONE] + a[REST, j]
+        d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
         if d > a[DEEPEST, j]:
             yielded(a, j, d)
 
@@ -111,4 +112,4 @@ def yielded(a, j, d):
     # (F / k_u)^(2/3), which k_u = k sqrt(k d^1.5 / F) makes a quotient.
     elastic = loaded / (k * sqrt(d))
     a[DEEPEST, j], a[UNLOADING, j], a[RESIDUAL, j] = d, unloading, d - elastic
-    a[LOST, j] += stored + work - hertz.energy(unloading, elastic)
+    a[DISSIPATED, j] += stored + work - hertz.energy(unloading, elastic)

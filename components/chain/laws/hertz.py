@@ -6,17 +6,18 @@ K. L. Johnson, Contact Mechanics (Cambridge 1985), section 4.2.
 from __future__ import annotations
 
 from math import sqrt
-from typing import Literal
+from typing import ClassVar, Literal
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..fields import field
-from ..table import HERTZ, SMALLEST_OVERLAP
+from ..layout import HERTZ, SMALLEST_OVERLAP
 from .law import Law
 
 
 class Hertz(Law):
     """F = k d^1.5: elastic spheres. k follows from radii and materials, unless `contact_stiffness` is given."""
 
+    exponent: ClassVar[float] = 1.5
     elastic = HERTZ
 
     name: Literal["hertz"] = field("hertz", "Hertz's law", "1")

@@ -7,19 +7,20 @@ G. Kuwabara, K. Kono, Jpn. J. Appl. Phys. 26 (1987) 1230; N. V. Brilliantov, F. 
 from __future__ import annotations
 
 from math import sqrt
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..fields import NotNegative, field
-from ..table import HERTZ, KUWABARA_KONO, SMALLEST_OVERLAP
+from ..layout import HERTZ, KUWABARA_KONO, SMALLEST_OVERLAP
 from .law import Dissipative, FloatArray
 
 
 class KuwabaraKono(Dissipative):
     """F = k d^1.5 + dissipation x sqrt(d) dd/dt while d > 0, cut off at 0."""
 
+    exponent: ClassVar[float] = 1.5
     elastic, damping = HERTZ, KUWABARA_KONO
 
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ...named import Named
-from ...roots import two_thirds_power
-from ..table import HERTZ, NONE
+from ...support.roots import two_thirds_power
+from ...support.tagged_union import Named
+from ..layout import HERTZ, NONE
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -18,6 +18,8 @@ FloatArray = npt.NDArray[np.float64]
 class Law(Named):
     """A contact law, chosen by its `name`: parameters here, the formula in jitted functions beside it."""
 
+    exponent: ClassVar[float]
+    """The exponent p with which the force grows with the overlap, F ~ d^p; a law may make a parameter of it."""
     elastic: ClassVar[int] = HERTZ
     """Which elastic force the kernels take."""
     damping: ClassVar[int] = NONE
@@ -26,11 +28,6 @@ class Law(Named):
     """Whether the force depends on what the contact has been through."""
     needs_stiffness: ClassVar[bool] = False
     """Whether `contact_stiffness` has to be given, because radii and materials do not tell it."""
-
-    @property
-    def growth(self) -> float:
-        """P of the force's growth with overlap, F ~ d^p."""
-        return 1.5
 
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, real: slice

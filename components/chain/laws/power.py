@@ -10,10 +10,10 @@ from typing import Literal
 
 import numpy as np
 
-from ...jit import inlined
-from ...powers import power
+from ...support.jit import inlined
+from ...support.powers import power
 from ..fields import field
-from ..table import POWER, SMALLEST_OVERLAP
+from ..layout import POWER, SMALLEST_OVERLAP
 from .law import FloatArray, Law
 
 
@@ -24,12 +24,9 @@ class Power(Law):
     needs_stiffness = True
 
     name: Literal["power"] = field("power", "a general exponent", "1")
-    exponent: float = field(..., "p of F = k d^p", "1", ge=1.0, le=10.0)
-
-    @property
-    def growth(self) -> float:
-        """The exponent."""
-        return self.exponent
+    exponent: float = field(  # pyright: ignore[reportIncompatibleVariableOverride]
+        ..., "p of F = k d^p", "1", ge=1.0, le=10.0
+    )
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """(F / k)^(1/p)."""

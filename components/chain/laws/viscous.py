@@ -6,19 +6,20 @@ O. D. L. Strack, Geotechnique 29 (1979) 47, with Hertz's spring in the place of 
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from ...jit import inlined
+from ...support.jit import inlined
 from ..fields import NotNegative, field
-from ..table import HERTZ, SMALLEST_OVERLAP, VISCOUS
+from ..layout import HERTZ, SMALLEST_OVERLAP, VISCOUS
 from .law import Dissipative, FloatArray
 
 
 class Viscous(Dissipative):
     """F = k d^1.5 + dissipation x dd/dt while d > 0, cut off at 0."""
 
+    exponent: ClassVar[float] = 1.5
     elastic, damping, jumps = HERTZ, VISCOUS, True
 
     name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")

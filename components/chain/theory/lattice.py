@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...elementary import exponential, fourier, root, sine_of_pi
 from ...errors import GranularError
+from ...support.elementary import exponential, fourier, root, sine_of_pi
 from .arguments import FloatArray, above, at_least, finite, number
 
 # Of the uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.

@@ -22,8 +22,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from granular_env.components.errors import shortened
-from granular_env.components.packing import canonical_json, digest
-from granular_env.components.validation import refusal
+from granular_env.components.support.serialization import canonical_json, digest
+from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Document, Overrides, Table, load
 from granular_env.shipped import shipped_files
 

@@ -1,7 +1,7 @@
 """What is kept of a trial, one method with one seed: every evaluation, the best so far, and what a method needs to go on.
 
-Kept as packed arrays with a JSON header (`components/packing.py`), never as a pickle, and written whole or not at all: a kill
-at any moment leaves the file of a moment before.
+Kept as packed arrays with a JSON header (`components/support/serialization.py`), never as a pickle, and written whole or not
+at all: a kill at any moment leaves the file of a moment before.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ExperimentError, Fault, LogError, Option
-from granular_env.components.packing import digest, pack, unpack
+from granular_env.components.support.serialization import digest, pack, unpack
 from granular_env.writing import replacing
 
 FloatArray = npt.NDArray[np.float64]

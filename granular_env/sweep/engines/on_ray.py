@@ -174,8 +174,8 @@ def _without_log(result: Result, folder: Path) -> Result:
 
 # -- on the nodes ---------------------------------------------------------------------------------------------------
 
-# Of this worker process: the job that it works at, and its computer.
-_KEPT: list[tuple[Job, Computer, tempfile.TemporaryDirectory[str]]] = []
+# Of this worker process: the job that it has compiled for.
+_KEPT: list[Job] = []
 
 
 def _bundle(job: Job, orders: Sequence[Order]) -> tuple[list[Result], float]:
@@ -185,19 +185,20 @@ def _bundle(job: Job, orders: Sequence[Order]) -> tuple[list[Result], float]:
             f"node {socket.gethostname()} has another version of granular-env or of a package it computes with; install the "
             "same ones on every node"
         )
-    computer = _computer(job, orders[0])
-    began = perf_counter()
-    found = [_with_log(computer, order) for order in orders]
-    return found, perf_counter() - began
+    # Ray ends its workers with a signal: a folder that outlives the bundle would stay on the node.
+    with tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as folder:
+        computer = _computer(job, orders[0], Path(folder))
+        began = perf_counter()
+        found = [_with_log(computer, order) for order in orders]
+        return found, perf_counter() - began
 
 
-def _computer(job: Job, first: Order) -> Computer:
-    if not _KEPT or _KEPT[0][0] != job:
-        folder = tempfile.TemporaryDirectory(prefix="granular-env-sweep-")
-        computer = Computer(job, Path(folder.name))
+def _computer(job: Job, first: Order, folder: Path) -> Computer:
+    computer = Computer(job, folder)
+    if _KEPT != [job]:
         computer.warm(first)
-        _KEPT[:] = [(job, computer, folder)]
-    return _KEPT[0][1]
+        _KEPT[:] = [job]
+    return computer
 
 
 def _with_log(computer: Computer, order: Order) -> Result:

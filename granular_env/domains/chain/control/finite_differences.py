@@ -19,7 +19,7 @@ from granular_env.components.chain.adjoint import KNOWN, checked_drive, contact_
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, nearest, shortened
 from granular_env.components.materials.elastic import material
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.validation import positive_number
 
 from .gradient import Judged, objective_of
 

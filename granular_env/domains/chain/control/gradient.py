@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.adjoint import checked_drive, parameter_gradient, value_and_bars
+from granular_env.components.chain.adjoint import checked_drive, parameter_gradient, value_and_adjoint
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, shortened
 
@@ -59,7 +59,7 @@ def value_and_grad(
         raise ParameterError(f"with_respect_to: got {shortened(with_respect_to)}, expected names, such as ('drive', 'radius')")
     names = (with_respect_to,) if isinstance(with_respect_to, str) else tuple(with_respect_to)
     held = checked_drive(chain, drive)
-    bars = value_and_bars(chain, held, ticks, objective_of(objective, chain, len(held)))
+    bars = value_and_adjoint(chain, held, ticks, objective_of(objective, chain, len(held)))
     return bars.value, {name: np.array(parameter_gradient(chain, bars, name)) for name in names}
 
 

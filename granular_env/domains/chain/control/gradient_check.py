@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain import Chain, table
+from granular_env.components.chain import Chain, layout
 from granular_env.components.chain.adjoint import check_functions, valued
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.jit import current
 
 FloatArray = npt.NDArray[np.float64]
 
-_ROWS = {"STIFFNESS": table.STIFFNESS, "REST": table.REST, "INVERSE_MASS": table.INVERSE_MASS, "MASS": table.MASS}
-_ROWS |= {"CONTACT": table.CONTACT, "U": table.U, "V": table.V}
+_ROWS = {name: getattr(layout, name) for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "CONTACT", "U", "V")}
 _STEP = 1e-5
 _SEED = 20
 # Derivatives so much smaller than the value, in units of their entry, are lost in its differences.
@@ -39,6 +40,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     """
     objective.fit(chain.parameters.grains, steps)
     check_functions(objective)
+    objective = replace(objective, note=current(objective.note), value=current(objective.value), pull=current(objective.pull))
     rng = np.random.default_rng(_SEED)
     a, inputs = _state(chain, rng), rng.normal(size=2)
     sums = _noted(objective, a, 0, steps, inputs)
@@ -57,10 +59,10 @@ def _state(chain: Chain, rng: np.random.Generator) -> FloatArray:
     """Every contact pressed by some hundredth of the smallest radius; velocities of some m/s."""
     a, n = chain.detached_table(), chain.parameters.grains
     overlap = 1e-2 * float(chain.geometry.radius.min()) * (1.0 + rng.random(n + 1))
-    a[table.U, 1 : n + 1] = -np.cumsum(overlap[:n])
-    a[table.REST, : n + 1] = overlap + a[table.U, 1 : n + 2] - a[table.U, : n + 1]
-    a[table.REST, : n + 1] *= a[table.STIFFNESS, : n + 1] > 0.0
-    a[table.V, 1 : n + 1] = rng.normal(size=n)
+    a[layout.U, 1 : n + 1] = -np.cumsum(overlap[:n])
+    a[layout.REST_OVERLAP, : n + 1] = overlap + a[layout.U, 1 : n + 2] - a[layout.U, : n + 1]
+    a[layout.REST_OVERLAP, : n + 1] *= a[layout.STIFFNESS, : n + 1] > 0.0
+    a[layout.V, 1 : n + 1] = rng.normal(size=n)
     return a
 
 
@@ -115,7 +117,7 @@ def _check_pull(
     names, given, quotients, scales = [], [], [], []
     for name, row in _ROWS.items():
         scale = float(np.abs(a[row]).max()) or 1.0
-        for column in range(int(a[table.SCALARS, table.GRAINS]) + 2):
+        for column in range(int(a[layout.SCALARS, layout.GRAINS]) + 2):
             names.append(f"bar[{name}, {column}]")
             given.append(bar[row, column])
             quotients.append(float(_quotient(feature, a, (row, column), _STEP * scale)))
@@ -135,7 +137,8 @@ def _check_pull(
 
 def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray) -> None:
     before = _noted(objective, a, step, steps, inputs)
-    for name, row in (("PEAK", table.PEAK), ("LOST", table.LOST), ("TALLY", table.TALLY), ("LIMIT", table.LIMIT)):
+    for name in ("PEAK", "DISSIPATED", "TALLY", "LIMIT"):
+        row = getattr(layout, name)
         kept = a[row].copy()
         a[row] = 1.0 + np.where(np.isfinite(kept), kept, 0.0)
         after = _noted(objective, a, step, steps, inputs)
@@ -143,7 +146,7 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
         if not np.array_equal(before, after):
             raise ParameterError(
                 f"objective.note: it reads the row {name}, which no derivative goes through; use displacements, velocities, "
-                "inputs and the table's constants (for a peak over time the p-norm of `features.peak_value`)"
+                "inputs and the table's constants (for a peak over time the p-norm of `quantities.peak_value`)"
             )
 
 

@@ -7,8 +7,8 @@ contact. It is to become small; a factor of -1 in front of a term makes what is 
 
 One's own objective is three jitted functions. The kinetic energy of grain 5, averaged over the run:
 
-    from granular_env.components.chain.table import MASS, V
-    from granular_env.components.jit import jit
+    from granular_env.components.chain.layout import MASS, V
+    from granular_env.components.support.jit import jit
 
     @jit
     def note(a, step, steps, inputs, constants, sums):
@@ -27,8 +27,8 @@ One's own objective is three jitted functions. The kinetic energy of grain 5, av
     J = Objective(note, value, pull)
     check_objective(J, chain)
 
-`components.chain.features` has ready-made features with their derivatives, `checking.check_objective` finds a wrong `pull`. The
-derivatives go through displacements, velocities, inputs and the table's constants, and nothing else: not through PEAK.
+`components.chain.quantities` has ready-made quantities with their pullbacks, `checking.check_objective` finds a wrong `pull`.
+The derivatives go through displacements, velocities, inputs and the table's constants, and nothing else: not through PEAK.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain import Chain, features
+from granular_env.components.chain import Chain, quantities
+from granular_env.components.chain.layout import U, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.table import U, V
 from granular_env.components.errors import ParameterError, shortened
-from granular_env.components.jit import jit
-from granular_env.components.profiles import finite_number
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import finite_number
 
 __all__ = [
     "Objective",
@@ -248,13 +248,13 @@ def _quantity(a, inputs, constants, base):
     if code == _DISPLACEMENT:
         return a[U, first + 1]
     if code == _CONTACT_FORCE:
-        return features.contact_force(a, first)
+        return quantities.contact_force(a, first)
     if code == _KINETIC:
-        return features.kinetic_energy(a, first, last)
+        return quantities.kinetic_energy(a, first, last)
     if code == _ENERGY:
-        return features.energy(a, first, last)
+        return quantities.energy(a, first, last)
     if code == _MOMENTUM:
-        return features.momentum(a, first, last)
+        return quantities.momentum(a, first, last)
     return inputs[first]
 
 
@@ -266,13 +266,13 @@ def _pull_quantity(a, bar, input_bar, constants, base, slope):
     elif code == _DISPLACEMENT:
         bar[U, first + 1] += slope
     elif code == _CONTACT_FORCE:
-        features.pull_contact_force(a, bar, first, slope)
+        quantities.contact_force_pullback(a, bar, first, slope)
     elif code == _KINETIC:
-        features.pull_kinetic_energy(a, bar, first, last, slope)
+        quantities.kinetic_energy_pullback(a, bar, first, last, slope)
     elif code == _ENERGY:
-        features.pull_energy(a, bar, first, last, slope)
+        quantities.energy_pullback(a, bar, first, last, slope)
     elif code == _MOMENTUM:
-        features.pull_momentum(a, bar, first, last, slope)
+        quantities.momentum_pullback(a, bar, first, last, slope)
     else:
         input_bar[first] += slope
 
@@ -285,7 +285,7 @@ def _note(a, step, steps, inputs, constants, sums):
         if begin <= step < end:
             q, kind, target = _quantity(a, inputs, constants, base), constants[base + _KIND], constants[base + _TARGET]
             if kind == _PEAK:
-                sums[k] += features.peak_feature(q, target, int(constants[base + _POWER]))
+                sums[k] += quantities.peak_feature(q, target, int(constants[base + _POWER]))
             elif kind == _SQUARED:
                 sums[k] += (q - target) * (q - target) / (end - begin)
             else:
@@ -299,7 +299,7 @@ def _value(sums, constants, slopes):
         base = k * _TERM
         weight, term, slope = constants[base + _WEIGHT], sums[k], 1.0
         if constants[base + _KIND] == _PEAK:
-            term, slope = features.peak_value(sums[k], constants[base + _TARGET], constants[base + _POWER])
+            term, slope = quantities.peak_value(sums[k], constants[base + _TARGET], constants[base + _POWER])
         total += weight * term
         slopes[k] = weight * slope
     return total
@@ -314,7 +314,7 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
             kind, target, slope = constants[base + _KIND], constants[base + _TARGET], slopes[k] / (end - begin)
             if kind == _PEAK:
                 q = _quantity(a, inputs, constants, base)
-                slope = slopes[k] * features.pull_peak_feature(q, target, int(constants[base + _POWER]))
+                slope = slopes[k] * quantities.peak_feature_pullback(q, target, int(constants[base + _POWER]))
             elif kind == _SQUARED:
                 slope *= 2.0 * (_quantity(a, inputs, constants, base) - target)
             _pull_quantity(a, bar, input_bar, constants, base, slope)

@@ -19,7 +19,7 @@ from numpy.random import Generator
 from granular_env.components.chain import Chain
 from granular_env.components.chain.parameters import ChainParameters
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.components.profiles import finite_number
+from granular_env.components.support.validation import finite_number
 from granular_env.envs.state import Drawn
 
 # The environment decides these itself.

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.parameters import WALLS
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, ParameterError, StepError, shortened
-from granular_env.components.jit import entry_point
-from granular_env.components.profiles import finite_number
+from granular_env.components.support.jit import entry_point
+from granular_env.components.support.validation import finite_number
 from granular_env.envs.clock import show_clock
 from granular_env.envs.drawing import draw
 from granular_env.envs.environment import ComponentEnv, Observation, Ready, _checked_scales, observation_box
@@ -61,14 +61,15 @@ class ChainEnv(ComponentEnv):
     `Box(-limit, limit, (size,), float32)`: the readings chosen by `observe`, each divided by its declared scale
     (`task.observations`; forces by `task.observed_force`), with noise where it is wanted, clipped to +-
     `task.observation_limit`. Where the task draws a goal for each episode, the goal follows, scaled and without noise. Last
-    comes the clock, where there is one: numbers in [-1, 1].
+    comes the clock, where there is one: cos(pi k t / T) for k = 1 to `clock`, T being the time of the deadline.
 
     ## Info
     "time" [s], the inputs applied, the task's counters, and what was drawn for the episode ("drawn_radius" and so on); with
     `info="full"` (the default) also "displacement" [m] and "velocity" [m/s] of all grains, float64, without noise, and fresh.
 
     ## Rewards, start and end
-    The task's. A step that the component refuses ends the episode as in `ComponentEnv`.
+    The task's. A step that would break the physics gives `step_error_reward` and ends the episode, as in `ComponentEnv`.
+    `reset(options={"velocity": {0: 5.0}})` starts otherwise than the task says.
 
     ## Arguments
     * `component`: a `Chain`.
@@ -233,6 +234,11 @@ class ChainEnv(ComponentEnv):
         return draw(self.component, self.task, ends, wanted)
 
     # -- other chains -----------------------------------------------------------------------------------------------
+
+    @property
+    def draws_component(self) -> bool:
+        """Whether each episode has a chain of its own."""
+        return bool(self.randomization.parameters)
 
     def _draw(self) -> Ready:
         return self._redraw(self.randomization.draw(self.np_random))

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain.integrators import SIGNATURE as ADVANCE
-from granular_env.components.chain.table import U, V
+from granular_env.components.chain.layout import U, V
 from granular_env.components.errors import ParameterError, shortened
-from granular_env.components.jit import JIT, address
+from granular_env.components.support.jit import JIT, address
 from granular_env.envs.state import EnvState
 
 from .domain_randomization import shown

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain import Chain, readings
-from granular_env.components.chain.table import U, V
-from granular_env.components.counter_random import normal, stream_key
+from granular_env.components.chain import Chain, quantities
+from granular_env.components.chain.layout import U, V
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.components.jit import JIT, inlined, jit
-from granular_env.components.profiles import finite_number
+from granular_env.components.support.counter_random import normal, stream_key
+from granular_env.components.support.jit import JIT, inlined, jit
+from granular_env.components.support.validation import finite_number
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def _observe(a, blocks, factors, limit, noise, seed, step, out):
             _read_row(a, kind, first, count, factors[block], edge, place, out)
         else:
             for i in range(count):
-                force = readings.contact_force(a, first + i) if kind == _CONTACT else readings.grain_force(a, first + i)
+                force = quantities.contact_force(a, first + i) if kind == _CONTACT else quantities.grain_force(a, first + i)
                 out[place + i] = min(max(force * factors[block], -edge), edge)
         place += count
     if noise > 0.0:

@@ -12,15 +12,15 @@ from numpy.random import Generator
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
-from granular_env.components.contract import Component
+from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import JIT, jit
+from granular_env.components.support.jit import JIT, jit
 from granular_env.envs.policies import Policy
 from granular_env.envs.task import Seen, Task
 
 FloatArray = npt.NDArray[np.float64]
 
-# The table (`components.chain.table`), the counters, the task's constants.
+# The table (`components.chain.layout`), the counters, the task's constants.
 BEGIN = "void(float64[:, ::1], float64[::1], float64[::1])"
 # The table, the inputs applied (left, right), the counters, the constants, the control step's length, control steps done,
 # the deadline.
@@ -32,8 +32,8 @@ class ChainTask(Task):
 
     A subclass sets `actions` (which inputs of the chain it drives), `observations` (the scales of "displacement" [m] and
     "velocity" [m/s]), `constants` and `counter_names`, and gives two functions made with
-    `granular_env.components.jit.jit`. They may call jitted functions of any module and refer to globals; an edit of these, or
-    another value, is noticed. Within a process a global must keep its value: numbers that vary are `constants`.
+    `granular_env.components.support.jit.jit`. They may call jitted functions of any module and refer to globals; an edit of
+    these, or another value, is noticed. Within a process a global must keep its value: numbers that vary are `constants`.
 
     Attributes:
         counter_names: what the counters hold, in order; each is shown in ``info``.

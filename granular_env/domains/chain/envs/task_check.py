@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +11,9 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain import table
+from granular_env.components.chain import layout
 from granular_env.components.errors import ParameterError, caution, shortened
-from granular_env.components.plain_function import plain_function
-from granular_env.envs.task import Task
+from granular_env.components.support.plain_function import plain_function
 
 from .episode_state import ELAPSED
 
@@ -25,8 +24,8 @@ FloatArray = npt.NDArray[np.float64]
 
 # The rows of the table with a number for each grain or contact.
 _GRAIN_ROWS = {
-    getattr(table, name): name
-    for name in ("STIFFNESS", "REST", "INVERSE_MASS", "MASS", "LIMIT", "CONTACT", "LOST", "U", "V", "PEAK")
+    getattr(layout, name): name
+    for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "LIMIT", "CONTACT", "DISSIPATED", "U", "V", "PEAK")
 }
 # Looking at each index of longer chains would take seconds; numpy's own look at the bounds remains.
 _LONGEST_LOOKED_AT = 2000
@@ -112,21 +111,6 @@ def refuse_slips(env: ChainEnv) -> None:
     except Exception:  # a start that is not one, a reward that is no number: told where it happens
         return
     _refused_nothing.add(known)
-
-
-def refuse_incomplete(task: Any) -> None:
-    """Refuse what lacks one of the attributes that every task has.
-
-    Raises:
-        ParameterError: it is no task, or an attribute is missing; names it.
-    """
-    if not isinstance(task, Task):
-        raise ParameterError(f"task: got {shortened(task)}, expected an object of a class made from Task")
-    for name, example in (("name", '"swing"'), ("actions", '{"left_force": 100.0}'), ("observations", '{"velocity": 1.0}')):
-        if getattr(task, name, None) is None:
-            raise ParameterError(f"task: {type(task).__name__} has no {name}; give it one, such as {name} = {example}")
-        if name != "name" and not isinstance(getattr(task, name), Mapping):
-            raise ParameterError(f"task.{name}: got {shortened(getattr(task, name))}, expected a mapping, such as {example}")
 
 
 def _play(env: Any, steps: int, seed: int, random: np.random.Generator) -> int:
@@ -247,7 +231,7 @@ class _Guarded(np.ndarray[Any, Any]):
             return
         row, column = index
         if isinstance(column, (int, np.integer)) and row in _GRAIN_ROWS and not 0 <= column <= self._grains + 1:
-            if not (row == table.V and column >= 0 and _asked_by_package(sys._getframe(2))):
+            if not (row == layout.V and column >= 0 and _asked_by_package(sys._getframe(2))):
                 raise self._slip("reads", index)
 
     def _slip(self, does: str, index: Any) -> _SlipError:

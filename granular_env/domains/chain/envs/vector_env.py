@@ -223,7 +223,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, and where each episode is."""
         seeds = [lane._np_random_seed for lane in self._lanes.single]
-        return _recreate, (type(self), *self._made_with, self.save(), seeds, self._begun, self.spec)
+        return _recreate, (self._made_by, *self._made_with, self.save(), seeds, self._begun, self.spec)
 
     def observe(self) -> tuple[Observations, dict[str, Any]]:
         """The present observations and infos, as `reset` gives them."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from granular_env.components.chain.integrators import SIGNATURE as ADVANCE
-from granular_env.components.jit import caller, jit
+from granular_env.components.support.jit import caller, jit
 from granular_env.envs.clock import show_clock
 
 from .actuator import actuate

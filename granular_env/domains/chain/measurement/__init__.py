@@ -7,6 +7,8 @@
 Everything is a function of a `History`. Grains are counted from 0, speeds and places are those in the reference configuration.
 """
 
+from granular_env.peaks import Crest, crests
+
 from .chain_history import History
 from .energies import (
     EnergyRatio,
@@ -20,7 +22,6 @@ from .energies import (
 from .from_log import history
 from .fronts import PressureRatio, arrivals, front_position, front_speed, pressure_ratio
 from .observer import Watch, observe
-from .peaks import Crest, crests
 from .spatial_waves import WaveInChain, waves_along
 from .waves import Shift, Wave, energy_of, momentum_of, overlap_of, phase_shifts, waves_at
 

@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 
 from granular_env.components.chain.laws import Hertz, Law
-from granular_env.components.contract import FloatArray
 from granular_env.components.errors import LogError, ParameterError, shortened
+from granular_env.components.snapshot import FloatArray
 
 from .contacts import forces_and_energies
 from .validation import sign, whole_number

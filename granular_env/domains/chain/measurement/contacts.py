@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from granular_env.components.chain import kernels, table
+from granular_env.components.chain import kernels, layout
 from granular_env.components.chain.laws import Law, dispatch, elastic_plastic
-from granular_env.components.contract import FloatArray
-from granular_env.components.jit import jit
+from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.jit import jit
 
 
 def forces_and_energies(
@@ -33,13 +33,13 @@ def forces_and_energies(
 def _chain(law: Law, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
     """The kernels' table of a chain, as far as contacts need it."""
     places = slice(0, len(stiffness))
-    a = np.zeros((table.FREE_ROW, table.row_width(len(stiffness) - 1)))
-    a[table.STIFFNESS, places], a[table.CONTACT, places] = stiffness, constants
+    a = np.zeros((layout.FREE_ROW, layout.row_width(len(stiffness) - 1)))
+    a[layout.STIFFNESS, places], a[layout.CONTACT, places] = stiffness, constants
     for name, value in (
-        (table.GRAINS, len(stiffness) - 1), (table.ELASTIC, law.elastic), (table.DISSIPATION, law.damping),
-        (table.EXPONENT, law.growth),
+        (layout.GRAINS, len(stiffness) - 1), (layout.ELASTIC, law.elastic), (layout.DISSIPATION, law.damping),
+        (layout.EXPONENT, law.exponent),
     ):  # fmt: skip
-        a[table.SCALARS, name] = value
+        a[layout.SCALARS, name] = value
     if law.has_history:
         elastic_plastic.begin(a)
     return a
@@ -48,10 +48,10 @@ def _chain(law: Law, stiffness: FloatArray, constants: FloatArray) -> FloatArray
 @jit
 def _fill(a, overlap, velocity, force, energy):
     """Displacements stay 0: the overlaps of a frame are those of a chain that rests so."""
-    kind, grains = int(a[table.SCALARS, table.ELASTIC]), velocity.shape[1]
+    kind, grains = int(a[layout.SCALARS, layout.ELASTIC]), velocity.shape[1]
     for t in range(len(overlap)):
-        a[table.REST, : grains + 1] = overlap[t]
-        a[table.V, 1 : grains + 1] = velocity[t]
-        kernels.contact_forces(a, table.U, table.V, force[t])
+        a[layout.REST_OVERLAP, : grains + 1] = overlap[t]
+        a[layout.V, 1 : grains + 1] = velocity[t]
+        kernels.contact_forces(a, layout.U, layout.V, force[t])
         for j in range(grains + 1):
             energy[t, j] = dispatch.energy(kind, a, j, overlap[t, j])

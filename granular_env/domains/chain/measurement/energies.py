@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from granular_env.components.contract import FloatArray
 from granular_env.components.errors import ParameterError
+from granular_env.components.snapshot import FloatArray
 
 from .chain_history import History
 

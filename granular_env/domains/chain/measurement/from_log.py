@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.components.contract import Component, FloatArray
+from granular_env.components.component import Component
 from granular_env.components.errors import LogError, ParameterError, shortened
+from granular_env.components.snapshot import FloatArray
 
 from .chain_history import History
 from .validation import whole_number
@@ -42,7 +43,7 @@ def of_chain(
 
     return History(
         time, velocity, chain.mass, chain.stiffness, chain.rest_overlap, chain.position, displacement, piston,
-        overlap, contact_force, parameters.law, chain.contact,
+        overlap, contact_force, parameters.law, chain.law_constants,
     )  # fmt: skip
 
 

@@ -6,12 +6,12 @@ import dataclasses
 
 import numpy as np
 
-from granular_env.components.contract import FloatArray
 from granular_env.components.errors import ParameterError
+from granular_env.components.snapshot import FloatArray
+from granular_env.peaks import crests, crossing, positive
 
 from .chain_history import Direction, History
-from .peaks import crests, crossing
-from .validation import positive, sign
+from .validation import sign
 
 
 def arrivals(history: History, above: float, direction: Direction = "right") -> FloatArray:

@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.components.contract import Component, FloatArray, Held
+from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
-from granular_env.components.memory import refuse_beyond
+from granular_env.components.inputs import Held
+from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.memory_limits import refuse_beyond
+from granular_env.peaks import positive
 
 from .chain_history import History
 from .from_log import chain_geometry, of_chain
-from .validation import positive
 
 
 class Watch:
@@ -46,6 +48,11 @@ class Watch:
     def _forget(self) -> None:
         self._ticks: list[int] = []
         self._frames: list[tuple[FloatArray, ...]] = []
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """What is kept of each frame; empty before it has begun to watch."""
+        return self._variables
 
     @property
     def history(self) -> History:

@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 
-from granular_env.components.contract import FloatArray
+from granular_env.components.snapshot import FloatArray
+from granular_env.peaks import ridges, top
 
 from .chain_history import Direction, History
-from .peaks import ridges, top
 from .validation import sign
 
 

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 
 from granular_env.components.errors import ParameterError
+from granular_env.peaks import Crest, crests
 
 from .chain_history import Direction, History, given
-from .peaks import Crest, crests
 from .validation import sign
 
 # A crest at a neighbour is the same wave only if it is at least so high, in the wave's amplitude.

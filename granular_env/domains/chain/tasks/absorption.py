@@ -9,10 +9,11 @@ import numpy as np
 from numpy.random import Generator
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.energy_roots import energy_between, pull_energy_between
+from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.table import GRAINS, SCALARS
-from granular_env.components.jit import jit
+from granular_env.components.chain.quantities import energy_between, energy_between_pullback
+from granular_env.components.support.jit import jit
+from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Constant, Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
@@ -54,11 +55,11 @@ def _value(sums, constants, slopes):
 @jit
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
-        pull_energy_between(a, bar, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
+        energy_between_pullback(a, bar, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
 
 
 class AbsorptionTask(ChainTask):
-    """What an active end lets come back of an unknown wave is to be little. See `AbsorptionEnv`.
+    """What an active end lets come back of an unknown wave is to be little. See `make_absorption`.
 
     Args:
         chain: what is struck at its left end and driven at its right one; Hertz contacts.
@@ -104,7 +105,7 @@ class AbsorptionTask(ChainTask):
         return Objective(_note, _value, _pull, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """See `AbsorptionEnv`; "theory" needs the default sensors."""
+        """See `make_absorption`; "theory" needs the default sensors."""
         policies: dict[str, Policy] = {"nothing": Constant(0.0)}
         if self.sensors:
             name, scale = next(iter(self.actions.items()))
@@ -114,7 +115,20 @@ class AbsorptionTask(ChainTask):
         return policies
 
 
-class AbsorptionEnv(ChainEnv):
+@environment_factory
+def make_absorption(
+    grains: int = 64,
+    radius: Any = None,
+    material: Any = None,
+    *,
+    action: str = "piston",
+    action_scale: float | None = None,
+    impact: tuple[float, float] = (3.0, 8.0),
+    strikers: int = 2,
+    step_size: float = 5e-7,
+    chain: dict[str, Any] | None = None,
+    **options: Unpack[ChainOptions],
+) -> ChainEnv:
     """Hold the right end of a chain so that as little as possible of an unknown wave comes back.
 
     The first grains of a row of equal elastic spheres strike the others. How many they are, and how fast, is drawn and not
@@ -124,7 +138,7 @@ class AbsorptionEnv(ChainEnv):
     ## Action space
     `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped.
     `action="piston"`: the velocity of the last grain, positive to the right. `action="force"`: the force on the last grain,
-    which is free otherwise. NaN, infinity and wrong shapes raise `ParameterError`.
+    which is free otherwise.
 
     ## Observation space
     `Box(-10, 10, (4,), float32)`: sensors at the end alone: displacement of the last grain, in mm, velocity of the last grain
@@ -135,12 +149,11 @@ class AbsorptionEnv(ChainEnv):
     returned = energy in the chain now over that at the start: kinetic energy of the grains (not of a piston, which belongs to
     the machine) and elastic energy above that at rest of the contacts. What is missing of it is what the end has taken, minus
     its work, and what contacts dissipate. A step's reward is `returned` before it less `returned` after it. So the return is 1
-    less what is returned at the deadline: doing nothing returns 0, pushing less than that. A step that would break the physics
-    gives -10 and ends the episode. The strikers rebound with .6 % (one) to .8 % (two) of the energy, which no end can take.
+    less what is returned at the deadline: doing nothing returns 0, pushing less than that. The strikers rebound with .6 % (one)
+    to .8 % (two) of the energy, which no end can take.
 
     ## Start state
     One to `strikers` first grains move at one speed from `impact`; the others are at rest, all in touch.
-    `reset(options={"velocity": {0: 5.0}})` starts otherwise.
 
     ## End of the episode
     Truncated after `deadline` control steps: by then the slowest wave has been at the end and is on its way back.
@@ -152,43 +165,26 @@ class AbsorptionEnv(ChainEnv):
     * `step_size` (5e-7 s): internal step. `internal_steps` (4) make a control step, `deadline` (300) control steps an episode
       of 600 us.
     * `chain`: further parameters of the chain component, e.g. `{"precompression": 10.0}`; Hertz contacts.
-    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
-      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", a matched end: a virtual chain goes on where the real one ends, is
-    driven by what the sensors read, and says how the end would move (`matched.MatchedPiston`) or be pushed
-    (`matched.MatchedForce`). They return 0 and, over 240 seeds, .9914 to .9935 with a piston (.9924 in the mean) and .9918 to
-    .9937 with a force (.9927): all but the rebound and some 1e-4. No better policy that sees the sensors alone is known: "best"
-    is missing.
+    driven by what the sensors read, and says how the end would move (`impedance_matching.MatchedPiston`) or be pushed
+    (`impedance_matching.MatchedForce`). They return 0 and, over 240 seeds, .9914 to .9935 with a piston (.9924 in the mean) and
+    .9918 to .9937 with a force (.9927): all but the rebound and some 1e-4. No better policy that sees the sensors alone is
+    known: "best" is missing.
 
     ## Version history
     * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
+    arguments = chosen(make_absorption, locals())
+    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
+    merged, internal_steps, _ = timed({"observe": SENSORS, **options}, 4, 300)
+    component, actions = driven_chain("right", action, action_scale, parameters, chain, options)
+    low, high = between("impact", impact)
+    most, duration = whole("strikers", strikers, component.parameters.grains - 1), internal_steps * component.step_size
 
-    def __init__(
-        self,
-        grains: int = 64,
-        radius: Any = None,
-        material: Any = None,
-        *,
-        action: str = "piston",
-        action_scale: float | None = None,
-        impact: tuple[float, float] = (3.0, 8.0),
-        strikers: int = 2,
-        step_size: float = 5e-7,
-        chain: dict[str, Any] | None = None,
-        **options: Unpack[ChainOptions],
-    ) -> None:
-        arguments = chosen(AbsorptionEnv, locals())
-        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, _ = timed({"observe": SENSORS, **options}, 4, 300)
-        component, actions = driven_chain("right", action, action_scale, parameters, chain, options)
-        low, high = between("impact", impact)
-        most, duration = whole("strikers", strikers, component.parameters.grains - 1), internal_steps * component.step_size
+    def task(chain: Chain) -> AbsorptionTask:
+        return AbsorptionTask(chain, (low, high), most, duration, actions, merged["observe"] == SENSORS, arguments)
 
-        def task(chain: Chain) -> AbsorptionTask:
-            return AbsorptionTask(chain, (low, high), most, duration, actions, merged["observe"] == SENSORS, arguments)
-
-        super().__init__(component, task, **merged)
+    return ChainEnv(component, task, **merged)

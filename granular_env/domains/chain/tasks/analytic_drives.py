@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
-from granular_env.components.elementary import exponential, root, spline_through
+from granular_env.components.support.elementary import exponential, root, spline_through
 
 from .target_waves import (
     AMPLITUDE,

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain import Chain, table
+from granular_env.components.chain import Chain, layout
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.validation import positive_number
 
 from ..envs.domain_randomization import make_chain
 
@@ -89,7 +89,7 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
         ParameterError: the contacts are not Hertz's, with or without dissipation, or there is none between grains.
     """
     law, geometry = chain.parameters.law, chain.geometry
-    if law.elastic != table.HERTZ or chain.parameters.grains < 2:
+    if law.elastic != layout.HERTZ or chain.parameters.grains < 2:
         raise ParameterError(f"chain: task {task!r} wants at least 2 grains and Hertz contacts, got law {law.name!r}")
     inner = slice(1, chain.parameters.grains)
     # Overlaps at rest that differ from contact to contact (gravity, gaps) have no wave of their own: their mean stands for
@@ -143,12 +143,12 @@ _SEEN = {"self", "chain", "options", "observe", "noise", "info", "clock", "rende
 _CHAIN_DEFAULTS = {"radius": 3e-3, "material": "steel"}
 
 
-def chosen(environment: type, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Which arguments of an environment's constructor differ from their defaults, name -> value: the problem's name.
+def chosen(environment: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Which arguments of an environment's factory differ from their defaults, name -> value: the problem's name.
 
     Args:
-        environment: the class.
-        given: the local variables at the constructor's beginning.
+        environment: the factory.
+        given: the local variables at its beginning.
     """
     defaults = {name: one.default for name, one in inspect.signature(environment).parameters.items()}
     defaults |= {name: value for name, value in _CHAIN_DEFAULTS.items() if name in defaults}

@@ -1,11 +1,15 @@
-"""Which wanted waves a chain can hold, clear of each other and of its ends; and which deadlines they can meet."""
+"""Which wanted waves a chain can hold, clear of each other and of its ends; and which deadlines can be met."""
 
 from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ParameterError
+from granular_env.components.chain import Chain
+from granular_env.components.errors import ParameterError, StepError, caution
 
 from .target_waves import AMPLITUDE, DENSITY, PLACE, POINTS, REACH, SHAPES, SPEED, TABLES
 
@@ -37,6 +41,37 @@ def refuse_early(shapes: FloatArray, waves: FloatArray, duration: float, steps: 
             f"{name}: a wave of {wave[AMPLITUDE]:g} m/s that comes in at the left end takes {least} control steps of "
             f"{duration:g} s to grain {wave[PLACE]:g}, got {steps}; give deadline={least} or more, or a nearer place"
         )
+
+
+def caution_late(
+    chain: Chain, actions: Mapping[str, float], duration: float, steps: int, wanted: float, unit: str,
+    arrived: Callable[[Chain], float],
+) -> None:  # fmt: skip
+    """Warn where even the full drive, from the first moment on, does not bring enough to its place by the deadline.
+
+    Args:
+        chain: what is driven, at its start; it stays as it is.
+        actions: input -> its value at action 1.
+        duration: of a control step [s].
+        steps: control steps until the deadline.
+        wanted: how much has to arrive.
+        unit: of it.
+        arrived: called after each control step; how much has arrived by then.
+    """
+    driven, most = copy.deepcopy(chain), 0.0
+    for _ in range(steps):
+        try:
+            driven.step(duration, **actions)
+        except StepError:  # more than the physics allows: what arrives is not for lack of time
+            return
+        most = max(most, arrived(driven))
+        if most >= wanted:
+            return
+    name, value = next(iter(actions.items()))
+    caution(
+        f"deadline: {steps} control steps of {duration:g} s are too few: with {name} = {value:g} from the first one on, "
+        f"{most:.3g} {unit} of the wanted {wanted:g} {unit} arrive; give a later deadline, or a larger action_scale"
+    )
 
 
 def refuse_crowded(shapes: FloatArray, waves: FloatArray, grains: int, name: str = "place") -> None:

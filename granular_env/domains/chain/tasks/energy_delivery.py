@@ -8,19 +8,20 @@ from typing import Any, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.energy_roots import energy_between, pull_energy_between
+from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.readings import input_work
-from granular_env.components.chain.table import GRAINS, SCALARS
+from granular_env.components.chain.quantities import energy_between, energy_between_pullback, input_work
 from granular_env.components.chain.theory import SOLITARY_ENERGY
-from granular_env.components.jit import jit
-from granular_env.components.profiles import finite_number, positive_number
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import finite_number, positive_number
+from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import passing_waves
 from .arguments import CLOCK, chosen, driven_chain, hertz_chain, observed, timed, whole
+from .arrival import caution_late
 from .baselines import open_loops
 from .target_waves import shape_energies, wave_shapes
 
@@ -74,12 +75,12 @@ def _value(sums, constants, slopes):
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
         n = int(a[SCALARS, GRAINS])
-        pull_energy_between(a, bar, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
-        pull_energy_between(a, bar, 1, n, slopes[1] / constants[_ENERGY])
+        energy_between_pullback(a, bar, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
+        energy_between_pullback(a, bar, 1, n, slopes[1] / constants[_ENERGY])
 
 
 class EnergyDeliveryTask(ChainTask):
-    """The last grains shall hold an energy at the deadline; work costs. See `EnergyDeliveryEnv`.
+    """The last grains shall hold an energy at the deadline; work costs. See `make_energy_delivery`.
 
     Args:
         chain: what is driven; Hertz contacts.
@@ -141,7 +142,21 @@ class EnergyDeliveryTask(ChainTask):
         return open_loops(self, "granular_env/EnergyDelivery-v1", drive)
 
 
-class EnergyDeliveryEnv(ChainEnv):
+@environment_factory
+def make_energy_delivery(
+    grains: int = 64,
+    radius: Any = None,
+    material: Any = None,
+    *,
+    action: str = "force",
+    action_scale: float | None = None,
+    energy: float = 0.015,
+    region: int = 8,
+    work_price: float = 0.2,
+    step_size: float = 5e-7,
+    chain: dict[str, Any] | None = None,
+    **options: Unpack[ChainOptions],
+) -> ChainEnv:
     """Drive the left end so that by the deadline a wanted energy is in the last grains, at little work.
 
     A row of equal elastic spheres carries energy in solitary waves. One wave of the right height, sent off in time, holds all
@@ -150,23 +165,20 @@ class EnergyDeliveryEnv(ChainEnv):
     ## Action space
     `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
     the force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of
-    the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
+    the first grain.
 
     ## Observation space
-    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    10 m/s, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock` and T the
-    time of the deadline, in [-1, 1]. `info` has "time" [s], the input, and the counters "delivered_energy" and "work"
-    [J] and "closeness".
+    `Box((2 grains + clock,), float32)`: displacement and velocity of every grain, in units of 1 mm and 10 m/s, then the clock.
+    `info` has "time" [s], the input, and the counters "delivered_energy" and "work" [J] and "closeness".
 
     ## Rewards
     closeness = 1 - (E / `energy` - 1)^2, E being the energy of the last `region` grains and of the contacts from the first of
     them on, above that at rest. A step's reward is its gain in closeness, less `work_price` x the input's work in that step /
     `energy`. So the return is the closeness at the end less the price of the work. Doing nothing returns 0. All work arriving,
-    1 - .1 of the wanted energy is best (the price's half), and the return is .81: no drive can do better. A step that would
-    break the physics gives -10 and ends the episode.
+    1 - .1 of the wanted energy is best (the price's half), and the return is .81: no drive can do better.
 
     ## Start state
-    Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
+    Everything at rest, all grains in touch.
 
     ## End of the episode
     Terminated after `deadline` control steps; the agent sees the time. With `clock=0` it does not, and the episode is
@@ -180,8 +192,6 @@ class EnergyDeliveryEnv(ChainEnv):
       of 420 us; a wave of that energy (4 m/s) crosses 60 grains in 380 us.
     * `clock` (8): readings of the clock.
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`; Hertz contacts.
-    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
-      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while an exact
@@ -194,30 +204,21 @@ class EnergyDeliveryEnv(ChainEnv):
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
+    arguments = chosen(make_energy_delivery, locals())
+    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
+    merged, internal_steps, deadline = timed(options, 3, 280, CLOCK)
+    component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
+    region = whole("region", region, component.parameters.grains)
+    duration = internal_steps * component.step_size
 
-    def __init__(
-        self,
-        grains: int = 64,
-        radius: Any = None,
-        material: Any = None,
-        *,
-        action: str = "force",
-        action_scale: float | None = None,
-        energy: float = 0.015,
-        region: int = 8,
-        work_price: float = 0.2,
-        step_size: float = 5e-7,
-        chain: dict[str, Any] | None = None,
-        **options: Unpack[ChainOptions],
-    ) -> None:
-        arguments = chosen(EnergyDeliveryEnv, locals())
-        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 280, CLOCK)
-        component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
-        region = whole("region", region, component.parameters.grains)
-        duration = internal_steps * component.step_size
+    def task(chain: Chain) -> EnergyDeliveryTask:
+        return EnergyDeliveryTask(chain, energy, region, work_price, duration, deadline, actions, arguments)
 
-        def task(chain: Chain) -> EnergyDeliveryTask:
-            return EnergyDeliveryTask(chain, energy, region, work_price, duration, deadline, actions, arguments)
-
-        super().__init__(component, task, **merged)
+    env = ChainEnv(component, task, **merged)
+    if "deadline" in options:
+        first = component.parameters.grains - region + 1
+        caution_late(
+            env.component, actions, duration, deadline, energy, "J",
+            lambda driven: energy_between(driven.table, first, driven.parameters.grains),
+        )  # fmt: skip
+    return env

@@ -7,10 +7,11 @@ from typing import Any, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.readings import input_work
-from granular_env.components.chain.table import GRAINS, SCALARS, U, V
-from granular_env.components.jit import jit
-from granular_env.components.profiles import finite_number, positive_number
+from granular_env.components.chain.layout import GRAINS, SCALARS, U, V
+from granular_env.components.chain.quantities import input_work
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import finite_number, positive_number
+from granular_env.envs.environment import environment_factory
 
 from ..envs.domain_randomization import make_chain
 from ..envs.environment import ChainEnv, ChainOptions
@@ -47,7 +48,7 @@ def _judge(a, inputs, counters, constants, duration, elapsed, steps):
 
 
 class PistonTask(ChainTask):
-    """The last grain's speed shall be right when it leaves; the piston's work costs. See `PistonEnv`.
+    """The last grain's speed shall be right when it leaves; the piston's work costs. See `make_piston`.
 
     Args:
         target_velocity: wanted speed of the last grain [m/s].
@@ -78,7 +79,19 @@ class PistonTask(ChainTask):
         self.constants = np.array([target_velocity, price, energy, clearance])
 
 
-class PistonEnv(ChainEnv):
+@environment_factory
+def make_piston(
+    grains: int = 64,
+    radius: Any = None,
+    material: Any = None,
+    *,
+    step_size: float = 5e-7,
+    target_velocity: float = 5.0,
+    work_price: float = 0.2,
+    velocity_scale: float = 10.0,
+    chain: dict[str, Any] | None = None,
+    **options: Unpack[ChainOptions],
+) -> ChainEnv:
     """Shape a pulse with a piston so that the last grain of a chain flies off at a wanted speed.
 
     A row of equal elastic spheres touches a piston at its left end; the right end is free (Nesterenko 1983, section 3.4). What
@@ -87,7 +100,7 @@ class PistonEnv(ChainEnv):
 
     ## Action space
     `Box(-1, 1, (1,), float32)`: the piston's velocity over the next control step, in units of `velocity_scale` (10 m/s);
-    clipped. NaN, infinity and wrong shapes raise `ParameterError`.
+    clipped.
 
     ## Observation space
     `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
@@ -98,11 +111,10 @@ class PistonEnv(ChainEnv):
     closeness = 1 - min(|v_last / target_velocity - 1|, 1), v_last being the last grain's velocity. A step's reward is its gain
     in closeness, less `work_price` x the piston's work in that step / E, with E = m target_velocity^2 / 2. So the return is the
     closeness at the end less `work_price` x work / E. Doing nothing returns 0; one solitary wave of the right height carries
-    1.02 E, and would return .8; 2.4 m/s for 18 us returns .77. A step that would break the
-    physics gives -10 and ends the episode.
+    1.02 E, and would return .8; 2.4 m/s for 18 us returns .77.
 
     ## Start state
-    Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
+    Everything at rest, all grains in touch.
 
     ## End of the episode
     Terminated when the last grain has flown free, .01 radius further than at the start from its neighbour, whatever its speed:
@@ -114,33 +126,18 @@ class PistonEnv(ChainEnv):
     * `deadline` (600): control steps, 0.9 ms.
     * `target_velocity` (5.0 m/s), `work_price` (.2), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "free", "precompression": 10.0}`.
-    * Further: sensors, noise, action rate, control delay, infos, randomisation, `render_mode`: see `ChainEnv`.
 
     ## Version history
     * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
+    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
+    component = make_chain({**stated(parameters), "velocity_scale": velocity_scale}, chain, options.get("randomise"))
+    target, price = positive_number("target_velocity", target_velocity), finite_number("work_price", work_price)
 
-    def __init__(
-        self,
-        grains: int = 64,
-        radius: Any = None,
-        material: Any = None,
-        *,
-        step_size: float = 5e-7,
-        target_velocity: float = 5.0,
-        work_price: float = 0.2,
-        velocity_scale: float = 10.0,
-        chain: dict[str, Any] | None = None,
-        **options: Unpack[ChainOptions],
-    ) -> None:
-        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
-        component = make_chain({**stated(parameters), "velocity_scale": velocity_scale}, chain, options.get("randomise"))
-        target, price = positive_number("target_velocity", target_velocity), finite_number("work_price", work_price)
+    def task(made: Chain) -> PistonTask:
+        energy = 0.5 * float(made.geometry.mass[-1]) * target**2
+        clearance = _FREE_FLIGHT * float(made.geometry.radius[-1])
+        return PistonTask(target, price, energy, clearance, velocity_scale, displacement_scale=1e-3)
 
-        def task(made: Chain) -> PistonTask:
-            energy = 0.5 * float(made.geometry.mass[-1]) * target**2
-            clearance = _FREE_FLIGHT * float(made.geometry.radius[-1])
-            return PistonTask(target, price, energy, clearance, velocity_scale, displacement_scale=1e-3)
-
-        super().__init__(component, task, **{"deadline": 600, **options})
+    return ChainEnv(component, task, **{"deadline": 600, **options})

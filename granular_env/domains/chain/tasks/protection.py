@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.layout import GRAINS, REST_OVERLAP, SCALARS, STIFFNESS, U
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.readings import right_wall_force
-from granular_env.components.chain.table import GRAINS, REST, SCALARS, STIFFNESS, U
-from granular_env.components.jit import inlined, jit
-from granular_env.components.profiles import positive_number
+from granular_env.components.chain.quantities import right_wall_force
+from granular_env.components.support.jit import inlined, jit
+from granular_env.components.support.validation import positive_number
+from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import ramped_push
 from .arguments import CLOCK, chosen, driven_chain, hertz_chain, timed
+from .arrival import caution_late
 from .baselines import open_loops
 
 FloatArray = npt.NDArray[np.float64]
@@ -66,7 +68,7 @@ def _power(x, constants):
 def _elastic_force(a):
     """Elastic force at the wall [N], and its derivative with respect to the overlap [N/m]."""
     n = int(a[SCALARS, GRAINS])
-    d = max(a[U, n] - a[U, n + 1] + a[REST, n], 0.0)
+    d = max(a[U, n] - a[U, n + 1] + a[REST_OVERLAP, n], 0.0)
     return a[STIFFNESS, n] * d * math.sqrt(d), 1.5 * a[STIFFNESS, n] * math.sqrt(d)
 
 
@@ -101,15 +103,27 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _power(ratio, constants) / force
     bar[U, n] += slope * tangent
     bar[U, n + 1] -= slope * tangent
-    bar[REST, n] += slope * tangent
+    bar[REST_OVERLAP, n] += slope * tangent
     bar[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
+
+
+def _impulse_of(duration: float) -> Callable[[Chain], float]:
+    """Return what adds up the wall's impulse [N s], called after each control step of that duration [s]."""
+    total = 0.0
+
+    def arrived(chain: Chain) -> float:
+        nonlocal total
+        total += duration * right_wall_force(chain.table)
+        return total
+
+    return arrived
 
 
 # -- task and environment ---------------------------------------------------------------------------------------------
 
 
 class ProtectionTask(ChainTask):
-    """A wall shall receive an impulse; its peak force costs. See `ProtectionEnv`.
+    """A wall shall receive an impulse; its peak force costs. See `make_protection`.
 
     Args:
         chain: what is driven, a wall at its right end.
@@ -168,7 +182,21 @@ class ProtectionTask(ChainTask):
         return policies if self.steps else {"nothing": policies["nothing"]}
 
 
-class ProtectionEnv(ChainEnv):
+@environment_factory
+def make_protection(
+    grains: int = 64,
+    radius: Any = None,
+    material: Any = None,
+    *,
+    action: str = "force",
+    action_scale: float | None = None,
+    step_size: float = 5e-7,
+    impulse: float = 0.05,
+    peak_scale: float = 1000.0,
+    velocity_scale: float = 10.0,
+    chain: dict[str, Any] | None = None,
+    **options: Unpack[ChainOptions],
+) -> ChainEnv:
     """Push the left end of a chain so that the wall behind the last grain gets its impulse in time, and gently.
 
     A row of equal elastic spheres lies against a rigid wall at its right end. A hard push arrives as a train of tall solitary
@@ -178,23 +206,21 @@ class ProtectionEnv(ChainEnv):
     ## Action space
     `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
     the force on the first grain, positive to the right; pulling moves the first grain alone, contacts carry no tension.
-    `action="piston"`: the velocity of the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
+    `action="piston"`: the velocity of the first grain.
 
     ## Observation space
-    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    `velocity_scale`, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock`
-    and T the time of the deadline, in [-1, 1]. `info` has both in SI units and float64
-    ("displacement", "velocity"), with "time" [s], the input, "delivered_impulse" [N s], "wall_force" and "peak_wall_force" [N].
+    `Box((2 grains + clock,), float32)`: displacement and velocity of every grain, in units of 1 mm and 10 m/s, then the clock.
+    `info` has both in SI units and float64 ("displacement", "velocity"), with "time" [s], the input, "delivered_impulse" [N s],
+    "wall_force" and "peak_wall_force" [N].
 
     ## Rewards
     A step's reward is its gain in min(delivered_impulse / impulse, 1), less the rise of the wall's peak force / `peak_scale`.
     So the return is the delivered part of the impulse less peak force / peak_scale. The impulse is the trapezoid sum of the
     wall's force at the ends of the control steps, the peak is the largest of these. Doing nothing returns 0; a constant push of
-    300 N delivers all and returns -.5, one of 50 N returns .75, one of 25 N is late and returns .37. A step that would break
-    the physics gives -10 and ends the episode.
+    300 N delivers all and returns -.5, one of 50 N returns .75, one of 25 N is late and returns .37.
 
     ## Start state
-    Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
+    Everything at rest, all grains in touch.
 
     ## End of the episode
     Terminated when the impulse is delivered, or after `deadline` control steps; the agent sees the time. With `clock=0` it does
@@ -207,12 +233,10 @@ class ProtectionEnv(ChainEnv):
     * `deadline` (700): control steps, 1.05 ms; None for no end and no clock. `clock` (8): readings of the clock.
     * `impulse` (.05 N s), `peak_scale` (1000.0 N), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`.
-    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
-      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", a push that rises evenly over .29 of the time to the level at which
-    its front, doubled by the wall (2^(6/5) in force), just delivers (`theory_drives.ramped_push`); "best", the best drive
+    its front, doubled by the wall (2^(6/5) in force), just delivers (`analytic_drives.ramped_push`); "best", the best drive
     known, where these arguments have one. They return 0, .792 and .846 with a force, 0, .784 and .841
     with a piston.
 
@@ -220,31 +244,18 @@ class ProtectionEnv(ChainEnv):
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
+    arguments = chosen(make_protection, locals())
+    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
+    parameters |= {"right": "rigid_plane", "velocity_scale": velocity_scale}
+    merged, internal_steps, deadline = timed(options, 3, 700, CLOCK, endless=True)
+    scale = _SCALES.get(action) if action_scale is None and isinstance(action, str) else action_scale
+    component, actions = driven_chain("left", action, scale, parameters, chain, options)
+    duration, observations = internal_steps * component.step_size, {"displacement": 1e-3, "velocity": velocity_scale}
 
-    def __init__(
-        self,
-        grains: int = 64,
-        radius: Any = None,
-        material: Any = None,
-        *,
-        action: str = "force",
-        action_scale: float | None = None,
-        step_size: float = 5e-7,
-        impulse: float = 0.05,
-        peak_scale: float = 1000.0,
-        velocity_scale: float = 10.0,
-        chain: dict[str, Any] | None = None,
-        **options: Unpack[ChainOptions],
-    ) -> None:
-        arguments = chosen(ProtectionEnv, locals())
-        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        parameters |= {"right": "rigid_plane", "velocity_scale": velocity_scale}
-        merged, internal_steps, deadline = timed(options, 3, 700, CLOCK, endless=True)
-        scale = _SCALES.get(action) if action_scale is None and isinstance(action, str) else action_scale
-        component, actions = driven_chain("left", action, scale, parameters, chain, options)
-        duration, observations = internal_steps * component.step_size, {"displacement": 1e-3, "velocity": velocity_scale}
+    def task(chain: Chain) -> ProtectionTask:
+        return ProtectionTask(chain, impulse, peak_scale, duration, deadline, actions, observations, arguments)
 
-        def task(chain: Chain) -> ProtectionTask:
-            return ProtectionTask(chain, impulse, peak_scale, duration, deadline, actions, observations, arguments)
-
-        super().__init__(component, task, **merged)
+    env = ChainEnv(component, task, **merged)
+    if deadline and "deadline" in options:
+        caution_late(env.component, actions, duration, deadline, impulse, "N s", _impulse_of(duration))
+    return env

@@ -11,8 +11,9 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import jit
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import positive_number
+from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
@@ -21,7 +22,7 @@ from .analytic_drives import passing_waves, wave_velocities
 from .arguments import CLOCK, chosen, driven_chain, hertz_chain, numbers, observed, timed
 from .arrival import refuse_crowded, refuse_early
 from .baselines import open_loops
-from .target_waves import COLUMNS, distance, follow, pull_distance, shape_energies, wave_shapes
+from .target_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -74,11 +75,11 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if weight > 0.0:
         waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        pull_distance(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
+        distance_pullback(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
 
 
 class PulseFormingTask(ChainTask):
-    """Wanted solitary waves shall stand in the chain at the deadline. See `PulseFormingEnv`.
+    """Wanted solitary waves shall stand in the chain at the deadline. See `make_pulse_forming`.
 
     Args:
         chain: what is driven; Hertz contacts.
@@ -150,7 +151,21 @@ class PulseFormingTask(ChainTask):
         return open_loops(self, "granular_env/PulseForming-v1", drive)
 
 
-class PulseFormingEnv(ChainEnv):
+@environment_factory
+def make_pulse_forming(
+    grains: int = 64,
+    radius: Any = None,
+    material: Any = None,
+    *,
+    action: str = "force",
+    action_scale: float | None = None,
+    amplitude: Any = 5.0,
+    place: Any = 40.0,
+    window: float = 5.0,
+    step_size: float = 5e-7,
+    chain: dict[str, Any] | None = None,
+    **options: Unpack[ChainOptions],
+) -> ChainEnv:
     """Drive the left end so that at the deadline given solitary waves stand in the chain, and nothing else moves.
 
     A row of equal elastic spheres in touch carries solitary waves: pulses some five grains long whose speed grows with the
@@ -160,28 +175,26 @@ class PulseFormingEnv(ChainEnv):
     ## Action space
     `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
     the force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of
-    the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
+    the first grain.
 
     ## Observation space
-    `Box((2 grains + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    10 m/s, clipped to +-10 (`observe` chooses sensors instead), then the clock, cos(pi k t / T) with k = 1 to `clock` and T the
-    time of the deadline, in [-1, 1]. `info` has "time" [s], the input, and the counters "distance" (D below),
-    "energy_outside" (energy further than `window` grains from every wanted crest, over the energy put in) and "amplitude_error"
-    (relative error of the fastest grain about each crest, the largest over the waves).
+    `Box((2 grains + clock,), float32)`: displacement and velocity of every grain, in units of 1 mm and 10 m/s, then the clock.
+    `info` has "time" [s], the input, and the counters "distance" (D below), "energy_outside" (energy further than `window`
+    grains from every wanted crest, over the energy put in) and "amplitude_error" (relative error of the fastest grain about
+    each crest, the largest over the waves).
 
     ## Rewards
-    The distance of a state from the wanted waves is that of the energy norm,
-    D = (sum_i m_i (v_i - v*_i)^2 / 2 + sum_j (q_j - q*_j)^2) / E*, with q = sqrt(.4 k) d^1.25, the root of the energy stored in
-    a contact of overlap d (above that at rest, where the chain is precompressed), * for the exact solitary waves of the
-    lattice, E* their energy. In a disordered chain they are those of its mean grain. Before the deadline the wanted waves are
-    on their way: each crest is behind its place by its speed times the time left, and what has not come into the chain yet is
-    not wanted. A step's reward is D before it less D after it. So the return is -D at the deadline. In a chain of equal grains
-    doing nothing returns -1, and 0 is perfect. In a dimer or a tapered chain the wanted wave is none of that chain: neither
-    number holds, nor does the baseline of theory (a dimer of 3 and 1.5 mm: doing nothing -1.286, theory -1.955). A step that
-    would break the physics gives -10 and ends the episode.
+    The distance of a state from the wanted waves is that of the energy norm, D = (sum_i m_i (v_i - v*_i)^2 / 2 + sum_j (q_j -
+    q*_j)^2) / E*, with q = sqrt(.4 k) d^1.25, the root of the energy stored in a contact of overlap d (above that at rest,
+    where the chain is precompressed), * for the exact solitary waves of the lattice, E* their energy. In a disordered chain
+    they are those of its mean grain. Before the deadline the wanted waves are on their way: each crest is behind its place by
+    its speed times the time left, and what has not come into the chain yet is not wanted. A step's reward is D before it less D
+    after it. So the return is -D at the deadline. In a chain of equal grains doing nothing returns -1, and 0 is perfect. In a
+    dimer or a tapered chain the wanted wave is none of that chain: neither number holds, nor does the baseline of theory (a
+    dimer of 3 and 1.5 mm: doing nothing -1.286, theory -1.955).
 
     ## Start state
-    Everything at rest, all grains in touch. `reset(options={"velocity": {0: 5.0}})` starts otherwise.
+    Everything at rest, all grains in touch.
 
     ## End of the episode
     Terminated after `deadline` control steps, at which the waves are due; the agent sees the time. With `clock=0` it does not,
@@ -190,15 +203,13 @@ class PulseFormingEnv(ChainEnv):
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
     * `action` ("force"): "force" or "piston". `action_scale` (None): 1000 N or 10 m/s.
-    * `amplitude` (5.0 m/s), `place` (40): of the crest at the deadline, the first grain is 0; lists for several waves.
-      Waves that lie over each other, or hang over an end of the chain, are refused.
+    * `amplitude` (5.0 m/s), `place` (40): of the crest at the deadline, the first grain is 0; lists for several waves. Waves
+      that lie over each other, or hang over an end of the chain, are refused.
     * `window` (5.0 grains): half width of what counts as a wave.
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (180) control steps an episode
       of 270 us, 26 us more than the wave takes from end to place. A deadline that no wave can meet is refused.
     * `clock` (8): readings of the clock.
     * `chain`: further parameters of the chain component, e.g. `{"precompression": 10.0}`; Hertz contacts.
-    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
-      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the exact
@@ -210,30 +221,14 @@ class PulseFormingEnv(ChainEnv):
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
+    arguments = chosen(make_pulse_forming, locals())
+    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
+    merged, internal_steps, deadline = timed(options, 3, 180, CLOCK)
+    component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
+    duration = internal_steps * component.step_size
+    heights, places = numbers("amplitude", amplitude), numbers("place", place)
 
-    def __init__(
-        self,
-        grains: int = 64,
-        radius: Any = None,
-        material: Any = None,
-        *,
-        action: str = "force",
-        action_scale: float | None = None,
-        amplitude: Any = 5.0,
-        place: Any = 40.0,
-        window: float = 5.0,
-        step_size: float = 5e-7,
-        chain: dict[str, Any] | None = None,
-        **options: Unpack[ChainOptions],
-    ) -> None:
-        arguments = chosen(PulseFormingEnv, locals())
-        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 180, CLOCK)
-        component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
-        duration = internal_steps * component.step_size
-        heights, places = numbers("amplitude", amplitude), numbers("place", place)
+    def task(chain: Chain) -> PulseFormingTask:
+        return PulseFormingTask(chain, heights, places, duration, deadline, window, actions, arguments)
 
-        def task(chain: Chain) -> PulseFormingTask:
-            return PulseFormingTask(chain, heights, places, duration, deadline, window, actions, arguments)
-
-        super().__init__(component, task, **merged)
+    return ChainEnv(component, task, **merged)

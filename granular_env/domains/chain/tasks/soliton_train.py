@@ -11,10 +11,11 @@ from numpy.random import Generator
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
-from granular_env.components.elementary import root
 from granular_env.components.errors import ParameterError, shortened
-from granular_env.components.jit import jit
-from granular_env.components.profiles import positive_number
+from granular_env.components.support.elementary import root
+from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import positive_number
+from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Constant, Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
@@ -28,8 +29,8 @@ from .target_waves import (
     COLUMNS,
     PLACE,
     distance,
+    distance_pullback,
     follow,
-    pull_distance,
     shape_energies,
     wave_shapes,
 )
@@ -86,11 +87,11 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
         waves, goal = int(constants[_WAVES]), constants[_SHAPES:]
         energy = _energy(goal, waves, constants[_ENERGY])
-        pull_distance(a, bar, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
+        distance_pullback(a, bar, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
 
 
 class SolitonTrainTask(ChainTask):
-    """A train of solitary waves, drawn for each episode, shall stand in the chain at the deadline. See `SolitonTrainEnv`.
+    """A train of solitary waves, drawn for each episode, shall stand in the chain at the deadline. See `make_soliton_train`.
 
     Args:
         chain: what is driven; Hertz contacts, no precompression.
@@ -227,7 +228,23 @@ class PassingTrain:
         return np.array([self.drive[self.step - 1]])
 
 
-class SolitonTrainEnv(ChainEnv):
+@environment_factory
+def make_soliton_train(
+    grains: int = 64,
+    radius: Any = None,
+    material: Any = None,
+    *,
+    action: str = "force",
+    action_scale: float | None = None,
+    waves: int = 3,
+    amplitude: tuple[float, float] = (3.0, 6.0),
+    spacing: tuple[float, float] = (11.0, 14.0),
+    front: tuple[float, float] = (36.0, 40.0),
+    window: float = 5.0,
+    step_size: float = 5e-7,
+    chain: dict[str, Any] | None = None,
+    **options: Unpack[ChainOptions],
+) -> ChainEnv:
     """Drive the left end so that at the deadline the solitary waves that were asked for stand in the chain.
 
     `PulseForming-v1` on demand: how many waves, how high and where, is drawn for each episode, and the agent is told.
@@ -235,7 +252,7 @@ class SolitonTrainEnv(ChainEnv):
     ## Action space
     `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
     the force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of
-    the first grain. NaN, infinity and wrong shapes raise `ParameterError`.
+    the first grain.
 
     ## Observation space
     `Box((2 grains + 3 waves + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in
@@ -249,8 +266,7 @@ class SolitonTrainEnv(ChainEnv):
     ## Rewards
     As in `PulseForming-v1`: the return is minus the square of the distance to the demanded waves at the deadline, in the energy
     norm, over their energy. In a chain of equal grains doing nothing returns -1, and 0 is perfect. In a dimer or a tapered
-    chain the demanded waves are none of that chain: neither number holds, nor does the baseline of theory. A step that would
-    break the physics gives -10 and ends the episode.
+    chain the demanded waves are none of that chain: neither number holds, nor does the baseline of theory.
 
     ## Start state
     Everything at rest, all grains in touch. The goal is drawn: 1 to `waves` waves, heights from `amplitude`, the foremost one's
@@ -271,8 +287,6 @@ class SolitonTrainEnv(ChainEnv):
       of 300 us. A deadline that the slowest wave cannot meet is refused.
     * `clock` (8): readings of the clock.
     * `chain`: further parameters of the chain component; Hertz contacts, no precompression.
-    * What `ChainEnv` takes: `observe`, `noise`, `hold`, `clock`, `action_rate`, `control_delay`, `randomise`, `info`,
-      `render_mode`.
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the demanded
@@ -284,36 +298,18 @@ class SolitonTrainEnv(ChainEnv):
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
+    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
+    merged, internal_steps, deadline = timed(options, 3, 200, CLOCK)
+    component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
+    count, gaps, first = whole("waves", waves, 16), between("spacing", spacing), between("front", front)
+    if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > component.parameters.grains - 1:
+        raise ParameterError(
+            f"front: got {shortened(front)}, expected places up to {component.parameters.grains - 1} that leave room for "
+            f"{count} waves with up to {gaps[1]:g} grains between them"
+        )
+    heights, duration = between("amplitude", amplitude), internal_steps * component.step_size
 
-    def __init__(
-        self,
-        grains: int = 64,
-        radius: Any = None,
-        material: Any = None,
-        *,
-        action: str = "force",
-        action_scale: float | None = None,
-        waves: int = 3,
-        amplitude: tuple[float, float] = (3.0, 6.0),
-        spacing: tuple[float, float] = (11.0, 14.0),
-        front: tuple[float, float] = (36.0, 40.0),
-        window: float = 5.0,
-        step_size: float = 5e-7,
-        chain: dict[str, Any] | None = None,
-        **options: Unpack[ChainOptions],
-    ) -> None:
-        parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-        merged, internal_steps, deadline = timed(options, 3, 200, CLOCK)
-        component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
-        count, gaps, first = whole("waves", waves, 16), between("spacing", spacing), between("front", front)
-        if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > component.parameters.grains - 1:
-            raise ParameterError(
-                f"front: got {shortened(front)}, expected places up to {component.parameters.grains - 1} that leave room for "
-                f"{count} waves with up to {gaps[1]:g} grains between them"
-            )
-        heights, duration = between("amplitude", amplitude), internal_steps * component.step_size
+    def task(chain: Chain) -> SolitonTrainTask:
+        return SolitonTrainTask(chain, count, heights, gaps, first, duration, deadline, window, actions)
 
-        def task(chain: Chain) -> SolitonTrainTask:
-            return SolitonTrainTask(chain, count, heights, gaps, first, duration, deadline, window, actions)
-
-        super().__init__(component, task, **merged)
+    return ChainEnv(component, task, **merged)

@@ -1,4 +1,4 @@
-"""How far a chain is from wanted solitary waves, in the energy norm (`energy_roots`): kernels, and the shapes they read.
+"""Distance of a chain from wanted solitary waves, in the energy norm (`quantities.energy_root`): kernels, and their shapes.
 
 A goal is `waves` rows (amplitude, place, speed): the largest grain velocity [m/s], the grain at which the crest shall be when
 the time left is 0 (a real number, the first grain is 0), and the speed [grains/s]. Before that the crest is behind by the
@@ -17,13 +17,12 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain.energy_roots import energy_root, pull_energy_root
-from granular_env.components.chain.readings import input_work
-from granular_env.components.chain.table import GRAINS, MASS, SCALARS, V
+from granular_env.components.chain.layout import GRAINS, MASS, SCALARS, V
+from granular_env.components.chain.quantities import energy_root, energy_root_pullback, input_work
 from granular_env.components.chain.theory.lattice import LatticeWave, lattice_wave
-from granular_env.components.elementary import exponential, logarithm, root
 from granular_env.components.errors import ParameterError
-from granular_env.components.jit import inlined, jit
+from granular_env.components.support.elementary import exponential, logarithm, root
+from granular_env.components.support.jit import inlined, jit
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -85,7 +84,7 @@ def distance(a, shapes, goal, waves, left):
 
 
 @jit
-def pull_distance(a, bar, shapes, goal, waves, left, slope):
+def distance_pullback(a, bar, shapes, goal, waves, left, slope):
     """Bar += slope ddistance/da."""
     n, root = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS])
     for i in range(1, n + 1):
@@ -94,7 +93,7 @@ def pull_distance(a, bar, shapes, goal, waves, left, slope):
         bar[MASS, i] += slope * 0.5 * (off * off)
     for j in range(1, n):
         off = energy_root(a, j) - root * _wanted(shapes, goal, waves, left, j - 0.5, True)
-        pull_energy_root(a, bar, j, 2.0 * slope * off)
+        energy_root_pullback(a, bar, j, 2.0 * slope * off)
 
 
 @jit

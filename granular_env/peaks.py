@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from granular_env.components.contract import FloatArray
-from granular_env.components.errors import ParameterError
-
-from .validation import fraction, positive
+from .components.errors import ParameterError, shortened
+from .components.snapshot import FloatArray
 
 # A polynomial through so many samples says what lies between them.
 SAMPLES = 7
@@ -144,3 +143,19 @@ def _duration(times: FloatArray, values: FloatArray, begin: int, peak: int, end:
         return float("nan")
     before, after = begin + int(np.flatnonzero(rise)[-1]), peak + int(np.argmax(fall)) - 1
     return crossing(times, values, after, half) - crossing(times, values, before, half)
+
+
+def positive(name: str, value: Any, unit: str) -> float:
+    """A finite number above 0."""
+    number = value if isinstance(value, (int, float, np.number)) and not isinstance(value, bool) else math.nan
+    if not (0.0 < number < math.inf):
+        raise ParameterError(f"{name}: got {shortened(value)}, expected more than 0 {unit}".rstrip())
+    return float(number)
+
+
+def fraction(name: str, value: Any) -> float:
+    """A number above 0 and at most 1."""
+    number = positive(name, value, "and at most 1")
+    if number > 1.0:
+        raise ParameterError(f"{name}: got {number:g}, expected more than 0 and at most 1")
+    return number

@@ -79,6 +79,19 @@ def refuse_stale(function: Callable[..., Any]) -> None:
         kept.refuse_stale()
 
 
+def current(function: Callable[..., Any]) -> Any:
+    """Return what to call for a jitted function so that it runs with what it refers to now; others as they are.
+
+    A function of numba.njit that has run keeps the values of that time, and tells nobody.
+
+    Raises:
+        ParameterError: as `refuse_stale`.
+    """
+    compiled = _kept_right(function)
+    refuse_stale(compiled)
+    return compiled
+
+
 def _kept_right(function: Callable[..., Any]) -> Any:
     """Return a jitted function itself, or compiled by `jit` where numba.njit made it, which keeps old values."""
     if (
@@ -102,8 +115,7 @@ def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., A
     """
     if not hasattr(function, "compile"):  # the JIT is off
         return function
-    compiled = _kept_right(function)
-    refuse_stale(compiled)
+    compiled = current(function)
     compiled.compile(signature)
     return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point
 
@@ -116,8 +128,7 @@ def address(function: Callable[..., Any], signature: str) -> Any:
     """
     if not hasattr(function, "compile"):
         return function
-    compiled = _kept_right(function)
-    refuse_stale(compiled)
+    compiled = current(function)
     compiled.compile(signature)
     result = compiled.overloads[sigutils.normalize_signature(signature)[0]]
     wanted = sigutils.normalize_signature(signature)[1]
@@ -161,7 +172,7 @@ def caller(signature: str) -> Any:
 @cache
 def source_hash() -> str:
     """Hash of all component sources and of numba's, llvmlite's and numpy's versions."""
-    root = Path(__file__).resolve().parent
+    root = Path(__file__).resolve().parent.parent
     state = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {np.__version__}".encode())
     for path in sorted(root.rglob("*.py")):
         state.update(str(path.relative_to(root)).encode())

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from granular_env.cli import main
-from granular_env.components import catalogue, memory
+from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, LogError, ParameterError
+from granular_env.components.support import memory_limits
 from granular_env.recording.caps import Caps
 from granular_env.running import replay, run
 
@@ -23,7 +24,7 @@ CHAIN = {
 
 @pytest.fixture
 def small_machine(monkeypatch):
-    monkeypatch.setattr(memory, "available", lambda: 8_000_000_000)
+    monkeypatch.setattr(memory_limits, "available", lambda: 8_000_000_000)
 
 
 def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machine, tmp_path):
@@ -37,7 +38,7 @@ def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machin
 
 def test_the_copies_that_a_recorder_holds_are_counted_too(tmp_path, monkeypatch):
     small = {**CHAIN, "component": {"type": "chain", "grains": 1000}}
-    monkeypatch.setattr(memory, "available", lambda: 100_000)
+    monkeypatch.setattr(memory_limits, "available", lambda: 100_000)
     monkeypatch.setattr(catalogue.component_class("chain"), "memory_needed", classmethod(lambda kind, parameters: 0))
     with pytest.raises(ExperimentError, match=r"recording this chain needs at least 0\.000129 GB"):
         run(small, log=tmp_path / "x.mcap")
@@ -58,7 +59,7 @@ def test_the_command_line_says_so_too(small_machine, tmp_path, monkeypatch, caps
 def test_a_log_that_asks_for_more_than_there_is_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "a.mcap"
     run({**CHAIN, "component": {"type": "chain", "grains": 1000}}, log=path)
-    monkeypatch.setattr(memory, "available", lambda: 1000)
+    monkeypatch.setattr(memory_limits, "available", lambda: 1000)
     with pytest.raises(LogError, match="needs at least .* are available"):
         replay(path, allow_large=True)
     with pytest.raises(LogError, match=r"what was asked for needs at least 9 GB"):
@@ -81,23 +82,23 @@ def test_a_chain_takes_what_it_was_said_to_take(integrator):
 
 
 def test_the_machine_tells_its_memory():
-    there = memory.available()
+    there = memory_limits.available()
     assert there is None or 1_000_000 < there < 10**15
 
 
 def test_what_the_system_says_is_understood(tmp_path, monkeypatch):
-    monkeypatch.setattr(memory, "_MEMINFO", tmp_path / "meminfo")
-    monkeypatch.setattr(memory, "_CONTAINER_LIMIT", tmp_path / "max")
+    monkeypatch.setattr(memory_limits, "_MEMINFO", tmp_path / "meminfo")
+    monkeypatch.setattr(memory_limits, "_CONTAINER_LIMIT", tmp_path / "max")
     (tmp_path / "meminfo").write_text("MemTotal: 9 kB\nMemAvailable:    2000 kB\n")
     (tmp_path / "max").write_text("max\n")
-    assert memory.available() == 2_048_000
+    assert memory_limits.available() == 2_048_000
     (tmp_path / "max").write_text("1000000\n")
-    assert memory.available() == 1_000_000
+    assert memory_limits.available() == 1_000_000
     (tmp_path / "max").unlink()
     (tmp_path / "meminfo").write_text("nothing of the kind\n")
-    assert memory.available() == memory._whole_memory()
-    monkeypatch.setattr(memory, "_whole_memory", lambda: None)
-    memory.refuse_beyond(10**30, "anything")  # nothing is known, so nothing is refused
+    assert memory_limits.available() == memory_limits._whole_memory()
+    monkeypatch.setattr(memory_limits, "_whole_memory", lambda: None)
+    memory_limits.refuse_beyond(10**30, "anything")  # nothing is known, so nothing is refused
 
 
 class Greedy:

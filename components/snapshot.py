@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import GranularError, LogError, ParameterError
-from .packing import pack, unpack
+from .inputs import Held
 from .profiles import CompiledProfile
+from .support.serialization import pack, unpack
 
 FloatArray = npt.NDArray[np.float64]
-Held = float | CompiledProfile
 
 
 class Block:

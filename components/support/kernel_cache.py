@@ -24,7 +24,7 @@ from numba.core import sigutils
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from .errors import ParameterError
+from ..errors import ParameterError
 from .fingerprint import Fingerprint, fingerprint
 from .notice import tell
 

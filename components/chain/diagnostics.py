@@ -30,14 +30,14 @@ class Validity:
         peak_pressure: largest pressure in the middle of a contact, 3F / (2 pi a^2) [Pa].
         pressure_to_yield: the largest ratio of Hertz's pressure to that of the softer side's yield, NaN where that is unknown.
         contact_radius_ratio: largest a/R, a = sqrt(R* d), R the smaller radius.
-        slowness: smallest tau/T, tau the duration of the collision that gives the peak overlap.
+        time_scale_ratio: smallest tau/T, tau the duration of the collision that gives the peak overlap.
         forces_per_contact: force evaluations in the shortest collision.
     """
 
     peak_pressure: float
     pressure_to_yield: float
     contact_radius_ratio: float
-    slowness: float
+    time_scale_ratio: float
     forces_per_contact: float
     wanted_forces: float
     adaptive: bool
@@ -52,22 +52,22 @@ class Validity:
         if not np.any(peak > 0.0):
             return Validity(math.nan, math.nan, math.nan, math.nan, math.nan, wanted_forces, adaptive)
         places = np.flatnonzero(peak > 0.0)
-        peak, real = peak[places], np.arange(len(chain.stiffness))[chain.real][places]
+        peak, real = peak[places], np.arange(len(chain.stiffness))[chain.contact_slice][places]
         stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
-        duration = _duration(chain.reduced_mass[real], stiffness, peak, law.growth)
-        if law.growth != 1.5:
-            slowness, forces = float((duration / _oscillation(chain)[real]).min()), float(duration.min() * force_rate)
-            return Validity(math.nan, math.nan, math.nan, slowness, forces, wanted_forces, adaptive)
+        duration = _duration(chain.reduced_mass[real], stiffness, peak, law.exponent)
+        if law.exponent != 1.5:
+            time_scale_ratio, forces = float((duration / _oscillation(chain)[real]).min()), float(duration.min() * force_rate)
+            return Validity(math.nan, math.nan, math.nan, time_scale_ratio, forces, wanted_forces, adaptive)
         # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
         pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
         limit = _yield_pressure(chain)[real]
         if law.has_history:
-            limit = 1.5 / math.pi * stiffness * chain.contact[real] / radius
+            limit = 1.5 / math.pi * stiffness * chain.law_constants[real] / radius
         return Validity(
             peak_pressure=float((np.minimum(pressure, limit) if law.has_history else pressure).max()),
             pressure_to_yield=float((pressure / limit).max()),
             contact_radius_ratio=float((np.sqrt(radius * peak) / chain.smaller_radius[real]).max()),
-            slowness=float((duration / _oscillation(chain)[real]).min()),
+            time_scale_ratio=float((duration / _oscillation(chain)[real]).min()),
             forces_per_contact=float(duration.min() * force_rate),
             wanted_forces=wanted_forces,
             adaptive=adaptive,
@@ -80,7 +80,7 @@ class Validity:
             "peak contact pressure [Pa]": self.peak_pressure,
             "peak pressure / pressure at first yield": self.pressure_to_yield,
             "contact radius / grain radius": self.contact_radius_ratio,
-            "collision time / grain's oscillation time (tau/T)": self.slowness,
+            "collision time / grain's oscillation time (tau/T)": self.time_scale_ratio,
             "force evaluations in the shortest contact": self.forces_per_contact,
         }
 
@@ -97,9 +97,9 @@ class Validity:
                 f"contacts grew to {self.contact_radius_ratio:.2g} of the grain's radius "
                 f"(Hertz's law wants less than {_SMALL_CONTACT:g})"
             )
-        if self.slowness < _SLOW_CONTACT:
+        if self.time_scale_ratio < _SLOW_CONTACT:
             said.append(
-                f"collisions last {self.slowness:.2g} oscillations of a grain "
+                f"collisions last {self.time_scale_ratio:.2g} oscillations of a grain "
                 f"(a static contact law wants more than {_SLOW_CONTACT:g})"
             )
         if self.forces_per_contact < self.wanted_forces and not self.adaptive:
@@ -115,11 +115,11 @@ def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.concatenate((values[:1], values)), np.concatenate((values, values[-1:]))
 
 
-def _duration(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, growth: float) -> FloatArray:
+def _duration(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, exponent: float) -> FloatArray:
     """Of the collisions that have these largest overlaps, the loss left out, shape (contacts,) [s]."""
-    if growth == 1.5:
+    if exponent == 1.5:
         return np.asarray(duration_of_overlap(reduced_mass, stiffness, overlap))
-    return duration_times_frequency(growth) / np.sqrt(growth * stiffness * overlap ** (growth - 1.0) / reduced_mass)
+    return duration_times_frequency(exponent) / np.sqrt(exponent * stiffness * overlap ** (exponent - 1.0) / reduced_mass)
 
 
 def _yield_pressure(chain: Geometry) -> FloatArray:

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from granular_env.components.contract import Snapshot
 from granular_env.components.errors import LogError
 from granular_env.components.oscillator import Oscillator
-from granular_env.components.packing import canonical_json, digest, pack, unpack
 from granular_env.components.profiles import Profile
+from granular_env.components.snapshot import Snapshot
+from granular_env.components.support.serialization import canonical_json, digest, pack, unpack
 
 texts = st.text(st.characters(codec="utf-8"), max_size=10)
 headers = st.dictionaries(

@@ -9,8 +9,8 @@ from typing import Any
 from pydantic import BaseModel, GetCoreSchemaHandler, SerializerFunctionWrapHandler, ValidationError, model_serializer
 from pydantic_core import CoreSchema, core_schema
 
-from .contract import Parameters
-from .errors import nearest, shortened
+from ..errors import nearest, shortened
+from ..support.validation import Parameters
 from .validation import faults_of
 
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from .errors import Fault, Location, ParameterError, nearest, shortened
-from .profiles import finite_number
+from ..errors import Fault, Location, ParameterError, nearest, shortened
 
 FloatArray = npt.NDArray[np.float64]
 Model = TypeVar("Model", bound=BaseModel)
@@ -29,6 +29,20 @@ class Fixed(BaseModel):
                 f"{name}: got {shortened(value)}, but {type(self).__name__} is fixed; make a new one with that value"
             )
         super().__setattr__(name, value)
+
+
+class Parameters(Fixed):
+    """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
+
+    model_config = ConfigDict(validate_default=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plain(cls, fields: Any) -> Any:
+        if not isinstance(fields, dict):
+            return fields
+        truths = {name for name, field in cls.model_fields.items() if field.annotation is bool}
+        return {name: value if name in truths else plain(name, value) for name, value in fields.items()}
 
 
 def validated(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
@@ -136,7 +150,7 @@ def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
 
 def _owner(model: type[BaseModel], name: str, value: Any) -> str:
     """Return advice where a name belongs to a table that another parameter chooses by name; empty where it does not."""
-    from .named import tables
+    from .tagged_union import tables
 
     for parameter, choices in tables(model).items():
         owners = [choice for choice, table in choices.items() if name in table.model_fields]
@@ -183,6 +197,27 @@ def _index(name: str, key: Any, shape: tuple[int, ...]) -> int:
     if not -length <= index < length or (isinstance(key, float) and key != index):
         raise ParameterError(f"got the index {key}, expected {-length} to {length - 1}", at=name)
     return index % length
+
+
+def finite_number(name: str, value: Any, expected: str = "a number") -> float:
+    """`value` as a float; `ParameterError` for text, arrays, NaN, infinity and whatever else is no number."""
+    try:
+        if isinstance(value, (str, bytes, bool)) or np.ndim(value):
+            raise TypeError
+        number = float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ParameterError(f"got {shortened(value)}, expected {expected}", at=name) from error
+    if not math.isfinite(number):
+        raise ParameterError(f"got {number}, expected a finite number", at=name)
+    return number
+
+
+def positive_number(name: str, value: Any) -> float:
+    """`value` as a float above 0; `ParameterError` otherwise."""
+    number = finite_number(name, value)
+    if number <= 0.0:
+        raise ParameterError(f"got {number:g}, expected more than 0", at=name)
+    return number
 
 
 def plain(name: str, value: Any) -> Any:

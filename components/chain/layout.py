@@ -9,13 +9,13 @@ from __future__ import annotations
 
 # Constants. A prescribed grain has the inverse mass 0 and no mass. CONTACT is what the contact law makes of it: a dissipation,
 # the root of a yield overlap.
-STIFFNESS, REST, INVERSE_MASS, MASS, LIMIT, CONTACT, SCALARS = range(7)
+STIFFNESS, REST_OVERLAP, INVERSE_MASS, MASS, LIMIT, CONTACT, SCALARS = range(7)
 # Scratch: the drive's polynomials, re-centred at the present tick; two numbers for each contact that dissipates, and the
 # velocities before.
-LEFT_DRIVE, RIGHT_DRIVE, GRIP, BOUND, BEFORE = range(7, 12)
+LEFT_DRIVE, RIGHT_DRIVE, IMPULSE_PER_SPEED, MIN_IMPULSE, OLD_VELOCITY = range(7, 12)
 # History, state only where the law has any: unloading stiffness, residual overlap and deepest overlap of plastic contacts; the
 # energy that has become heat in each column (in the grains beside a dissipative contact, in a plastic contact).
-UNLOADING, RESIDUAL, DEEPEST, LOST = range(12, 16)
+UNLOADING, RESIDUAL, DEEPEST, DISSIPATED = range(12, 16)
 # State. The five columns behind the chain's in V hold work, impulse and lost energy (left work, right work, left impulse,
 # right impulse, loss) for integrators that carry them as unknowns of their own. Rows from FREE_ROW on are an
 # integrator's history, then its scratch.

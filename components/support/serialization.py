@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import LogError
+from ..errors import LogError
 
 MAGIC = b"GRNL"
 VERSION = 1

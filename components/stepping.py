@@ -1,0 +1,276 @@
+"""Steps: integer ticks, pieces of a long step, what undoes a step that fails, and observers that look on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from time import perf_counter
+from typing import Any, ClassVar
+
+from .contract import Observer, Physics, Variable
+from .errors import GranularError, ParameterError, caution, nearest
+from .inputs import Held
+from .profiles import CompiledProfile, Profile
+from .snapshot import Block
+from .support.roots import round_down_to_125
+from .support.validation import Parameters, finite_number
+
+# A long step is cut, invisibly, into pieces of about this wall time, so that Ctrl-C and observers get their turn [s].
+_CHUNK_SECONDS = 0.05
+# A step of so many ticks that has lasted so long, and has so long to go, is told of: a slip in a duration takes hours [s].
+_MANY_TICKS = 1_000_000
+_SILENT_SECONDS, _LONG_SECONDS = 5.0, 60.0
+
+
+class Stepping(Physics):
+    """What can be stepped: `step`, and what it needs."""
+
+    name: ClassVar[str]
+    """Catalogue name."""
+    Parameters: ClassVar[type[Parameters]]
+
+    # Set once the component has been built.
+    _block: Block
+    _inputs: dict[str, Variable]
+    _bounds: dict[str, tuple[float, float]]
+    _tick_counts: dict[float | None, int]
+    _tick: int
+    # Replaced, never changed in place: snapshots share it.
+    _held: Mapping[str, Held]
+
+    def _prepare_steps(self) -> None:
+        """Make what belongs to this one component alone, whose block is there."""
+        self._observers: list[Observer] = []
+        # Two threads at once would mix two steps into one.
+        self._stepping = False
+        self._chunk_ticks = 256
+        self._backup = self._block.memory.copy()
+        # Assigning between byte views is the quickest copy there is from Python.
+        self._memory_bytes, self._backup_bytes = self._block.memory.data.cast("B"), self._backup.data.cast("B")
+        self._held = {}
+        # Whether any of them is a profile.
+        self._profiled = False
+        self._tick = 0
+
+    @property
+    def tick(self) -> int:
+        """Integer time."""
+        return self._tick
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self._tick * self.step_size
+
+    def step(self, duration: float | None = None, **inputs: Any) -> None:
+        """Advance by exactly `duration` [s] (default: one internal step) with the inputs held.
+
+        Args:
+            duration: a whole number of internal steps.
+            **inputs: numbers, or profiles of time; each keeps its value until it is set again.
+
+        Raises:
+            ParameterError: an input or the duration is not valid; nothing has changed.
+            StepError: the physics would break down; the state is that from before the step.
+            GranularError: another thread, or an observer, steps it while it steps.
+        """
+        # This is the hot path of step-wise control: what is usual is looked up, everything else goes to a slower function.
+        # `own` goes past `__setattr__`, which would cost a third of a short step.
+        own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - pyright finds that of the class
+        try:
+            ticks = self._tick_counts[duration]
+        except (KeyError, TypeError):
+            ticks = self._whole_ticks(duration)
+        if self._stepping:
+            raise GranularError(
+                f"step: this {self.name} is in the middle of a step, of another thread or of an observer; "
+                "give each thread a component of its own"
+            )
+        own["_stepping"] = True
+        try:
+            held = self._held
+            if inputs:
+                bounds, numbers = self._bounds, not self._profiled
+                for name, value in inputs.items():
+                    if value.__class__ is float and name in bounds:
+                        low, high = bounds[name]
+                        if low <= value <= high:
+                            continue
+                    inputs, numbers = self._compiled(inputs), False
+                    break
+                if numbers:
+                    own["_held"] = inputs if len(inputs) == len(bounds) else {**held, **inputs}
+                else:
+                    self._hold({**held, **inputs})
+            if self._observers or ticks > self._chunk_ticks:
+                self._long_step(ticks, inputs, held)
+                return
+            before = self._tick
+            self._backup_bytes[:] = self._memory_bytes
+            try:
+                status = self._advance(ticks)
+                if status:
+                    raise self._explain(status)
+                own["_tick"] = before + ticks
+            except BaseException:  # Ctrl-C too
+                self._undo(before, held)
+                raise
+        finally:
+            own["_stepping"] = False
+
+    def observe(self, observer: Observer) -> None:
+        """Let an observer look on from now."""
+        self._observers.append(observer)
+        observer.began(self)
+
+    def ignore(self, observer: Observer) -> None:
+        """Stop an observer's looking on."""
+        if observer in self._observers:
+            self._observers.remove(observer)
+
+    # -- durations --------------------------------------------------------------------------------------------------
+
+    def ticks_in(self, duration: float, name: str = "duration") -> int:
+        """The whole number of internal steps in a duration [s]; `ParameterError` where it is none."""
+        duration = finite_number(name, duration, "seconds")
+        exact = duration / self.step_size
+        if not math.isfinite(exact) or exact <= 0.0:
+            raise ParameterError(f"got {duration!r} s, expected more than 0 and finite", at=name)
+        ticks = round(exact)
+        if ticks < 1 or abs(exact - ticks) > 1e-9 * ticks or ticks > 2**52:
+            if ticks > 2**52:
+                raise ParameterError(f"{duration:.12g} s is {exact:.3g} internal steps, more than can be counted", at=name)
+            steps = sorted({max(math.floor(exact), 1), max(math.ceil(exact), 1)})
+            choices = " or ".join(f"{count * self.step_size:.12g} s" for count in steps)
+            raise ParameterError(
+                f"{duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
+                f"use {choices}, or {self._fitting_step(duration)}",
+                at=name,
+            )
+        return ticks
+
+    def _fitting_step(self, duration: float) -> str:
+        """Advice on a step_size of which a duration is a whole number: 1, 2 or 5 x 10^k where one of the next few is such."""
+        if "step_size" not in self.Parameters.model_fields:
+            return "another step"
+        step = min(self.step_size, duration)
+        for _ in range(6):
+            step = round_down_to_125(step)
+            if abs(duration / step - round(duration / step)) <= 1e-9 * (duration / step):
+                return f"give step_size = {step:g} (s)"
+            step *= 0.99
+        return "give another step_size"
+
+    def _whole_ticks(self, duration: float | None) -> int:
+        ticks = self.ticks_in(duration)  # type: ignore[arg-type]
+        if len(self._tick_counts) < 1024:
+            self._tick_counts[float(duration)] = ticks  # type: ignore[arg-type]
+        return ticks
+
+    # -- inputs -----------------------------------------------------------------------------------------------------
+
+    def _compiled(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
+        checked: dict[str, Held] = {}
+        for name, value in inputs.items():
+            if name not in self._inputs:
+                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {self._input_advice(name)}")
+            if isinstance(value, Profile):
+                checked[name] = value.compile(self.step_size, name)
+            elif isinstance(value, CompiledProfile):
+                if value.step_size != self.step_size:
+                    raise ParameterError(
+                        f"input {name!r} was compiled for steps of {value.step_size:g} s, not of {self.step_size:g} s"
+                    )
+                checked[name] = value
+            else:
+                number = value
+                if type(value) is not float or not math.isfinite(value):
+                    hint = "; sample a function with Profile.table(times, values)" if callable(value) else ""
+                    number = finite_number(f"input {name!r}", value, f"a number or a Profile{hint}")
+                variable = self._inputs[name]
+                if not variable.minimum <= number <= variable.maximum:
+                    raise ParameterError(
+                        f"input {name!r}: got {number:g} {variable.unit}, expected {variable.minimum:g} to {variable.maximum:g}"
+                    )
+                checked[name] = number
+        return checked
+
+    def _hold(self, held: Mapping[str, Held]) -> None:
+        before, self._profiled = self._profiled, any(value.__class__ is not float for value in held.values())
+        self._held = held
+        if before or self._profiled:
+            self._apply(held)
+
+    def _input_advice(self, name: str) -> str:
+        """What to say to whoever gives an input that there is not."""
+        return nearest(name, self._inputs)
+
+    # -- pieces of a long step, and their undoing --------------------------------------------------------------------
+
+    def _long_step(self, ticks: int, inputs: Mapping[str, Held], held: Mapping[str, Held]) -> None:
+        """A step in pieces: for observers and for Ctrl-C; all of it or nothing."""
+        start, end = self._tick, self._tick + ticks
+        self._backup[:] = self._block.memory
+        begun, told = perf_counter(), ticks < _MANY_TICKS
+        try:
+            while self._tick < end:
+                stop = min(end, self._tick + self._chunk_ticks)
+                for observer in self._observers:
+                    stop = min(stop, max(observer.next_tick, self._tick + 1))
+                self._timed_advance(stop - self._tick)
+                if not told and (spent := perf_counter() - begun) > _SILENT_SECONDS:
+                    told = True
+                    self._tell_time_left(self._tick - start, ticks, spent)
+                for observer in self._observers:
+                    if observer.next_tick <= stop:
+                        observer.look(self)
+        except BaseException as error:
+            self._undo(start, held)
+            _call_all([observer.failed for observer in self._observers], self, error)
+            raise
+        if len(self._observers) == 1:  # as usual, and quicker
+            self._observers[0].stepped(self, ticks, inputs)
+        else:
+            _call_all([observer.stepped for observer in self._observers], self, ticks, inputs)
+
+    def _tell_time_left(self, done: int, ticks: int, spent: float) -> None:
+        """Warn of a step that has `spent` seconds behind it and takes much longer."""
+        left = spent * (ticks - done) / done
+        if left < _LONG_SECONDS:
+            return
+        words = f"{left / 3600.0:,.1f} hours" if left > 7200.0 else f"{left / 60.0:.0f} minutes"
+        size = f"{ticks * self.step_size:.9g} s are {ticks:,} internal steps of {self.step_size:.9g} s"
+        caution(
+            f"step: {size}; after {spent:.0f} s of wall time {done / ticks:.1%} are done, about {words} are left; Ctrl-C "
+            "undoes the step. Durations are in seconds: a microsecond is 1e-6"
+        )
+
+    def _timed_advance(self, ticks: int) -> None:
+        begin = perf_counter()
+        status = self._advance(ticks)
+        if status:
+            raise self._explain(status)
+        vars(self)["_tick"] += ticks  # as in `step`
+        if ticks == self._chunk_ticks:
+            spent = perf_counter() - begin
+            if spent < 0.5 * _CHUNK_SECONDS:
+                self._chunk_ticks *= 2
+            elif spent > 2.0 * _CHUNK_SECONDS and ticks > 1:
+                self._chunk_ticks //= 2
+
+    def _undo(self, tick: int, held: Mapping[str, Held]) -> None:
+        self._block.memory[:] = self._backup
+        self._tick = tick
+        self._hold(held)
+
+
+def _call_all(functions: Iterable[Callable[..., None]], *arguments: Any) -> None:
+    """Call all of them, then raise what the first one raised: the others must not miss a step."""
+    faults: list[BaseException] = []
+    for function in functions:
+        try:
+            function(*arguments)
+        except BaseException as error:
+            faults.append(error)
+    if faults:
+        raise faults[0]

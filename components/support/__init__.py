@@ -1,0 +1,1 @@
+"""What components are made with: compiled code, reproducible arithmetic, serialisation, checks of what people give."""

@@ -1,0 +1,96 @@
+"""What a sweep can take of a chain's measurements: numbers for the columns of its table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from granular_env.domains.chain import measurement
+
+Taken = Callable[[Any, int, dict[str, Any]], float]
+"""taken(history, which, arguments): one number; NaN where there are fewer waves than `which` asks for."""
+
+
+def function(name: str) -> Callable[..., Any]:
+    """Return the measurement of that name."""
+    return getattr(measurement, name)
+
+
+def _number(name: str) -> Taken:
+    """Return what takes the number that the function gives."""
+
+    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+        return float(getattr(measurement, name)(history, **arguments))
+
+    return taken
+
+
+def _count(name: str) -> Taken:
+    """Return what counts the things that the function gives."""
+
+    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+        return float(len(getattr(measurement, name)(history, **arguments)))
+
+    return taken
+
+
+def _attribute(name: str, attribute: str) -> Taken:
+    """Return what takes a number of what the function gives, or of one of the things that it gives."""
+
+    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+        found = getattr(measurement, name)(history, **arguments)
+        if isinstance(found, list):
+            if not -len(found) <= which < len(found):
+                return math.nan
+            found = found[which]
+        return float(getattr(found, attribute))
+
+    return taken
+
+
+def _of_wave(function: str) -> Taken:
+    """Return what takes what a wave carries."""
+
+    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+        waves = measurement.waves_at(history, **arguments)
+        return float(getattr(measurement, function)(history, waves[which])) if -len(waves) <= which < len(waves) else math.nan
+
+    return taken
+
+
+def _attributes(name: str, *attributes: str) -> dict[str, Taken]:
+    return {attribute: _attribute(name, attribute) for attribute in attributes}
+
+
+MEASUREMENTS: dict[str, dict[str, Taken]] = {
+    "waves_at": {
+        "count": _count("waves_at"),
+        **_attributes("waves_at", "amplitude", "speed", "time", "duration", "width"),
+        "energy": _of_wave("energy_of"),
+        "momentum": _of_wave("momentum_of"),
+    },
+    "waves_along": {
+        "count": _count("waves_along"),
+        **_attributes("waves_along", "amplitude", "position", "energy", "kinetic_energy", "potential_energy", "momentum"),
+    },
+    "front_speed": {"value": _number("front_speed")},
+    "pressure_ratio": _attributes("pressure_ratio", "ratio", "first_maximum", "settled"),
+    "energy_ratio": _attributes("energy_ratio", "mean", "least", "greatest", "deviation"),
+    "momentum_carried_off": {"value": _number("momentum_carried_off")},
+    "detached_grains": {"count": _count("detached_grains")},
+}
+
+# What is taken, of one measurement or of all -> its unit.
+UNITS: dict[str | tuple[str, str], str] = {
+    **dict.fromkeys(("count", "ratio", "mean", "least", "greatest", "deviation"), "1"),
+    **dict.fromkeys(("amplitude", "speed"), "m/s"),
+    **dict.fromkeys(("time", "duration"), "s"),
+    "width": "m",
+    "position": "m",
+    **dict.fromkeys(("energy", "kinetic_energy", "potential_energy"), "J"),
+    "momentum": "kg m/s",
+    **dict.fromkeys(("first_maximum", "settled"), "N"),
+    ("front_speed", "value"): "m/s",
+    ("momentum_carried_off", "value"): "1",
+}
