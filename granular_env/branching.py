@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from granular_env.components.errors import LogError
-from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.progress import Progress
-from granular_env.running import RunResult, advance, collected, memory_told
+from granular_env.running import Inputs, RunResult, advance, collected, memory_told
 
 if TYPE_CHECKING:
     from granular_env.recording.branch import Branch
@@ -20,7 +18,7 @@ if TYPE_CHECKING:
 def run_branch(
     branch: Branch,
     log: str | os.PathLike[str],
-    inputs: Mapping[str, float | Profile | CompiledProfile],
+    inputs: Inputs,
     until: float | None = None,
     *,
     progress: Progress = False,

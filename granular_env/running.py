@@ -28,6 +28,7 @@ from granular_env.components.errors import (
     shortened,
 )
 from granular_env.components.profiles import CompiledProfile, Profile
+from granular_env.components.snapshot import FloatArray
 from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
@@ -43,7 +44,7 @@ _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
 _COPIES_RECORDED = 4
 
-Inputs = Mapping[str, float | Profile | CompiledProfile]
+Inputs = Mapping[str, float | FloatArray | Profile | CompiledProfile]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -77,6 +77,18 @@ FAULTS = [
     ('"half_sine"', '"half_sin"', ["input.force.profiles.0.profile", "did you mean 'half_sine'?"]),
     ("peak = 1", "peek = 1", ["input.force.profiles.0.peek: unknown; did you mean 'peak'?", "profiles.0.peak: missing"]),
     ("duration = 0.5 }", "duration = -0.5 }", ["input.force", "duration: got -0.5"]),
+    (
+        "[input.force]",
+        "[input]\nforce = [1.0, 2.0]\n[input.other]",
+        ["input.force: got a list of shape (2,), expected"],
+    ),
+    ("[input.force]", "[input]\nforce = [1.0, nan]\n[input.other]", ["input.force.1: got nan, expected a finite number"]),
+    (
+        "[input.force]",
+        "[input]\nforce = [[1], [2, 3]]\n[input.other]",
+        ["input.force: got [[1]", "rows of equal length"],
+    ),
+    ("[input.force]", "[input]\nforce = ['a']\n[input.other]", ["input.force: got ['a'], expected numbers, in a list"]),
     ('profile = "sum"', 'profile = "triangle"', ["input.force.profiles: unknown"]),
     ('variable = "position"', 'variable = "positoin"', ["stop.0.variable", "did you mean 'position'?"]),
     ('variable = "position"', 'varable = "position"', ["stop.0.varable: unknown; did you mean 'variable'?"]),

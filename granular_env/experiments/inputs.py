@@ -1,4 +1,4 @@
-"""Inputs of an experiment file: a number, or a table that names a profile of time.
+"""Inputs of an experiment file: a number, a list for an input of several elements, or a table that names a profile of time.
 
     [input.left_force]
     profile = "triangle"      # constant, triangle, half_sine, table, csv, piecewise, sum
@@ -16,6 +16,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, PlainValidator, TypeAdapter
 
 from granular_env.components.errors import nearest, shortened
@@ -164,15 +165,34 @@ AnyProfile = Annotated[
 SumTable.model_rebuild()
 
 
-def _number_or_table(given: Any) -> Any:
-    """Return a number as a float, and tables for what comes after; anything else is a fault."""
+def _parse_input(given: Any) -> float | list[Any] | ProfileTable:
+    """Return an input as a float, a list of finite numbers, or a profile; anything else is a fault."""
+    if isinstance(given, list):
+        return _array(given)
     if isinstance(given, int | float) and not isinstance(given, bool):
         with suppress(OverflowError):
             return float(given)
     if isinstance(given, Mapping | ProfileTable):
         return _PROFILE.validate_python(given)
-    raise refusal(f"got {shortened(given, 60)}", 'a number, or a table with profile = "..."')
+    expected = f'a number, a list of numbers, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'
+    raise refusal(f"got {shortened(given, 60)}", expected)
+
+
+def _array(given: list[Any]) -> list[Any]:
+    """Return a list of numbers, or of rows of equal length, as it is; a fault where it is none."""
+    try:
+        array = np.asarray(given)
+    except (ValueError, OverflowError):
+        raise refusal(f"got {shortened(given, 60)}", "rows of equal length") from None
+    if array.dtype.kind not in "fiu" or not array.size:
+        raise refusal(f"got {shortened(given, 60)}", "numbers, in a list or in rows of equal length")
+    finite = np.isfinite(array)
+    if not finite.all():
+        place = tuple(int(index) for index in np.argwhere(~finite)[0])
+        raise refusal(f"got {array[place]}", "a finite number", at=place)
+    return given
 
 
 _PROFILE: TypeAdapter[ProfileTable] = TypeAdapter(AnyProfile)
-Input = Annotated[float | ProfileTable, PlainValidator(_number_or_table)]
+_PROFILE_NAMES = ("constant", "triangle", "half_sine", "table", "csv", "piecewise", "sum")
+Input = Annotated[float | list[Any] | ProfileTable, PlainValidator(_parse_input)]

@@ -7,15 +7,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, StepError, caution, nearest
 from granular_env.components.profiles import Profile
+from granular_env.components.snapshot import FloatArray
 from granular_env.documents import Document, Overrides, load
 
 from .experiment import Experiment
 from .inputs import Input, ProfileTable
 from .stops import StopWatch
+
+InputValue = float | FloatArray | Profile
 
 # A run that is over before this part of an input's signal is told of.
 _SHORT_RUN = 0.5
@@ -35,7 +40,7 @@ class Prepared:
 
     experiment: Experiment
     component: Component
-    inputs: dict[str, float | Profile]
+    inputs: dict[str, InputValue]
     ticks: int
     stops: StopWatch
 
@@ -78,7 +83,7 @@ def reset(component: Component, experiment: Experiment) -> None:
     component.reset(seed=experiment.seed, **experiment.start)
 
 
-def branch_inputs(overrides: Overrides, component: Component) -> dict[str, float | Profile]:
+def branch_inputs(overrides: Overrides, component: Component) -> dict[str, InputValue]:
     """Return the inputs that ``{"input.left_force": 100.0}`` and the like set, for a component that runs.
 
     CSV files are looked for in the current folder.
@@ -107,10 +112,12 @@ class _Branch(Document):
         return "a branch changes inputs only; expected input.NAME=VALUE"
 
 
-def _input(folder: Path, component: Component, name: str, value: Any) -> float | Profile:
+def _input(folder: Path, component: Component, name: str, value: Any) -> InputValue:
     known = {v.name: v for v in component.variables.values() if v.causality == "input"}
     if name not in known:
         raise ParameterError(f"unknown to this {component.name}; {component._input_advice(name)}")
+    if isinstance(value, list):
+        return _array(name, value, known[name].shape)
     if not isinstance(value, ProfileTable):
         return value
     profile = value.build(folder, known[name].unit)
@@ -119,7 +126,15 @@ def _input(folder: Path, component: Component, name: str, value: Any) -> float |
     return profile
 
 
-def _tell_of_a_short_run(where: str, value: float | Profile, duration: float) -> None:
+def _array(name: str, value: list[Any], shape: tuple[int, ...]) -> FloatArray:
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != shape:
+        expected = f"an array of shape {shape}" if shape else "a single number"
+        raise ParameterError(f"got a list of shape {array.shape}, expected {expected}", at=f"input.{name}")
+    return array
+
+
+def _tell_of_a_short_run(where: str, value: InputValue, duration: float) -> None:
     """Warn where a run ends long before its signal: mostly a wrong unit of the time."""
     end = float(value.starts[-1]) if isinstance(value, Profile) else 0.0
     if duration < _SHORT_RUN * end:
@@ -142,7 +157,7 @@ def _check_record(experiment: Experiment, component: Component) -> None:
             component.ticks_in(interval, f"record.{key}")
 
 
-def _try(component: Component, inputs: dict[str, float | Profile]) -> None:
+def _try(component: Component, inputs: dict[str, InputValue]) -> None:
     """One step with the inputs, to be thrown away: only the component itself knows everything that it refuses."""
     try:
         component.step(component.step_size, **inputs)

@@ -21,7 +21,7 @@ from granular_env.shipped import first_sentence
 from granular_env.writing import write_files
 
 from .experiment import Experiment, load_experiment, shipped_experiments
-from .inputs import CsvTable, ProfileTable, SumTable
+from .inputs import CsvTable, SumTable
 
 _KEY_WIDTH = 40
 
@@ -120,7 +120,7 @@ def _data_files(name: str, folder: Path) -> dict[Path, Path]:
     return {copy: original for copy, original in found.items() if copy.resolve() != original.resolve()}
 
 
-def _csv_tables(value: float | ProfileTable) -> Iterable[CsvTable]:
+def _csv_tables(value: Any) -> Iterable[CsvTable]:
     if isinstance(value, CsvTable):
         yield value
     elif isinstance(value, SumTable):
