@@ -16,6 +16,7 @@ LAWS: dict[str, dict[str, Any]] = {
     "kuwabara_kono": {"law": {"name": "kuwabara_kono", "dissipation": 100.0}},
     "elastic_plastic": {"law": "elastic_plastic"},
     "power": GENERAL,
+    "linear": {"law": {"name": "linear", "dissipation": 1.0}, "contact_stiffness": 1e7},
 }
 WANTED = {"viscous": 0.5, "kuwabara_kono": 0.5}
 _SAMPLE_SECONDS = 4e-3

@@ -4,36 +4,25 @@ from __future__ import annotations
 
 import copy
 import hashlib
+import math
 import sys
 from abc import ABCMeta
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BaseModel
 
-from .contract import Variable
+from .contract import Balance, Event, Variable
 from .errors import ParameterError, nearest, shortened
-from .profiles import CompiledProfile
-from .snapshot import FloatArray, Snapshot
+from .inputs import Held, input_value
+from .snapshot import Block, FloatArray, Snapshot
 from .stepping import Stepping
 from .support.memory_limits import refuse_beyond
 from .support.serialization import canonical_json
-from .support.validation import filled, validated
+from .support.validation import start_array, validated
 
 _LARGEST = sys.float_info.max
-
-_LEDGER_VARIABLES = (
-    ("kinetic_energy", "J", "kinetic energy"),
-    ("potential_energy", "J", "stored energy: elastic, and of the weight where there is gravity"),
-    ("dissipated_energy", "J", "energy lost to dissipation since the reset"),
-    ("fracture_energy", "J", "energy spent on fracture since the reset"),
-    ("input_work", "J", "work done by inputs and boundaries since the reset"),
-    ("energy_residual", "J", "energy now + lost - at the reset - input_work: the error of the numerics"),
-    ("momentum", "kg m/s", "total momentum"),
-    ("impulse", "kg m/s", "impulse given by inputs and boundaries since the reset"),
-    ("momentum_residual", "kg m/s", "momentum now - at the reset - impulse: the error of the numerics"),
-)
 
 
 class _Fixed(ABCMeta):
@@ -59,12 +48,18 @@ class Component(Stepping, metaclass=_Fixed):
 
     _closed: bool = False
 
-    def __init__(self, **parameters: Any) -> None:
+    def __init__(self, *, memory: FloatArray | None = None, **parameters: Any) -> None:
         """Check the parameters, allocate everything once, and reset.
+
+        Args:
+            memory: of a parent that owns it: float64, C-ordered, as large as `memory` of a component of these parameters. It
+                is overwritten, and the state lies in it from now on.
+            **parameters: see `Parameters`.
 
         Raises:
             ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
         """
+        self._memory = memory
         self.parameters = validated(self.Parameters, parameters, f"component {self.name!r}")
         refuse_beyond(self.memory_needed(self.parameters), f"component {self.name!r}")
         try:
@@ -76,10 +71,44 @@ class Component(Stepping, metaclass=_Fixed):
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
         self.variables: dict[str, Variable] = {variable.name: variable for variable in self._all_variables()}
         self._inputs = {v.name: v for v in self.variables.values() if v.causality == "input"}
-        self._bounds = {v.name: (max(v.minimum, -_LARGEST), min(v.maximum, _LARGEST)) for v in self._inputs.values()}
+        self._bounds = {
+            v.name: (max(v.minimum, -_LARGEST), min(v.maximum, _LARGEST)) for v in self._inputs.values() if v.shape == ()
+        }
         self._tick_counts: dict[float | None, int] = {None: 1}
         self._settle()
+        # The entries of balances are known once there is a state, of zeros.
+        for balance in self.balances():
+            self.variables |= {v.name: v for v in balance_variables(balance) if v.name not in self.variables}
+        self.balance_names: tuple[str, ...] = tuple(name for balance in self.balances() for name in balance.entries)
         self.reset()
+
+    def _lay_out(
+        self,
+        growing: Mapping[str, tuple[str, tuple[int, ...]]] | None = None,
+        **fields: tuple[str, tuple[int, ...]],
+    ) -> None:
+        """Set `_block`: the state, as `snapshot.Block` lays it out, in the memory of a parent where there is one."""
+        if growing and self._memory is not None:
+            raise ParameterError(f"memory: the state of {self._named} grows, so it needs memory of its own")
+        words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
+        self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
+
+    def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
+        """Return zeros of that shape, in the memory of a parent where there is one."""
+        if self._memory is None:
+            self._memory = np.zeros(shape)
+            return self._memory
+        memory: Any = self._memory
+        sound = isinstance(memory, np.ndarray) and memory.dtype == np.float64 and memory.flags.c_contiguous
+        if not sound or not memory.flags.writeable or memory.size != math.prod(shape):
+            came = f"{memory.dtype} of shape {memory.shape}" if isinstance(memory, np.ndarray) else shortened(memory)
+            raise ParameterError(f"memory: got {came}, expected writable C-ordered float64 of shape {shape}")
+        memory[...] = 0.0
+        return memory.reshape(shape)
+
+    def clone(self, memory: FloatArray | None = None) -> Self:
+        """Return a component of the same parameters, at its start; in the memory of a parent where that is given."""
+        return type(self)(memory=memory, **self.parameters.model_dump())
 
     def _settle(self) -> None:
         """Make what belongs to this one component alone, whose block is there."""
@@ -123,31 +152,35 @@ class Component(Stepping, metaclass=_Fixed):
 
         Args:
             seed: for components that draw random numbers.
-            **start: start values of state variables: a number for all, an array, or {index: value}.
+            **start: start values of state variables: a number for all, an array, one row for all, or {index: value or row}.
 
         Raises:
             ParameterError: an unknown variable, a wrong shape, a value that is not finite; the state is unharmed.
         """
         if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64):
             raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number from 0 to 2^64 - 1, or None")
+        self._refuse_while_stepping("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
-        before, tick = self._block.memory.copy(), self._tick
-        self._block.memory[:] = 0.0
-        self._tick = 0
+        before, tick = self._block.to_bytes(), self._tick
+        self._block.clear()
+        self._tick, self._failure = 0, -1
         try:
             given = self._start(seed, values)
         except BaseException:
-            self._block.memory[:] = before
+            self._block.load(before)
             self._tick = tick
             raise
-        self._hold({name: float(given.get(name, 0.0)) for name in self._inputs})
+        starts = {name: 0.0 if variable.start is None else variable.start for name, variable in self._inputs.items()}
+        self._hold(self.hold({**starts, **given}))
         for observer in self._observers:
             observer.began(self)
 
     def get(self, name: str) -> Any:
         """The present value of any variable: a number, or a fresh array of its shape."""
         value = self.peek(name)
-        return value.copy() if value.__class__ is np.ndarray and value.base is not None else value
+        if value.__class__ is np.ndarray and (value.base is not None or not value.flags.writeable):
+            return value.copy()
+        return value
 
     def peek(self, name: str) -> Any:
         """`get` without a copy: an array may be the component's own memory. Read it before the next step, never write to it."""
@@ -155,20 +188,60 @@ class Component(Stepping, metaclass=_Fixed):
         if reader is not None:
             return reader()
         if isinstance(name, str) and name in self._inputs:
-            value = self._held[name]
-            return value.value(self._tick) if isinstance(value, CompiledProfile) else value
+            return input_value(self._held[name], self._tick)
         variable = self.variables.get(name) if isinstance(name, str) else None
         if variable is None:
             raise ParameterError(f"variable {name!r} is unknown to {self.name!r}; {nearest(name, self.variables)}")
         if variable.causality == "parameter":
             return copy.deepcopy(getattr(self.parameters, name))
-        return getattr(self.ledger(), name)
+        return self.balance_values()[name]
+
+    def balance_values(self) -> dict[str, Any]:
+        """Return all entries of the balances by name, the residuals among them."""
+        return {name: amount for balance in self.balances() for name, amount in balance.entries.items()}
+
+    def events(self) -> list[Event]:
+        """Return what has happened since the reset, in the order of time."""
+        kinds = list(self.event_kinds)
+        return [
+            Event(int(tick), kinds[int(kind)], None if index < 0 else int(index), value, limit)
+            for tick, kind, index, value, limit in (self._block["events"].tolist() if kinds else ())
+        ]
+
+    @property
+    def event_count(self) -> int:
+        """How many events there have been since the reset."""
+        return self._block.count("events")
+
+    def event_rows(self, since: int = 0) -> FloatArray:
+        """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says."""
+        return self._block["events"][since:].copy() if self.event_kinds else np.zeros((0, 5))
+
+    def _add_event(self, tick: int, kind: str, index: int | None, value: float, limit: float) -> None:
+        """Note an event; `tick` is that at the end of the internal step in which it happened."""
+        number = list(self.event_kinds).index(kind)
+        self._block.append("events", (tick, number, -1 if index is None else index, value, limit))
 
     # -- snapshots --------------------------------------------------------------------------------------------------
 
     def save(self) -> Snapshot:
-        """The whole state; costs one copy."""
-        return Snapshot(self.identity, self._tick, bytes(self._memory_bytes), self._held)
+        """Return the whole state; costs one copy."""
+        data = self._block.to_bytes() if self._grows else bytes(self._memory_bytes)
+        return Snapshot(self.identity, self._tick, data, self._held)
+
+    @property
+    def memory(self) -> FloatArray:
+        """The memory that the component lives in: the state, and what its kernels keep beside it. To be read only."""
+        return self._memory  # type: ignore[return-value]
+
+    @property
+    def state_bytes(self) -> int:
+        """Size of the state now [bytes]."""
+        return self._block.nbytes
+
+    def state_view(self) -> memoryview:
+        """Return the bits of the state, as `save` would copy them; to be read before the next step."""
+        return memoryview(self._block.to_bytes()) if self._grows else self._memory_bytes.toreadonly()
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot, bit for bit, whichever process took it.
@@ -176,15 +249,20 @@ class Component(Stepping, metaclass=_Fixed):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
+        self._refuse_while_stepping("restore")
         if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
             self.refuse_foreign(snapshot)
-            self._hold(snapshot.inputs)
+            self._hold(self._inputs_of(snapshot))
         try:
-            self._memory_bytes[:] = snapshot.data
+            if self._grows:
+                self._block.load(snapshot.data)
+            else:
+                self._memory_bytes[:] = snapshot.data
         except ValueError:  # another length
             self.refuse_foreign(snapshot)
             raise
-        vars(self)["_tick"] = snapshot.tick  # as in `step`
+        own: dict[str, Any] = vars(self)  # as in `step`
+        own["_tick"], own["_failure"] = snapshot.tick, -1
         for observer in self._observers:
             observer.began(self)
 
@@ -197,19 +275,19 @@ class Component(Stepping, metaclass=_Fixed):
                 f"snapshot: it belongs to a component with identity {str(snapshot.identity)[:12]}..., this one has "
                 f"{self.identity[:12]}...; restore it into one of the same parameters and version"
             )
-        if len(snapshot.data) != self._memory_bytes.nbytes:
-            raise ParameterError(
-                f"snapshot: its state has {len(snapshot.data)} bytes, this component's has {self._memory_bytes.nbytes}"
-            )
+        if self._block.sizes_in(snapshot.data) is None:
+            raise ParameterError(f"snapshot: its state has {len(snapshot.data)} bytes, this component's has {self.state_bytes}")
         if snapshot.inputs is not self._held:
-            self._check_inputs(snapshot)
+            self._inputs_of(snapshot)
 
-    def _check_inputs(self, snapshot: Snapshot) -> None:
+    def _inputs_of(self, snapshot: Snapshot) -> Mapping[str, Held]:
         if snapshot.inputs.keys() != self._inputs.keys():
             raise ParameterError(
                 f"snapshot: it holds the inputs {sorted(snapshot.inputs)}, this component has {sorted(self._inputs)}"
             )
-        self._compiled(snapshot.inputs)
+        held = self.hold(snapshot.inputs)
+        # The snapshot's own, where they are as this component holds them: then going back to it again checks nothing.
+        return snapshot.inputs if all(held[name] is value for name, value in snapshot.inputs.items()) else held
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the parameters and the state. Observers stay with the original."""
@@ -224,13 +302,11 @@ class Component(Stepping, metaclass=_Fixed):
         if variable is None or not variable.state:
             known = [v.name for v in self.variables.values() if v.state]
             raise ParameterError(f"start value {name!r} is no state variable of this {self.name}; {nearest(name, known)}")
-        return filled(f"start.{name}", value, variable.shape)
+        return start_array(f"start.{name}", value, variable.shape)
 
     def _all_variables(self) -> Iterable[Variable]:
         yield from parameter_variables(self.Parameters, self.parameters)
         yield from self._declare()
-        for name, unit, description in _LEDGER_VARIABLES:
-            yield Variable(name, "output", unit, (), description)
 
 
 def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
@@ -238,6 +314,22 @@ def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snaps
     component = kind(**parameters)
     component.restore(state)
     return component
+
+
+def balance_variables(balance: Balance) -> Iterable[Variable]:
+    """Yield an output variable for each entry of a balance."""
+    kinds = (
+        (balance.stored, "stored"),
+        (balance.lost, "lost since the reset"),
+        (balance.supplied, "supplied by inputs and boundaries since the reset"),
+    )
+    for entries, what in kinds:
+        for name, amount in entries.items():
+            text = f"{name.replace('_', ' ')}: {balance.quantity} {what}"
+            yield Variable(name, "output", balance.unit, np.shape(amount), text)
+    added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))
+    text = f"{added} - {balance.quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
+    yield Variable(f"{balance.quantity}_residual", "output", balance.unit, np.shape(balance.residual), text)
 
 
 _DTYPES = {bool: "bool", int: "int64", str: "str"}

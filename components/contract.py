@@ -5,7 +5,7 @@
     component.step(1e-6, left_force=3.0)             # advance exactly so long, inputs held
     component.get("velocity")                        # any variable, a copy
     state = component.save(); component.restore(state)
-    component.ledger()                               # energy and momentum: in, stored, lost, left over
+    component.balances(); component.events()         # energy, momentum, ...: stored, supplied, lost; what happened when
 
 Time is an integer tick: ``time = tick * step_size``. A step happens whole or not at all. ``step(n h)`` is bit-equal to n
 times ``step(h)``, with any pause, save and restore between. Inputs keep their value until they are set again, `reset` puts
@@ -19,11 +19,24 @@ import dataclasses
 import math
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
+from .drawables import Drawable
 from .errors import StepError
 from .inputs import Held
 from .snapshot import FloatArray
+
+# Which calls are legal when. "ready": made, reset, restored or stepped; "stepping": in the middle of a step, where an observer
+# (or another thread) calls; "failed": the last step raised, and the state is that before it.
+LIFE_CYCLE: Mapping[str, frozenset[str]] = {
+    "step": frozenset({"ready", "failed"}),
+    "reset": frozenset({"ready", "failed"}),
+    "restore": frozenset({"ready", "failed"}),
+    **dict.fromkeys(
+        ("get", "peek", "save", "balances", "events", "drawables", "report", "cautions", "observe", "ignore"),
+        frozenset({"ready", "stepping", "failed"}),
+    ),
+}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -43,38 +56,79 @@ class Variable:
     """Whether it is part of the state: it can be given to `reset`, and logs hash it."""
     axes: tuple[str, ...] = ()
     """What each index of its shape counts, such as ("grain",): variables with the same axis share it in a data set."""
+    nominal: float = 1.0
+    """Its usual magnitude, for scaling."""
+    variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
+    """FMI's word for when it may change; by default "fixed" for parameters, "continuous" for the others."""
+    initial: Literal["", "exact", "approx", "calculated"] = ""
+    """FMI's word for its start; by default "exact" for what is given, "calculated" for what follows from it."""
+
+    def __post_init__(self) -> None:
+        if not self.variability:
+            object.__setattr__(self, "variability", "fixed" if self.causality == "parameter" else "continuous")
+        if not self.initial:
+            object.__setattr__(self, "initial", "exact" if self.state or self.causality != "output" else "calculated")
+
+
+# A number, or a vector: momentum in the plane has two components.
+Amount = float | FloatArray
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Ledger:
-    """Energy [J] and momentum [kg m/s] of a component since its reset, and what the numerics left over."""
-
-    kinetic_energy: float
-    potential_energy: float
-    dissipated_energy: float
-    fracture_energy: float
-    input_work: float
-    energy_residual: float
-    momentum: float
-    impulse: float
-    momentum_residual: float
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Particles:
-    """What a viewer can draw of a component: spheres, how they move and what colours them.
+class Balance:
+    """What became of a conserved quantity since the reset; each entry is an output variable of its name.
 
     Attributes:
-        reference: positions before anything moves, shape (n, 3) [m].
-        radius: shape (n,) [m].
-        displacement: name of the output that holds each particle's displacement, shape (n,) along x or (n, 3) [m].
-        colour: name of the output whose value colours each particle, shape (n,).
+        quantity: such as "energy"; `<quantity>_residual` is a variable too.
+        unit: of all entries.
+        stored: what there is now, by entry, such as {"kinetic_energy": 2.0}.
+        supplied: what inputs and boundaries have given since the reset.
+        lost: what has gone into forms that do not come back, since the reset.
+        initial: what was stored at the reset.
     """
 
-    reference: FloatArray
-    radius: FloatArray
-    displacement: str
-    colour: str
+    quantity: str
+    unit: str
+    stored: Mapping[str, Amount]
+    supplied: Mapping[str, Amount] = dataclasses.field(default_factory=dict)
+    lost: Mapping[str, Amount] = dataclasses.field(default_factory=dict)
+    initial: Amount = 0.0
+
+    @property
+    def residual(self) -> Amount:
+        """Stored + lost - initial - supplied: the error of the numerics."""
+        first, *others = [*self.stored.values(), *self.lost.values()]
+        left: Any = first
+        for amount in others:
+            left = left + amount
+        left = left - self.initial
+        for amount in self.supplied.values():
+            left = left - amount
+        return left
+
+    @property
+    def entries(self) -> dict[str, Amount]:
+        """All entries by name, the residual among them."""
+        return {**self.stored, **self.lost, **self.supplied, f"{self.quantity}_residual": self.residual}
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened at a point in time: a link broke, a grain yielded, an assumption was left behind.
+
+    Attributes:
+        tick: at the end of which internal step.
+        kind: one of the component's `event_kinds`.
+        index: which link, grain, ...; None where that has no meaning.
+        value: of the quantity that decided.
+        limit: that it passed.
+    """
+
+    tick: int
+    kind: str
+    index: int | None
+    value: float
+    limit: float
 
 
 class Observer(Protocol):
@@ -102,16 +156,18 @@ class Observer(Protocol):
 class Physics(metaclass=ABCMeta):
     """What the author of a component writes; `component.Component` does the rest."""
 
+    event_kinds: ClassVar[Mapping[str, str]] = {}
+    """Kinds of events that can happen -> what they are; then the block has a growing part `events=EVENT_ROWS`."""
     step_size: float
     """Length of one internal step [s]; set by `_build`."""
 
     @abstractmethod
     def _build(self) -> None:
-        """From `self.parameters`: set `step_size` and `_block`, compute the tables that do not change."""
+        """From `self.parameters`: set `step_size`, call `_lay_out`, compute the tables that do not change."""
 
     @abstractmethod
     def _declare(self) -> Iterable[Variable]:
-        """Inputs and outputs (parameters and the ledger's entries are declared by this class)."""
+        """Inputs and outputs; parameters and the entries of balances are declared for you, if you do not."""
 
     @abstractmethod
     def _outputs(self) -> dict[str, Callable[[], Any]]:
@@ -121,13 +177,13 @@ class Physics(metaclass=ABCMeta):
         """
 
     @abstractmethod
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
-        """Write the start state into the (zeroed) block; return the inputs' start values that are not 0."""
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        """Write the start state into the (zeroed) block; return the inputs' start values that are not those declared."""
 
     def _apply(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
         """Prepare for the inputs that are held from now on, one of which is, or just was, a profile.
 
-        Where all are numbers this is not called: `_advance` finds them in `self._held`.
+        Where all are numbers and arrays this is not called: `_advance` finds them in `self._held`.
         """
 
     @abstractmethod
@@ -139,8 +195,8 @@ class Physics(metaclass=ABCMeta):
         """The error for a status, while the failed state is still there."""
 
     @abstractmethod
-    def ledger(self) -> Ledger:
-        """Energy and momentum: in, stored, lost, and what is left over."""
+    def balances(self) -> tuple[Balance, ...]:
+        """Return what became of energy, momentum, ... since the reset: always the same entries, in the same order."""
 
     @classmethod
     def memory_needed(cls, parameters: Any) -> int:
@@ -151,9 +207,9 @@ class Physics(metaclass=ABCMeta):
         """Figures that say how far the model's own assumptions held, name with unit -> value."""
         return {}
 
-    def particles(self) -> Particles | None:
-        """What a viewer can draw; None where there is nothing."""
-        return None
+    def drawables(self) -> tuple[Drawable, ...]:
+        """Return what viewers can draw; what comes first matters most."""
+        return ()
 
     def cautions(self) -> list[str]:
         """Sentences for every assumption that the run so far has left behind."""

@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import Field
 
 from .component import Component
-from .contract import Ledger, Variable
+from .contract import Balance, Variable
 from .errors import StepError
 from .profiles import CompiledProfile
-from .snapshot import Block, FloatArray
+from .snapshot import FloatArray
 from .support.validation import Parameters
 
 
@@ -35,7 +35,7 @@ class Oscillator(Component):
     def _build(self) -> None:
         p: OscillatorParameters = self.parameters  # type: ignore[assignment]
         self.mass, self.stiffness, self.step_size = p.mass, p.stiffness, p.step_size
-        self._block = Block(position=("f8", ()), velocity=("f8", ()), tally=("f8", (4,)))
+        self._lay_out(position=("f8", ()), velocity=("f8", ()), tally=("f8", (4,)))
 
     def _declare(self) -> Iterable[Variable]:
         yield Variable("force", "input", "N", (), "force on the body", start=0.0)
@@ -78,14 +78,14 @@ class Oscillator(Component):
         x, v = float(self._block["position"]), float(self._block["velocity"])
         return 0.5 * self.mass * v * v + 0.5 * self.stiffness * x * x
 
-    def ledger(self) -> Ledger:
-        """Energy and momentum since the reset."""
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy and momentum since the reset."""
         energy, momentum, work, impulse = (float(entry) for entry in self._block["tally"])
         x = float(self._block["position"])
         potential = 0.5 * self.stiffness * x * x
+        stored = {"kinetic_energy": self._energy() - potential, "potential_energy": potential}
         now = self.mass * float(self._block["velocity"])
-        return Ledger(
-            kinetic_energy=self._energy() - potential, potential_energy=potential, dissipated_energy=0.0, fracture_energy=0.0,
-            input_work=work, energy_residual=self._energy() - energy - work,
-            momentum=now, impulse=impulse, momentum_residual=now - momentum - impulse,
-        )  # fmt: skip
+        return (
+            Balance("energy", "J", stored=stored, supplied={"input_work": work}, initial=energy),
+            Balance("momentum", "kg m/s", stored={"momentum": now}, supplied={"impulse": impulse}, initial=momentum),
+        )

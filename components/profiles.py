@@ -1,9 +1,9 @@
 """Input signals in time.
 
-A `Profile` is a piecewise polynomial of time: it is zero before its first piece, and its last piece lasts for ever. A
-component evaluates it inside the kernel at its own stage times with + and x only, so a paper's continuous force is
-integrated and not stair-cased. Before that it is compiled to the component's ticks: breakpoints move to the nearest tick
-(a warning tells), each piece keeps its own polynomial.
+A `Profile` is a piecewise polynomial of time, for an array input times a constant array: it is zero before its first piece,
+and its last piece lasts for ever. A component evaluates it inside the kernel at its own stage times with + and x only, so a
+paper's continuous force is integrated and not stair-cased. Before that it is compiled to the component's ticks: breakpoints
+move to the nearest tick (a warning tells), each piece keeps its own polynomial.
 """
 
 from __future__ import annotations
@@ -44,11 +44,13 @@ class CompiledProfile:
         step_size: seconds per tick.
         ticks: first tick of each piece, increasing, shape (pieces,), int64.
         coefficients: shape (pieces, degree + 1); value = sum_k c_k s^k with s = ticks since the piece began.
+        pattern: what the polynomial is multiplied by, of the input's shape; None for an input that is one number.
     """
 
     step_size: float
     ticks: npt.NDArray[np.int64]
     coefficients: FloatArray
+    pattern: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if not (isinstance(self.ticks, np.ndarray) and isinstance(self.coefficients, np.ndarray)):
@@ -59,21 +61,47 @@ class CompiledProfile:
             raise ParameterError(f"a compiled profile needs at least one piece and a degree of at most {_MAXIMUM_DEGREE}")
         if np.any(np.diff(self.ticks) <= 0) or not np.isfinite(self.coefficients).all():
             raise ParameterError("a compiled profile needs increasing ticks and finite coefficients")
+        if self.pattern is not None and not (isinstance(self.pattern, np.ndarray) and np.isfinite(self.pattern).all()):
+            raise ParameterError("a compiled profile needs a pattern of finite numbers, or none")
 
-    def value(self, tick: int, part: float = 0.0) -> float:
-        """Value `part` of a step after a tick [unit of the input]; at a breakpoint that of the piece that begins there."""
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of its values."""
+        return () if self.pattern is None else self.pattern.shape
+
+    def factor(self, tick: int, part: float = 0.0) -> float:
+        """Return the polynomial alone, `part` of a step after a tick; at a breakpoint that of the piece that begins there."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
-        if piece < 0:
-            return 0.0
-        return _horner(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
+        return 0.0 if piece < 0 else _horner(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
+
+    def value(self, tick: int, part: float = 0.0) -> Any:
+        """Return the value `part` of a step after a tick [unit of the input]: a number, or an array of the input's shape."""
+        factor = self.factor(tick, part)
+        return factor if self.pattern is None else factor * self.pattern
+
+    def spread(self, shape: tuple[int, ...]) -> CompiledProfile:
+        """Return the same signal for every element of an input of that shape; itself where it has that shape already."""
+        if self.shape == shape:
+            return self
+        if self.pattern is not None:
+            raise ParameterError(f"got a profile of shape {self.shape}, expected one of shape {shape}, or one for all elements")
+        known = self._spread.get(shape)
+        if known is None:
+            known = self._spread[shape] = CompiledProfile(self.step_size, self.ticks, self.coefficients, np.ones(shape))
+        return known
+
+    @cached_property
+    def _spread(self) -> dict[tuple[int, ...], CompiledProfile]:
+        return {}
 
     def equals(self, other: CompiledProfile) -> bool:
-        """Whether both hold the same bits."""
+        """Return whether both hold the same bits."""
         return (
             self.step_size == other.step_size
             and self.ticks.tobytes() == other.ticks.tobytes()
             and self.coefficients.shape == other.coefficients.shape
             and self.coefficients.tobytes() == other.coefficients.tobytes()
+            and _same_pattern(self.pattern, other.pattern)
         )
 
 
@@ -85,11 +113,16 @@ class Profile:
         starts: time at which each piece begins, increasing, shape (pieces,) [s].
         coefficients: shape (pieces, degree + 1); value = sum_k c_k (t - start)^k, in the unit of the input per s^k.
         description: how it was made, for people.
+        pattern: for an array input, what the polynomial is multiplied by, of the input's shape: `profile * array` makes it.
     """
 
     starts: FloatArray
     coefficients: FloatArray
     description: str = "piecewise polynomial"
+    pattern: FloatArray | None = None
+
+    # So that numpy leaves `array * profile` to `__rmul__`.
+    __array_ufunc__ = None
 
     def __post_init__(self) -> None:
         starts = _vector("starts", self.starts)
@@ -109,6 +142,8 @@ class Profile:
         coefficients.setflags(write=False)
         object.__setattr__(self, "starts", starts)
         object.__setattr__(self, "coefficients", coefficients)
+        if self.pattern is not None:
+            object.__setattr__(self, "pattern", _read_only_pattern(self.pattern))
 
     # -- ways to make one -------------------------------------------------------------------------------------------
 
@@ -282,18 +317,30 @@ class Profile:
                 raise ParameterError(f"profiles[{place}]: got {shortened(profile)}, expected a Profile")
         if len(profiles) == 1:
             return profiles[0]
+        pattern = profiles[0].pattern
+        for place, profile in enumerate(profiles):
+            if not _same_pattern(profile.pattern, pattern):
+                raise ParameterError(
+                    f"profiles[{place}]: its pattern is not that of the first one; add up the profiles of time first, then "
+                    "multiply the sum by one array"
+                )
         firsts, lasts = _common_breakpoints(np.concatenate([profile.starts for profile in profiles]))
         rows = np.zeros((len(firsts), max(profile.coefficients.shape[1] for profile in profiles)))
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused below
             for profile in profiles:
                 profile._add_to(rows, firsts, lasts)
-        return Profile(firsts, rows, _sum_description(profiles))
+        return Profile(firsts, rows, _sum_description(profiles), pattern)
 
     # -- use --------------------------------------------------------------------------------------------------------
 
-    def __call__(self, time: float) -> float:
-        """Value at a time [s]; at a breakpoint that of the piece that begins there."""
+    def __call__(self, time: float) -> Any:
+        """Return the value at a time [s], a number or an array; at a breakpoint that of the piece that begins there."""
         time = finite_number("time", time) if type(time) is not float else time
+        value = self._factor(time)
+        return value if self.pattern is None else value * self.pattern
+
+    def _factor(self, time: float) -> float:
+        """Return the polynomial alone."""
         piece = int(np.searchsorted(self.starts, time, side="right")) - 1
         return 0.0 if piece < 0 else _horner(self.coefficients[piece], time - float(self.starts[piece]))
 
@@ -301,9 +348,13 @@ class Profile:
         """The sum of two profiles, as `total`."""
         return Profile.total([self, other]) if isinstance(other, Profile) else NotImplemented
 
-    def __mul__(self, factor: float) -> Profile:
-        """The profile times a number."""
-        return Profile(self.starts, self.coefficients * finite_number("factor", factor), f"{factor:g} x ({self.description})")
+    def __mul__(self, factor: Any) -> Profile:
+        """Return the profile times a number, or times an array: one signal for each element of an array input."""
+        if np.ndim(factor):
+            pattern = _read_only_pattern(factor if self.pattern is None else _product(self.pattern, factor))
+            return Profile(self.starts, self.coefficients, f"({self.description}) x array {pattern.shape}", pattern)
+        rows = self.coefficients * finite_number("factor", factor)
+        return Profile(self.starts, rows, f"{factor:g} x ({self.description})", self.pattern)
 
     __rmul__ = __mul__
 
@@ -376,7 +427,7 @@ class Profile:
                 f"{abs(shift[worst]) * step_size:.3g} s (the one at {self.starts[worst]:.6g} s), {int((~keep).sum())} short "
                 f"pieces dropped; choose a step_size that divides these times to keep them",
             )
-        return CompiledProfile(step_size, nearest[keep].astype(np.int64), rows)
+        return CompiledProfile(step_size, nearest[keep].astype(np.int64), rows, self.pattern)
 
     def _tell_what_is_unused(self, step_size: float, name: str) -> None:
         """Warn of a signal that begins before time 0, where no run can apply it."""
@@ -387,13 +438,14 @@ class Profile:
         if lost.any():
             caution(
                 f"{name}: {early} of {len(self.starts)} breakpoints or samples lie before time 0 (the first at "
-                f"{self.starts[0]:.6g} s) and are not used: the signal begins with {self(0.0):.6g}; to run all of it, "
+                f"{self.starts[0]:.6g} s) and are not used: the signal begins with {self._factor(0.0):.6g}; to run all of it, "
                 f"add {-self.starts[0]:.6g} s to its times (offset_time, start)"
             )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain lists, for JSON."""
-        return {"starts": self.starts.tolist(), "coefficients": self.coefficients.tolist(), "description": self.description}
+        """Return plain lists, for JSON."""
+        facts = {"starts": self.starts.tolist(), "coefficients": self.coefficients.tolist(), "description": self.description}
+        return facts if self.pattern is None else {**facts, "pattern": self.pattern.tolist()}
 
 
 def _horner(coefficients: FloatArray, s: float) -> float:
@@ -446,6 +498,34 @@ def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
         for index in range(len(shifted) - 2, first - 1, -1):
             shifted[index] += offset * shifted[index + 1]
     return shifted
+
+
+def _read_only_pattern(values: Any) -> FloatArray:
+    try:
+        given = np.array(values)
+    except ValueError as error:  # rows of unlike length
+        raise ParameterError(f"pattern: got {shortened(values)}, expected an array of numbers") from error
+    if given.dtype.kind not in "fiub" or not given.ndim or not given.size:
+        raise ParameterError(f"pattern: got {shortened(values)}, expected an array of numbers, of the input's shape")
+    pattern = given.astype(np.float64)
+    if not np.isfinite(pattern).all():
+        where = [int(index) for index in np.argwhere(~np.isfinite(pattern))[0]]
+        raise ParameterError(f"pattern{where}: got {pattern[tuple(where)]}, expected a finite number")
+    pattern.setflags(write=False)
+    return pattern
+
+
+def _product(pattern: FloatArray, factor: Any) -> FloatArray:
+    other = _read_only_pattern(factor)
+    if other.shape != pattern.shape:
+        raise ParameterError(f"factor: got shape {other.shape}, expected a number, or the profile's shape {pattern.shape}")
+    return pattern * other
+
+
+def _same_pattern(first: FloatArray | None, second: FloatArray | None) -> bool:
+    if first is None or second is None:
+        return first is second
+    return first.shape == second.shape and first.tobytes() == second.tobytes()
 
 
 def _array(name: str, values: npt.ArrayLike, dimensions: int) -> FloatArray:

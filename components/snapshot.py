@@ -4,35 +4,133 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import GranularError, LogError, ParameterError
-from .inputs import Held
+from .inputs import Held, read_only
 from .profiles import CompiledProfile
+from .support.memory_limits import refuse_beyond
 from .support.serialization import pack, unpack
 
 FloatArray = npt.NDArray[np.float64]
 
 
-class Block:
-    """The changing state of a component: one block of memory with named views, so that a snapshot is one copy."""
+# The growing part `events`: tick, number of the kind, index (-1 for none), value, limit.
+EVENT_ROWS = ("f8", (5,))
+_FIRST_CAPACITY = 16
 
-    def __init__(self, memory: FloatArray | None = None, /, **fields: tuple[str, tuple[int, ...]]) -> None:
-        """Lay out `fields`, name -> (dtype of 8 bytes, shape), one after the other, in fresh zeros or in the memory given."""
-        sizes = {name: math.prod(shape) for name, (_, shape) in fields.items()}
+
+class Block:
+    """The changing state of a component: memory with named views, and lists that grow.
+
+    What has a fixed size lies in one piece of memory, so that a snapshot is one copy. A list that grows has an array with a
+    capacity, which is raised between ticks; a snapshot holds the rows in use.
+    """
+
+    def __init__(
+        self,
+        memory: FloatArray | None = None,
+        /,
+        growing: Mapping[str, tuple[str, tuple[int, ...]]] | None = None,
+        **fields: tuple[str, tuple[int, ...]],
+    ) -> None:
+        """Lay out the state in fresh zeros, or in the memory given.
+
+        Args:
+            memory: shape (words,); see `words`.
+            growing: name of a list -> (dtype of 8 bytes, shape of a row).
+            **fields: name -> (dtype of 8 bytes, shape), one after the other.
+        """
+        lists = growing or {}
+        layout = {**fields, **({"_counts": ("i8", (len(lists),))} if lists else {})}
+        sizes = {name: math.prod(shape) for name, (_, shape) in layout.items()}
         self.memory: FloatArray = np.zeros(sum(sizes.values())) if memory is None else memory
         self.views: dict[str, np.ndarray] = {}
         offset = 0
-        for name, (dtype, shape) in fields.items():
+        for name, (dtype, shape) in layout.items():
             part = self.memory[offset : offset + sizes[name]]
             self.views[name] = part.view(dtype).reshape(shape)
             offset += sizes[name]
+        self._lists = {name: np.zeros((_FIRST_CAPACITY, *row), dtype) for name, (dtype, row) in lists.items()}
+        self._places = {name: place for place, name in enumerate(lists)}
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self.views[name]
+        return self.views[name] if name in self.views else self._lists[name][: self.count(name)]
+
+    @property
+    def grows(self) -> bool:
+        """Whether it has lists."""
+        return bool(self._lists)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the state, of lists the rows in use."""
+        return self.memory.nbytes + sum(self[name].nbytes for name in self._lists)
+
+    def count(self, name: str) -> int:
+        """Return how many rows of a list are in use; 0 where there is no such list."""
+        place = self._places.get(name)
+        return 0 if place is None else int(self.views["_counts"][place])
+
+    def room(self, name: str, rows: int) -> np.ndarray:
+        """Return the whole array of a list, its capacity raised so that so many further rows fit; then set `set_count`.
+
+        Raises:
+            GranularError: there is not so much memory.
+        """
+        used, array = self.count(name), self._lists[name]
+        if used + rows > len(array):
+            capacity = max(2 * len(array), used + rows)
+            refuse_beyond(capacity * array[:1].nbytes, f"the list {name!r} with {capacity} rows", GranularError)
+            larger = np.zeros((capacity, *array.shape[1:]), array.dtype)
+            larger[:used] = array[:used]
+            self._lists[name] = array = larger
+        return array
+
+    def set_count(self, name: str, count: int) -> None:
+        """Say how many rows of a list are in use."""
+        self.views["_counts"][self._places[name]] = count
+
+    def append(self, name: str, row: Any) -> None:
+        """Put a row at the end of a list."""
+        count = self.count(name)
+        self.room(name, 1)[count] = row
+        self.set_count(name, count + 1)
+
+    def clear(self) -> None:
+        """Set all to 0, lists to no rows."""
+        self.memory[:] = 0.0
+
+    def to_bytes(self) -> bytes:
+        """Return the state: the fixed part, then the rows in use of each list."""
+        if not self._lists:
+            return self.memory.tobytes()
+        return b"".join([self.memory.tobytes(), *(self[name].tobytes() for name in self._lists)])
+
+    def sizes_in(self, data: bytes) -> list[int] | None:
+        """Return the bytes of each list in a state that `to_bytes` gave; None where it is no such state."""
+        fixed = self.memory.nbytes
+        if len(data) < fixed:
+            return None
+        counts = np.frombuffer(data, np.int64, len(self._lists), fixed - 8 * len(self._lists)).tolist()
+        sizes = [count * array[:1].nbytes for count, array in zip(counts, self._lists.values(), strict=True)]
+        return sizes if all(count >= 0 for count in counts) and fixed + sum(sizes) == len(data) else None
+
+    def load(self, data: bytes) -> None:
+        """Go back to a state that `to_bytes` gave; `ValueError` where it is none of this layout."""
+        sizes = self.sizes_in(data)
+        if sizes is None:
+            raise ValueError(f"a state of {len(data)} bytes")
+        offset = self.memory.nbytes
+        for (name, array), size in zip(list(self._lists.items()), sizes, strict=True):
+            rows = np.frombuffer(data, array.dtype, size // 8, offset).reshape(-1, *array.shape[1:])
+            self.set_count(name, 0)
+            self.room(name, len(rows))[: len(rows)] = rows
+            offset += size
+        self.memory[:] = np.frombuffer(data, np.float64, len(self.memory))
 
 
 class Snapshot:
@@ -60,18 +158,23 @@ class Snapshot:
 
     def to_bytes(self) -> bytes:
         """A versioned header and plain arrays; see `packing`."""
-        numbers = {name: value for name, value in self.inputs.items() if not isinstance(value, CompiledProfile)}
+        numbers = {name: value for name, value in self.inputs.items() if isinstance(value, float)}
         profiles = {name: value for name, value in self.inputs.items() if isinstance(value, CompiledProfile)}
+        held_arrays = {name: value for name, value in self.inputs.items() if isinstance(value, np.ndarray)}
         header = {
             "kind": "snapshot",
             "identity": self.identity,
             "tick": self.tick,
-            "inputs": {name: float(value).hex() for name, value in numbers.items()},
+            "inputs": {name: value.hex() for name, value in numbers.items()},
+            "arrays": list(held_arrays),
             "profiles": {name: value.step_size.hex() for name, value in profiles.items()},
         }
         arrays: dict[str, np.ndarray] = {"memory": self.memory.view(np.int64)}
         for name, value in profiles.items():
             arrays[f"{name}.ticks"], arrays[f"{name}.coefficients"] = value.ticks, value.coefficients
+            if value.pattern is not None:
+                arrays[f"{name}.pattern"] = value.pattern
+        arrays |= {f"{name}.values": value for name, value in held_arrays.items()}
         return pack(header, arrays)
 
     @classmethod
@@ -81,14 +184,7 @@ class Snapshot:
         try:
             if header["kind"] != "snapshot":
                 raise LogError(f"these bytes hold a {header['kind']!r}, expected a snapshot")
-            inputs: dict[str, Held] = {name: float.fromhex(text) for name, text in header["inputs"].items()}
-            if not all(math.isfinite(value) for value in inputs.values() if not isinstance(value, CompiledProfile)):
-                raise LogError("a snapshot holds an input that is not finite")
-            for name, step_size in header["profiles"].items():
-                ticks, coefficients = arrays[f"{name}.ticks"], arrays[f"{name}.coefficients"]
-                if ticks.dtype != np.int64 or coefficients.dtype != np.float64:
-                    raise LogError(f"the profile of {name!r} in a snapshot has the wrong dtype")
-                inputs[name] = CompiledProfile(float.fromhex(step_size), ticks, coefficients)
+            inputs = _inputs_of(header, arrays)
             memory, tick, identity = arrays["memory"], header["tick"], header["identity"]
             if memory.dtype != np.int64 or memory.ndim != 1:
                 raise LogError("a snapshot's memory is not a list of 8-byte words")
@@ -99,3 +195,24 @@ class Snapshot:
                 raise
             raise LogError(f"these bytes are no snapshot: {error}") from error
         return cls(identity, tick, memory.tobytes(), inputs)
+
+
+def _inputs_of(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[str, Held]:
+    """Return the inputs that `Snapshot.to_bytes` wrote."""
+    inputs: dict[str, Held] = {name: float.fromhex(text) for name, text in header["inputs"].items()}
+    inputs |= {name: read_only(_floats(arrays, f"{name}.values")) for name in header["arrays"]}
+    if not all(np.isfinite(value).all() for value in inputs.values() if not isinstance(value, CompiledProfile)):
+        raise LogError("a snapshot holds an input that is not finite")
+    for name, step_size in header["profiles"].items():
+        ticks, coefficients = arrays[f"{name}.ticks"], _floats(arrays, f"{name}.coefficients")
+        if ticks.dtype != np.int64:
+            raise LogError(f"the profile of {name!r} in a snapshot has the wrong dtype")
+        pattern = _floats(arrays, f"{name}.pattern") if f"{name}.pattern" in arrays else None
+        inputs[name] = CompiledProfile(float.fromhex(step_size), ticks, coefficients, pattern)
+    return inputs
+
+
+def _floats(arrays: Mapping[str, np.ndarray], name: str) -> FloatArray:
+    if arrays[name].dtype != np.float64:
+        raise LogError(f"{name!r} in a snapshot has the wrong dtype")
+    return arrays[name]

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 
 from .contract import Observer, Physics, Variable
 from .errors import GranularError, ParameterError, caution, nearest
-from .inputs import Held
-from .profiles import CompiledProfile, Profile
+from .inputs import Held, hold_input
+from .profiles import CompiledProfile
 from .snapshot import Block
 from .support.roots import round_down_to_125
 from .support.validation import Parameters, finite_number
@@ -43,10 +43,13 @@ class Stepping(Physics):
         self._observers: list[Observer] = []
         # Two threads at once would mix two steps into one.
         self._stepping = False
+        # The tick at which the last step failed, until something else succeeds.
+        self._failure = -1
         self._chunk_ticks = 256
-        self._backup = self._block.memory.copy()
-        # Assigning between byte views is the quickest copy there is from Python.
-        self._memory_bytes, self._backup_bytes = self._block.memory.data.cast("B"), self._backup.data.cast("B")
+        # Assigning between byte views is the quickest copy there is from Python; lists that grow need a slower one.
+        self._memory_bytes = self._block.memory.reshape(-1).data.cast("B")
+        self._backup: Any = self._block.to_bytes() if self._block.grows else memoryview(bytearray(self._memory_bytes.nbytes))
+        self._grows = self._block.grows
         self._held = {}
         # Whether any of them is a profile.
         self._profiled = False
@@ -67,7 +70,7 @@ class Stepping(Physics):
 
         Args:
             duration: a whole number of internal steps.
-            **inputs: numbers, or profiles of time; each keeps its value until it is set again.
+            **inputs: numbers, arrays of the input's shape, or profiles of time; each keeps its value until it is set again.
 
         Raises:
             ParameterError: an input or the duration is not valid; nothing has changed.
@@ -82,10 +85,7 @@ class Stepping(Physics):
         except (KeyError, TypeError):
             ticks = self._whole_ticks(duration)
         if self._stepping:
-            raise GranularError(
-                f"step: this {self.name} is in the middle of a step, of another thread or of an observer; "
-                "give each thread a component of its own"
-            )
+            self._refuse_while_stepping("step")
         own["_stepping"] = True
         try:
             held = self._held
@@ -96,17 +96,20 @@ class Stepping(Physics):
                         low, high = bounds[name]
                         if low <= value <= high:
                             continue
-                    inputs, numbers = self._compiled(inputs), False
+                    inputs, numbers = self.hold(inputs), False
                     break
                 if numbers:
-                    own["_held"] = inputs if len(inputs) == len(bounds) else {**held, **inputs}
+                    own["_held"] = inputs if len(inputs) == len(held) else {**held, **inputs}
                 else:
                     self._hold({**held, **inputs})
             if self._observers or ticks > self._chunk_ticks:
                 self._long_step(ticks, inputs, held)
                 return
             before = self._tick
-            self._backup_bytes[:] = self._memory_bytes
+            if self._grows:
+                own["_backup"] = self._block.to_bytes()
+            else:
+                self._backup[:] = self._memory_bytes
             try:
                 status = self._advance(ticks)
                 if status:
@@ -117,6 +120,36 @@ class Stepping(Physics):
                 raise
         finally:
             own["_stepping"] = False
+
+    @property
+    def phase(self) -> str:
+        """Where in its life it is: "ready", "stepping" or "failed"; `contract.LIFE_CYCLE` says what is legal then."""
+        if self._stepping:
+            return "stepping"
+        return "failed" if self._failure == self._tick else "ready"
+
+    def _refuse_while_stepping(self, call: str) -> None:
+        if self._stepping:
+            raise GranularError(
+                f"{call}: this {self.name} is in the middle of a step, of another thread or of an observer; "
+                "give each thread a component of its own"
+            )
+
+    @property
+    def is_observed(self) -> bool:
+        """Whether somebody looks on."""
+        return bool(self._observers)
+
+    @property
+    def follows_profile(self) -> bool:
+        """Whether an input that is held is a profile of time."""
+        return self._profiled
+
+    def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:
+        """Take over that whoever owns the memory has advanced it, to this tick and with these numbers held last."""
+        self._tick = tick
+        if any(self._held.get(name) != value for name, value in inputs.items()):
+            self._held = {**self._held, **inputs}
 
     def observe(self, observer: Observer) -> None:
         """Let an observer look on from now."""
@@ -169,34 +202,31 @@ class Stepping(Physics):
 
     # -- inputs -----------------------------------------------------------------------------------------------------
 
-    def _compiled(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
-        checked: dict[str, Held] = {}
+    @property
+    def held_inputs(self) -> Mapping[str, Held]:
+        """The inputs that are held now, as the kernels get them; never changed in place."""
+        return self._held
+
+    def hold(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
+        """Return what would be held of such inputs, and change nothing; `ParameterError` where one is not valid."""
+        held: dict[str, Held] = {}
         for name, value in inputs.items():
-            if name not in self._inputs:
+            variable = self._inputs.get(name)
+            if variable is None:
                 raise ParameterError(f"input {name!r} is unknown to this {self.name}; {self._input_advice(name)}")
-            if isinstance(value, Profile):
-                checked[name] = value.compile(self.step_size, name)
-            elif isinstance(value, CompiledProfile):
-                if value.step_size != self.step_size:
-                    raise ParameterError(
-                        f"input {name!r} was compiled for steps of {value.step_size:g} s, not of {self.step_size:g} s"
-                    )
-                checked[name] = value
-            else:
-                number = value
-                if type(value) is not float or not math.isfinite(value):
-                    hint = "; sample a function with Profile.table(times, values)" if callable(value) else ""
-                    number = finite_number(f"input {name!r}", value, f"a number or a Profile{hint}")
-                variable = self._inputs[name]
-                if not variable.minimum <= number <= variable.maximum:
-                    raise ParameterError(
-                        f"input {name!r}: got {number:g} {variable.unit}, expected {variable.minimum:g} to {variable.maximum:g}"
-                    )
-                checked[name] = number
-        return checked
+            held[name] = hold_input(
+                name,
+                value,
+                shape=variable.shape,
+                unit=variable.unit,
+                minimum=variable.minimum,
+                maximum=variable.maximum,
+                step_size=self.step_size,
+            )
+        return held
 
     def _hold(self, held: Mapping[str, Held]) -> None:
-        before, self._profiled = self._profiled, any(value.__class__ is not float for value in held.values())
+        before, self._profiled = self._profiled, any(value.__class__ is CompiledProfile for value in held.values())
         self._held = held
         if before or self._profiled:
             self._apply(held)
@@ -210,7 +240,7 @@ class Stepping(Physics):
     def _long_step(self, ticks: int, inputs: Mapping[str, Held], held: Mapping[str, Held]) -> None:
         """A step in pieces: for observers and for Ctrl-C; all of it or nothing."""
         start, end = self._tick, self._tick + ticks
-        self._backup[:] = self._block.memory
+        self._keep_for_undo()
         begun, told = perf_counter(), ticks < _MANY_TICKS
         try:
             while self._tick < end:
@@ -258,9 +288,18 @@ class Stepping(Physics):
             elif spent > 2.0 * _CHUNK_SECONDS and ticks > 1:
                 self._chunk_ticks //= 2
 
+    def _keep_for_undo(self) -> None:
+        if self._grows:
+            self._backup = self._block.to_bytes()
+        else:
+            self._backup[:] = self._memory_bytes
+
     def _undo(self, tick: int, held: Mapping[str, Held]) -> None:
-        self._block.memory[:] = self._backup
-        self._tick = tick
+        if self._grows:
+            self._block.load(self._backup)
+        else:
+            self._memory_bytes[:] = self._backup
+        self._tick = self._failure = tick
         self._hold(held)
 
 

@@ -139,7 +139,7 @@ def elastic_plastic():
     plastic = {"law": "elastic_plastic"}
     loops(left, [("hertz, 2 m/s", 2.0, {}), ("2 m/s", 2.0, plastic), ("1 m/s", 1.0, plastic)])
     mass, stiffness = scales(**plastic)
-    root = ge.make("chain", grains=2, **plastic).geometry.law_constants[1]
+    root = ge.make("chain", grains=2, **plastic).geometry.law_constants[1, 0]
     yielding = np.sqrt(0.8 * stiffness * root**5 / mass)
     speeds = np.geomspace(0.02, 10.0, 16)
     right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **drawing.line(1), label="Thornton")
@@ -147,6 +147,30 @@ def elastic_plastic():
     right.set(xlabel="relative speed [m/s]", ylabel="e", title="Restitution of two steel grains")
     right.legend()
     save(figure, "elastic-plastic")
+
+
+@drawing.styled
+def linear():
+    """The loop of force, and restitution against the damping ratio, with and without tension."""
+    figure = drawing.new_figure(9.0, 3.6)
+    left, right = figure.subplots(1, 2)
+    spring = {"mass": 2e-3, "contact_stiffness": 1e7}
+    critical = 2.0 * np.sqrt(np.prod(scales(law="linear", **spring)))
+
+    def law(ratio):
+        return {"law": {"name": "linear", "dissipation": ratio * critical}, **spring}
+
+    loops(left, [(f"zeta = {ratio:g}", 1.0, law(ratio)) for ratio in (0.0, 0.1, 0.4)])
+    ratios = np.linspace(0.0, 0.9, 91)
+    root = np.sqrt(1.0 - ratios**2)
+    right.plot(ratios, np.exp(-np.pi * ratios / root), **drawing.line(0), label="were it to pull")
+    opening = np.pi - np.arctan2(2.0 * ratios * root, 1.0 - 2.0 * ratios**2)
+    right.plot(ratios, np.exp(-ratios / root * opening), **drawing.line(1), label="without tension")
+    runs = np.linspace(0.0, 0.9, 10)
+    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
+    right.set(xlabel="damping ratio", ylabel="e", title="Restitution, at any speed")
+    right.legend()
+    save(figure, "linear")
 
 
 def draw():
@@ -157,6 +181,7 @@ def draw():
     for name, law, loss in DISSIPATIVE:
         dissipative(name, law, loss)
     elastic_plastic()
+    linear()
 
 
 if __name__ == "__main__":

@@ -9,9 +9,8 @@ from typing import Any
 from pydantic import Field
 
 import granular_env as ge
-from granular_env.components.contract import Ledger
+from granular_env.components.contract import Balance
 from granular_env.components.errors import StepError
-from granular_env.components.snapshot import Block
 from granular_env.components.support.validation import Parameters
 
 GRAVITY = 9.81  # m/s^2
@@ -34,7 +33,7 @@ class Ball(ge.Component):
 
     def _build(self) -> None:
         self.step_size = self.parameters.step_size
-        self._block = Block(height=("f8", ()), velocity=("f8", ()), lost=("f8", ()), start=("f8", (2,)), impulse=("f8", ()))
+        self._lay_out(height=("f8", ()), velocity=("f8", ()), lost=("f8", ()), start=("f8", (2,)), impulse=("f8", ()))
 
     def _declare(self) -> Iterable[ge.Variable]:
         yield ge.Variable("height", "output", "m", (), "height over the floor", state=True)
@@ -75,15 +74,15 @@ class Ball(ge.Component):
     def _momentum(self) -> float:
         return self.parameters.mass * float(self._block["velocity"])
 
-    def ledger(self) -> Ledger:
+    def balances(self) -> tuple[Balance, ...]:
         """Energy is lost in bounces only; gravity and the floor give the impulse."""
         (kinetic, potential), lost, impulse = self._energies(), float(self._block["lost"]), float(self._block["impulse"])
         energy, momentum = self._block["start"].tolist()
-        return Ledger(
-            kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=lost, fracture_energy=0.0, input_work=0.0,
-            energy_residual=kinetic + potential + lost - energy,
-            momentum=self._momentum(), impulse=impulse, momentum_residual=self._momentum() - momentum - impulse,
-        )  # fmt: skip
+        stored = {"kinetic_energy": kinetic, "potential_energy": potential}
+        return (
+            Balance("energy", "J", stored=stored, lost={"dissipated_energy": lost}, initial=energy),
+            Balance("momentum", "kg m/s", {"momentum": self._momentum()}, {"impulse": impulse}, initial=momentum),
+        )
 
 
 def main() -> dict[str, float]:
@@ -93,8 +92,8 @@ def main() -> dict[str, float]:
         ball.step(1.0)
     verification = ge.verify("ball.mcap", components={"ball": Ball})
     return {
-        "energy lost / energy at the start": ball.ledger().dissipated_energy / (ball.parameters.mass * GRAVITY),
-        "energy residual": ball.ledger().energy_residual,
+        "energy lost / energy at the start": ball.get("dissipated_energy") / (ball.parameters.mass * GRAVITY),
+        "energy residual": ball.get("energy_residual"),
         "identical": verification.identical,
     }
 

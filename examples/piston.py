@@ -14,11 +14,11 @@ def main() -> dict[str, float]:
     while chain.time < 1e-3:
         chain.step(5e-6, left_velocity=PISTON_VELOCITY)  # inputs may change with every step
 
-    ledger = chain.ledger()
+    balances = chain.balance_values()
     return {
         "last grain / piston velocity": chain.get("velocity")[-1] / PISTON_VELOCITY,
-        "energy left over / work of the piston": ledger.energy_residual / ledger.input_work,
-        "momentum left over / impulse": ledger.momentum_residual / ledger.impulse,
+        "energy left over / work of the piston": balances["energy_residual"] / balances["input_work"],
+        "momentum left over / impulse": balances["momentum_residual"] / balances["impulse"],
     }
 
 

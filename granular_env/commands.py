@@ -201,7 +201,7 @@ def recover_log(args: argparse.Namespace) -> int:
     log = recover(args.log, args.out, allow_large=args.allow_large, overwrite=args.overwrite)
     ticks = log.end_tick - log.start_tick
     print(f"recovered: {args.out}, {log.duration:g} s, {counted(log.calls, 'call')} of step, {counted(ticks, 'tick')}")
-    lost = log.metadata["events"][-1]
+    lost = log.metadata["incidents"][-1]
     print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
     if ticks:
         return 0
@@ -530,12 +530,19 @@ def _result_facts(result: Any) -> dict[str, Any]:
         "interrupted": result.interrupted,
         "notes": [*result.warnings, *result.cautions],
         "report": _finite(result.report),
-        "ledger": _finite(dataclasses.asdict(component.ledger())),
+        "balances": {b.quantity: _finite(b.entries) for b in component.balances()},
     }
 
 
-def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
-    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+def _finite(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _finite_number(value) for name, value in values.items()}
+
+
+def _finite_number(value: Any) -> Any:
+    """Return a number, or a list of those of a vector, with null in the place of what is not finite."""
+    if hasattr(value, "tolist"):
+        return [_finite_number(part) for part in value.tolist()]
+    return value if math.isfinite(value) else None
 
 
 def _print_result(result, quiet: bool) -> None:  # noqa: ANN001

@@ -27,8 +27,8 @@ from granular_env.components.errors import (
     caution,
     shortened,
 )
-from granular_env.components.profiles import CompiledProfile, Profile
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.inputs import Held
+from granular_env.components.profiles import Profile
 from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
@@ -44,7 +44,7 @@ _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
 _COPIES_RECORDED = 4
 
-Inputs = Mapping[str, float | FloatArray | Profile | CompiledProfile]
+Inputs = Mapping[str, Held | Profile]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,7 +96,7 @@ def run(
         experiment: a shipped experiment's name, the path of a TOML file, the content of one, or a loaded experiment.
         log: where to record it.
         overrides: keys of the experiment to set, such as ``{"component.grains": 500, "duration": 1e-3}``.
-        progress: show a bar with simulated time, speed and the ledger's residual; or call this with the part that is done.
+        progress: show a bar with simulated time, speed and the energy's residual; or call this with the part that is done.
         live: open rerun and show the run while it goes on.
         pace: with `live`, the wall time that the run takes at least [s], so that it can be watched; 0 lets it go as fast as it
             can. By default 10 s.
@@ -145,7 +145,7 @@ def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_lar
     where = f"log {str(log)!r}"
     with memory_told(where, LogError), collected() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
-        opened._caps.work(opened.end_tick - opened.start_tick, len(component._block.memory))
+        opened._caps.work(opened.end_tick - opened.start_tick, component.state_bytes // 8)
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)
@@ -307,7 +307,7 @@ def _record(
     from granular_env.recording import record
     from granular_env.recording.left import left_log_told
 
-    refuse_beyond(_COPIES_RECORDED * component._block.memory.nbytes, f"recording this {component.name}", ExperimentError)
+    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording this {component.name}", ExperimentError)
     recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
     stack.enter_context(left_log_told(recorder))
     stack.enter_context(recorder)
@@ -370,6 +370,9 @@ def energy_residual(component: Component) -> str:
 
 def _energy_residual(component: Component) -> tuple[float, float | None]:
     """Return the residual [J], and its part of the energy that was there; None where there was none."""
-    ledger = component.ledger()
-    scale = max(ledger.kinetic_energy + ledger.potential_energy, abs(ledger.input_work))
-    return ledger.energy_residual, ledger.energy_residual / scale if scale > 0.0 else None
+    energy = next((balance for balance in component.balances() if balance.quantity == "energy"), None)
+    if energy is None:
+        return 0.0, None
+    scale = max(sum(map(float, energy.stored.values())), *(abs(float(amount)) for amount in energy.supplied.values()), 0.0)
+    residual = float(energy.residual)
+    return residual, residual / scale if scale > 0.0 else None

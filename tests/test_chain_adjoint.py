@@ -15,6 +15,7 @@ from granular_env import Chain, ParameterError, StepError
 from granular_env.components.chain.adjoint import evaluate, gradient, tape, value_and_adjoint
 from granular_env.components.chain.layout import FREE_ROW, U, V
 from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.specialisation import specialise
 from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control.finite_differences import central_differences
 from granular_env.domains.chain.control.gradient import value_and_grad
@@ -249,15 +250,15 @@ def _stepped(chain: Chain, drive: Any) -> Any:
 def test_evaluate_and_the_tape_have_the_bits_of_the_component(name: str) -> None:
     """What is differentiated is the very run that is made: displacements and velocities after every control step."""
     chain, drive, _ = task(name, seed=3)
-    composition, damped = gradient.composition_of(chain)
-    rows = TICKS * tape.rows_per_tick(len(composition.kicks), damped)
+    composition, law = gradient.composition_of(chain), type(chain.parameters.law)
+    rows = TICKS * specialise(tape.rows_per_tick, law)(len(composition.kicks))
     a, before = chain.detached_table(rows), chain.save().to_bytes()
     inputs = gradient.checked_drive(chain, drive)
     evaluated = _state_of_evaluate(chain, drive)
     assert chain.save().to_bytes() == before
     for left, right in inputs:
-        end = tape.record(
-            a, left, right, TICKS, FREE_ROW + 1, damped, composition.drifts, composition.kicks, composition.passed
+        end = specialise(tape.record, law)(
+            a, left, right, TICKS, FREE_ROW + 1, composition.drifts, composition.kicks, composition.passed
         )
         assert end == FREE_ROW + 1 + rows
         state = _stepped(chain, np.array([[left, right]]))

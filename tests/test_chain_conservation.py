@@ -1,4 +1,4 @@
-"""Invariants of the chain: momentum, energy, the ledger, the scaling (3.1), mirror images, moving frames, rest."""
+"""Invariants of the chain: momentum, energy, the balances, the scaling (3.1), mirror images, moving frames, rest."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_momentum_to_rounding(case: str, scheme: str) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_ledger_closes_with_the_reference(case: str) -> None:
+def test_the_balances_close_with_the_reference(case: str) -> None:
     """Work of pistons, walls, profiles and of the static force on a free end is in it."""
     parameters, velocity, inputs = CASES[case]
     chain = paper_chain(**parameters)
@@ -85,9 +85,9 @@ def test_the_ledger_closes_with_the_reference(case: str) -> None:
     for _ in range(30):
         chain.step(1e-5, **inputs)
         inputs = {}
-        ledger = chain.ledger()
-        largest = max(largest, ledger.kinetic_energy + abs(ledger.input_work))
-        assert abs(ledger.energy_residual) <= 1e-9 * largest
+        balances = chain.balance_values()
+        largest = max(largest, balances["kinetic_energy"] + abs(balances["input_work"]))
+        assert abs(balances["energy_residual"]) <= 1e-9 * largest
 
 
 def test_the_static_force_does_work_on_a_free_end() -> None:
@@ -95,9 +95,9 @@ def test_the_static_force_does_work_on_a_free_end() -> None:
     chain = paper_chain(20, precompression=100.0)
     chain.reset(velocity={0: 1.0})
     chain.step(1e-4)
-    u, ledger = chain.get("displacement"), chain.ledger()
-    assert ledger.input_work == pytest.approx(100.0 * (u[0] - u[-1]), rel=1e-9)
-    assert abs(ledger.input_work) > 1e3 * abs(ledger.energy_residual)
+    u, balances = chain.get("displacement"), chain.balance_values()
+    assert balances["input_work"] == pytest.approx(100.0 * (u[0] - u[-1]), rel=1e-9)
+    assert abs(balances["input_work"]) > 1e3 * abs(balances["energy_residual"])
 
 
 def test_the_work_of_a_profile_is_its_integral_over_the_way() -> None:

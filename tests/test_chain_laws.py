@@ -78,7 +78,7 @@ def test_restitution_goes_with_the_fifth_root_of_speed(law: str, damping: float,
 def test_plastic_restitution_is_thorntons(speed: float) -> None:
     """C. Thornton, J. Appl. Mech. 64 (1997) 383, equation (55): e of a collision faster than the yield speed."""
     chain = ge.Chain(grains=2, law=PLASTIC)
-    root, stiffness = float(chain.geometry.law_constants[1]), float(chain.geometry.stiffness[1])
+    root, stiffness = float(chain.geometry.law_constants[1, 0]), float(chain.geometry.stiffness[1])
     mass = 0.5 * chain.geometry.mass[0]
     # .5 m* v_y^2 = .4 k d_y^2.5.
     ratio = math.sqrt(0.8 * stiffness * root**5 / mass) / speed
@@ -93,7 +93,7 @@ def test_plastic_restitution_is_thorntons(speed: float) -> None:
 
 def test_a_slow_collision_is_elastic_whatever_could_yield() -> None:
     assert restitution(1e-3, PLASTIC) == pytest.approx(1.0, abs=1e-6)
-    assert collided(1e-3, PLASTIC).ledger().dissipated_energy == 0.0
+    assert collided(1e-3, PLASTIC).get("dissipated_energy") == 0.0
 
 
 def test_a_yielded_contact_reloads_along_its_unloading_curve() -> None:
@@ -101,11 +101,11 @@ def test_a_yielded_contact_reloads_along_its_unloading_curve() -> None:
     chain = ge.Chain(grains=2, law=PLASTIC, right="fixed_grain")
     chain.reset(velocity={0: 2.0})
     chain.step(60e-6)
-    lost = chain.ledger().dissipated_energy
+    lost = chain.get("dissipated_energy")
     assert lost > 0.0
     state = chain.get("displacement") + 0.0
     chain.step(100e-6)
-    assert chain.ledger().dissipated_energy >= lost
+    assert chain.get("dissipated_energy") >= lost
     assert np.all(np.isfinite(state))
 
 
@@ -163,7 +163,7 @@ def test_dissipative_chains_have_the_stated_order(law: str, integrator: str, ord
     errors = np.array([np.abs(chain.get("velocity") - reference).max() for chain in chains])
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(np.full(3, order), abs=0.05)
     if order == 2.0:
-        residuals = np.array([abs(chain.ledger().energy_residual) for chain in chains])
+        residuals = np.array([abs(chain.get("energy_residual")) for chain in chains])
         assert np.log2(residuals[:-1] / residuals[1:]) == pytest.approx(np.full(3, order), abs=0.05)
 
 
@@ -191,14 +191,14 @@ def test_ledgers_close_while_contacts_open_and_close(law: str, integrator: str, 
     lost = 0.0
     for _ in range(20):
         chain.step(5e-6, **inputs)
-        ledger = chain.ledger()
-        at_stake = ledger.kinetic_energy + ledger.potential_energy + ledger.dissipated_energy
-        assert abs(ledger.energy_residual) < {"leapfrog": 1e-4}.get(integrator, 2e-6) * at_stake
+        balances = chain.balance_values()
+        at_stake = balances["kinetic_energy"] + balances["potential_energy"] + balances["dissipated_energy"]
+        assert abs(balances["energy_residual"]) < {"leapfrog": 1e-4}.get(integrator, 2e-6) * at_stake
         scale = np.abs(chain.get("velocity") * chain.geometry.mass).sum()
-        assert abs(ledger.momentum_residual) < 1e-13 * scale
-        assert ledger.dissipated_energy >= lost
+        assert abs(balances["momentum_residual"]) < 1e-13 * scale
+        assert balances["dissipated_energy"] >= lost
         assert chain.get("contact_force").min() >= 0.0
-        lost = ledger.dissipated_energy
+        lost = balances["dissipated_energy"]
     assert lost > 0.0
 
 
@@ -220,10 +220,10 @@ def test_grains_stick_where_dissipation_is_strong(law: str, dissipation: float) 
     chain = ge.Chain(grains=4, law={"name": law, "dissipation": dissipation}, step_size=2e-7)
     chain.reset(velocity={0: 1.0})
     chain.step(1e-4)
-    ledger = chain.ledger()
+    balances = chain.balance_values()
     assert chain.get("velocity") == pytest.approx(np.full(4, 0.25), abs=0.01)
-    assert ledger.dissipated_energy == pytest.approx(3.0 * ledger.kinetic_energy, rel=0.01)
-    assert abs(ledger.energy_residual) < 1e-3 * ledger.dissipated_energy
+    assert balances["dissipated_energy"] == pytest.approx(3.0 * balances["kinetic_energy"], rel=0.01)
+    assert abs(balances["energy_residual"]) < 1e-3 * balances["dissipated_energy"]
 
 
 def test_a_step_that_dissipation_outruns_is_told() -> None:
@@ -246,8 +246,8 @@ def test_the_suggested_step_resolves_the_dissipation(law: dict, integrator: str)
     chain = ge.Chain(grains=12, law=law, integrator=integrator, right="plane", velocity_scale=1.0)
     chain.reset(velocity={0: 1.0})
     chain.step(1e-5)
-    ledger = chain.ledger()
-    assert abs(ledger.energy_residual) < 2e-3 * ledger.dissipated_energy
+    balances = chain.balance_values()
+    assert abs(balances["energy_residual"]) < 2e-3 * balances["dissipated_energy"]
     assert "dissipation" not in " ".join(chain.cautions())
 
 
@@ -283,7 +283,7 @@ def test_no_dissipation_is_hertz() -> None:
         chain.reset(velocity={0: 1.0})
         chain.step(5e-5)
     assert damped.get("velocity") == pytest.approx(plain.get("velocity"), abs=1e-9)
-    assert damped.ledger().dissipated_energy == pytest.approx(0.0, abs=1e-18)
+    assert damped.get("dissipated_energy") == pytest.approx(0.0, abs=1e-18)
 
 
 def test_a_weakly_dissipative_piston_front_tends_to_the_shock_speed() -> None:
@@ -410,7 +410,7 @@ def test_the_reference_controls_the_error_of_the_loss_too(step_size: float, gap:
         chain = ge.Chain(grains=2, law=law, integrator="dop853", step_size=step, tolerance=tolerance, gap=gap)
         chain.reset(velocity={0: 1.0})
         chain.step(1e-4)
-        return chain.ledger().dissipated_energy
+        return chain.get("dissipated_energy")
 
     exact = lost(1e-8, 1e-14)
     assert lost(step_size, 1e-12) == pytest.approx(exact, rel=1e-7)

@@ -118,9 +118,9 @@ def samples(case: Case) -> tuple[ge.Chain, float, float]:
     for _ in range(TICKS // 5):
         stepped(chain, 5, **inputs)
         inputs = {}
-        ledger = chain.ledger()
+        balances = chain.balance_values()
         momentum = max(momentum, float(np.abs(chain.geometry.mass * chain.get("velocity")).sum()))
-        energy = max(energy, ledger.kinetic_energy + ledger.potential_energy + abs(ledger.input_work))
+        energy = max(energy, balances["kinetic_energy"] + balances["potential_energy"] + abs(balances["input_work"]))
     return chain, momentum + case.parameters.get("precompression", 0.0) * chain.time, energy
 
 

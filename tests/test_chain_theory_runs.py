@@ -92,9 +92,9 @@ def test_shares_of_energy_of_a_travelling_wave() -> None:
     kinetic, potential = [], []
     for _ in range(round(10.0 / theory.SOLITARY_SPEED / 0.01)):
         chain.step()
-        ledger = chain.ledger()
-        kinetic.append(ledger.kinetic_energy)
-        potential.append(ledger.potential_energy)
+        balances = chain.balance_values()
+        kinetic.append(balances["kinetic_energy"])
+        potential.append(balances["potential_energy"])
     assert np.mean(np.divide(kinetic, potential)) == pytest.approx(wave.energy_ratio, abs=2e-5)
     assert wave.energy_ratio == pytest.approx(1.25077, abs=1e-5)
     assert np.mean(kinetic) / np.mean(potential) == pytest.approx(1.25, abs=2e-5)

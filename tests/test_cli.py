@@ -516,7 +516,7 @@ def parsed(capsys, *arguments: str, status: int = 0):
 def test_results_for_programs(log, folder, capsys):
     facts = parsed(capsys, "run", "oscillator/pushed", "--log", "b.mcap")
     assert (facts["log"], facts["tick"], facts["time"], facts["interrupted"]) == ("b.mcap", 1000, 10.0, False)
-    assert abs(facts["ledger"]["energy_residual"]) < 1e-3
+    assert abs(facts["balances"]["energy"]["energy_residual"]) < 1e-3
     assert parsed(capsys, "check", "oscillator/pushed")["ticks"] == 1000
     assert parsed(capsys, "replay", "b.mcap")["tick"] == 1000
     verified = parsed(capsys, "replay", "b.mcap", "--verify")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,11 @@ from support.conformance_tools import Watcher, bits, drive, every_example, readi
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
+from granular_env.components.contract import LIFE_CYCLE
+from granular_env.components.drawables import Curve, Points, drawn_outputs
+from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.snapshot import Snapshot
+from granular_env.recording.drawables import drawable_facts, drawables_from
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -75,14 +80,30 @@ def test_state_variables_can_be_started(example: Example) -> None:
 @every_example
 def test_what_a_viewer_draws_exists(example: Example) -> None:
     component = example.make()
-    particles = component.particles()
-    if particles is None:
-        return
-    count = len(particles.radius)
-    assert particles.reference.shape == (count, 3)
-    assert np.isfinite(particles.reference).all() and (particles.radius > 0.0).all()
-    assert component.variables[particles.displacement].shape in ((count,), (count, 3))
-    assert component.variables[particles.colour].shape == (count,)
+    drawables = component.drawables()
+    assert len({drawable.name for drawable in drawables}) == len(drawables)
+    facts, arrays = drawable_facts(drawables)
+    assert len(drawables_from(facts, arrays)) == len(drawables), "a log can hold them"
+    for drawable in drawables:
+        for output in drawn_outputs([drawable]):
+            assert component.variables[output].causality == "output"
+        shape = {name: component.variables[getattr(drawable, name)].shape for name in FITTING if getattr(drawable, name, "")}
+        for name, one in shape.items():
+            assert one in FITTING[name](drawable), f"{name} of {drawable.name} has the shape {one}"
+
+
+# Outputs of a drawable -> shapes that fit it.
+FITTING = {
+    "displacement": lambda one: (
+        [np.shape(one.reference if isinstance(one, Points) else one.nodes), (len(one.reference),)]
+        if isinstance(one, Points)
+        else [one.nodes.shape]
+    ),
+    "colour": lambda one: [one.radius.shape],
+    "rotation": lambda one: [one.radius.shape],
+    "state": lambda one: [(len(one.pairs),)],
+    "field": lambda one: [one.coordinate.shape] if isinstance(one, Curve) else [(len(one.nodes),), (len(one.connectivity),)],
+}
 
 
 @every_example
@@ -135,13 +156,15 @@ def test_inputs_persist_and_reset_brings_their_start_back(example: Example) -> N
     starts = {name: component.get(name) for name in example.inputs}
     component.step(None, **example.inputs)
     component.step()
-    assert {name: component.get(name) for name in example.inputs} == dict(example.inputs)
+    for name, value in example.inputs.items():
+        np.testing.assert_array_equal(component.get(name), value)
     again = example.started()
     for _ in range(2):
         again.step(None, **example.inputs)
     assert bits(again) == bits(component)
     component.reset(**example.start)
-    assert {name: component.get(name) for name in example.inputs} == starts
+    for name, value in starts.items():
+        np.testing.assert_array_equal(component.get(name), value)
 
 
 @every_example
@@ -164,6 +187,7 @@ sys.path.insert(0, sys.argv[1])
 from support.component_examples import EXAMPLES
 from support.conformance_tools import drive
 from granular_env.components.snapshot import Snapshot
+from granular_env.recording.drawables import drawable_facts, drawables_from
 sent, answers = pickle.load(sys.stdin.buffer), {}
 for example in EXAMPLES:
     driven, continued = example.started(), example.make()
@@ -276,38 +300,190 @@ def test_observers_never_change_the_bits(example: Example, every: int) -> None:
 
 @every_example
 @pytest.mark.parametrize("mode", ["numbers", "profiles", "mixed"])
-def test_the_ledger_closes(example: Example, mode: str) -> None:
+def test_the_balances_close(example: Example, mode: str) -> None:
+    """Each residual stays within its tolerance of the largest amount seen; opposite amounts must not hide in a sum."""
     component = example.started()
-    energy = momentum = worst_energy = worst_momentum = 0.0
+    largest: dict[str, float] = {}
+    worst: dict[str, float] = {}
     original_step = component.step
 
     def watched_step(*arguments: float, **inputs: float) -> None:
-        nonlocal energy, momentum, worst_energy, worst_momentum
         original_step(*arguments, **inputs)
-        ledger = component.ledger()
-        energy = max(energy, ledger.kinetic_energy + abs(ledger.potential_energy), abs(ledger.input_work))
-        momentum = max(momentum, momentum_scale(component), abs(ledger.momentum), abs(ledger.impulse))
-        worst_energy = max(worst_energy, abs(ledger.energy_residual))
-        worst_momentum = max(worst_momentum, abs(ledger.momentum_residual))
+        for balance in component.balances():
+            amounts = [*balance.stored.values(), *balance.lost.values(), *balance.supplied.values(), balance.initial]
+            seen = max(float(np.abs(amount).max()) for amount in amounts)
+            seen = max(seen, momentum_scale(component) if balance.quantity == "momentum" else 0.0)
+            largest[balance.quantity] = max(largest.get(balance.quantity, 0.0), seen)
+            worst[balance.quantity] = max(worst.get(balance.quantity, 0.0), float(np.abs(balance.residual).max()))
 
     vars(component)["step"] = watched_step
     drive(component, example, example.ticks, mode)
-    assert energy > 0.0
-    assert worst_energy <= example.energy_tolerance * energy
-    assert worst_momentum <= example.momentum_tolerance * momentum
+    assert largest["energy"] > 0.0
+    for quantity, residual in worst.items():
+        tolerance = example.energy_tolerance if quantity == "energy" else example.momentum_tolerance
+        assert residual <= tolerance * largest[quantity], quantity
 
 
 def momentum_scale(component: Component) -> float:
     """Sum of |m v|, from sqrt(2 m E): opposite motions cancel in the momentum but not in its rounding."""
     mass = np.sum(getattr(component, "geometry", component).mass)
-    return float(np.sqrt(2.0 * mass * component.ledger().kinetic_energy))
+    return float(np.sqrt(2.0 * mass * component.get("kinetic_energy")))
 
 
 @every_example
-def test_ledger_entries_are_variables(example: Example) -> None:
+def test_entries_of_balances_are_variables(example: Example) -> None:
     component = example.started()
     drive(component, example, 30)
-    ledger = component.ledger()
-    for name in ledger.__slots__:
-        assert component.get(name) == getattr(ledger, name)
-        assert isinstance(getattr(ledger, name), float)
+    entries = component.balance_values()
+    assert tuple(entries) == component.balance_names
+    for balance in component.balances():
+        assert f"{balance.quantity}_residual" in entries
+        for name, amount in balance.entries.items():
+            variable = component.variables[name]
+            assert (variable.causality, variable.unit, variable.shape) == ("output", balance.unit, np.shape(amount))
+            assert np.array_equal(component.get(name), amount) and np.array_equal(entries[name], amount)
+
+
+# -- events -----------------------------------------------------------------------------------------------------------
+
+
+@every_example
+def test_events_are_in_order_and_of_known_kinds(example: Example) -> None:
+    component = example.started()
+    assert component.events() == [] and component.event_count == 0
+    drive(component, example, example.ticks)
+    events = component.events()
+    assert len(events) == component.event_count == len(component.event_rows())
+    assert [event.tick for event in events] == sorted(event.tick for event in events)
+    for event in events:
+        assert event.kind in component.event_kinds and 1 <= event.tick <= component.tick
+    assert not component.event_kinds or events, "the example makes each of its events happen"
+    component.reset(**example.start)
+    assert component.events() == []
+
+
+# -- the life cycle -----------------------------------------------------------------------------------------------------
+
+CALLS = {
+    "step": lambda component: component.step(),
+    "reset": lambda component: component.reset(),
+    "restore": lambda component: component.restore(component.save()),
+    "get": lambda component: [component.get(name) for name in component.variables],
+    "peek": lambda component: [component.peek(name) for name in component.variables],
+    "save": lambda component: component.save(),
+    "balances": lambda component: component.balances(),
+    "events": lambda component: component.events(),
+    "drawables": lambda component: component.drawables(),
+    "report": lambda component: component.report(),
+    "cautions": lambda component: component.cautions(),
+    "observe": lambda component: component.observe(Watcher(10**6)),
+    "ignore": lambda component: component.ignore(Watcher(10**6)),
+}
+
+
+def test_every_call_of_the_life_cycle_is_walked() -> None:
+    assert CALLS.keys() == LIFE_CYCLE.keys()
+
+
+def in_phase(example: Example, phase: str, call: Callable[[Component], object]) -> None:
+    """Make the call on a component in that phase of its life."""
+    component = example.started()
+    if phase == "ready":
+        call(component)
+    elif phase == "failed":
+        component.step()
+        with pytest.raises(Interruption):
+            interrupt(component)
+        assert component.phase == "failed" and component.tick == 1
+        call(component)
+    else:
+        calling = Calling(call)
+        component.observe(calling)
+        component.step()
+        assert calling.phase == "stepping"
+
+
+class Interruption(Exception):
+    """Something that goes wrong in a step."""
+
+
+class Calling(Watcher):
+    """Makes a call in the middle of a step."""
+
+    def __init__(self, call: Callable[[Component], object]) -> None:
+        super().__init__(1)
+        self.call, self.phase = call, ""
+
+    def look(self, component: Component) -> None:
+        self.phase = component.phase
+        self.call(component)
+        self.next_tick = component.tick + 1
+
+
+def interrupt(component: Component) -> None:
+    """Fail a step of a component."""
+
+    def fail(component: Component) -> None:
+        raise Interruption
+
+    failing = Calling(fail)
+    component.observe(failing)
+    try:
+        component.step()
+    finally:
+        component.ignore(failing)
+
+
+@every_example
+@pytest.mark.parametrize("phase", ["ready", "stepping", "failed"])
+@pytest.mark.parametrize("call", LIFE_CYCLE)
+def test_what_is_legal_when(example: Example, call: str, phase: str) -> None:
+    if phase in LIFE_CYCLE[call]:
+        in_phase(example, phase, CALLS[call])
+    else:
+        with pytest.raises(GranularError, match=f"{call}: .*in the middle of a step"):
+            in_phase(example, phase, CALLS[call])
+
+
+@every_example
+def test_a_failure_is_over_with_the_next_success(example: Example) -> None:
+    for call in ("step", "reset", "restore"):
+        component = example.started()
+        with pytest.raises(Interruption):
+            interrupt(component)
+        CALLS[call](component)
+        assert component.phase == "ready"
+
+
+# -- memory ---------------------------------------------------------------------------------------------------------------
+
+
+@every_example
+def test_a_parent_can_own_the_memory(example: Example) -> None:
+    alone = example.started()
+    if alone.event_kinds:
+        with pytest.raises(ParameterError, match="memory: the state of an? .* grows"):
+            alone.clone(np.zeros(alone.memory.shape))
+        return
+    whole = np.full((2, *alone.memory.shape), 7.0)
+    parts = [example.make_in(whole[0]), alone.clone(whole[1])]
+    for component in (alone, *parts):
+        component.reset(**example.start)
+        drive(component, example, example.ticks)
+    assert bits(parts[0]) == bits(alone) == bits(parts[1])
+    before = bits(alone)
+    whole[:] = 0.0
+    assert bits(parts[0]) == bits(parts[1]) != before == bits(alone)
+    for memory in (np.zeros(3), whole[0].astype(np.float32), np.zeros((*alone.memory.shape, 2))[..., 0], "memory"):
+        with pytest.raises(ParameterError, match="^memory: got"):
+            alone.clone(memory)  # type: ignore[arg-type]
+
+
+@every_example
+def test_the_state_can_be_looked_at_without_a_copy(example: Example) -> None:
+    component = example.started()
+    drive(component, example, 30)
+    assert bytes(component.state_view()) == component.save().data
+    assert component.state_bytes == len(component.save().data)
+    with pytest.raises(TypeError):
+        component.state_view()[0] = 1

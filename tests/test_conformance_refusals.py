@@ -10,7 +10,6 @@ import pytest
 from support.component_examples import EXAMPLES, Example
 from support.conformance_tools import Watcher, bits, drive, every_example, readings
 
-from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError, StepError
 from granular_env.components.profiles import CompiledProfile, Profile
@@ -76,6 +75,42 @@ def test_inputs_that_are_no_numbers_are_refused(moving: tuple[Component, Example
         refused(component, lambda name=name: component.step(None, **{name: value}), name)
 
 
+@pytest.mark.parametrize("value", [NAN, math.inf, -math.inf])
+def test_one_bad_element_of_an_array_is_named(moving: tuple[Component, Example], value: float) -> None:
+    component, example = moving
+    for name, good in example.inputs.items():
+        if np.ndim(good):
+            bad = np.array(good)
+            place = tuple(extent - 1 for extent in bad.shape)
+            bad[place] = value
+            said = f"input {name!r}{list(place)}: got {value:g} {component.variables[name].unit}, expected a finite number"
+            refused(component, lambda name=name, bad=bad: component.step(None, **{name: bad}), said)
+
+
+def test_arrays_of_another_shape_are_refused_with_both(moving: tuple[Component, Example]) -> None:
+    component, example = moving
+    for name, good in example.inputs.items():
+        if np.ndim(good):
+            shape = np.shape(good)
+            for bad in (np.array(good)[1:], np.array(good)[..., 0], [[*row, 0.0] for row in good], np.array(good)[np.newaxis]):
+                refused(component, lambda name=name, bad=bad: component.step(None, **{name: bad}), name, str(shape))
+            other = Profile.constant(1.0) * np.ones(3)
+            refused(component, lambda name=name, other=other: component.step(None, **{name: other}), name, "(3,)", str(shape))
+            refused(component, lambda name=name: component.step(None, **{name: [[0.0], [0.0, 1.0]]}), name)
+
+
+def test_an_array_that_is_held_is_a_copy(moving: tuple[Component, Example]) -> None:
+    component, example = moving
+    for name, good in example.inputs.items():
+        if np.ndim(good):
+            given = np.array(good)
+            component.step(None, **{name: given})
+            given[:] = 1e5
+            np.testing.assert_array_equal(component.get(name), good)
+            with pytest.raises(ValueError, match="read-only"):
+                component.peek(name)[...] = 0.0
+
+
 def test_one_bad_input_refuses_the_good_ones_with_it(moving: tuple[Component, Example]) -> None:
     component, example = moving
     good = {name: 0.25 * value for name, value in example.inputs.items()}
@@ -87,7 +122,8 @@ def test_a_profile_compiled_for_another_step_is_refused(moving: tuple[Component,
     for name in example.inputs:
         foreign = Profile.constant(1.0).compile(2.0 * component.step_size)
         refused(component, lambda name=name, foreign=foreign: component.step(None, **{name: foreign}), name)
-        own = CompiledProfile(component.step_size, np.array([0]), np.array([[example.inputs[name]]]))
+        pattern = np.asarray(example.inputs[name], dtype=np.float64)
+        own = CompiledProfile(component.step_size, np.array([0]), np.ones((1, 1)), pattern if pattern.ndim else None)
         component.step(None, **{name: own})
 
 
@@ -155,15 +191,15 @@ def test_forged_memory_does_no_harm(example: Example) -> None:
 @every_example
 def test_wrong_parameters_are_refused(example: Example) -> None:
     with pytest.raises(ParameterError, match="no_such_parameter"):
-        catalogue.make(example.component, **example.parameters, no_such_parameter=1.0)
+        example.made_of({**example.parameters, "no_such_parameter": 1.0})
     for name, value in example.parameters.items():
         others = {key: other for key, other in example.parameters.items() if key != name}
         with pytest.raises(ParameterError, match=name):
-            catalogue.make(example.component, **others, **{f"{name}x": value})
+            example.made_of({**others, f"{name}x": value})
         if isinstance(value, float):
             for bad in (NAN, math.inf, "much", {}, -1.0, HUGE):
                 with pytest.raises(ParameterError, match=name):
-                    catalogue.make(example.component, **{**example.parameters, name: bad})
+                    example.made_of({**example.parameters, name: bad})
 
 
 # -- failure ----------------------------------------------------------------------------------------------------------
@@ -175,7 +211,7 @@ def test_wrong_parameters_are_refused(example: Example) -> None:
 def test_a_step_happens_whole_or_not_at_all(example: Example, watched: bool, ticks: int | None) -> None:
     assert example.breaks is not None
     parameters, start, inputs = example.breaks
-    component = catalogue.make(example.component, **{**example.parameters, **parameters})
+    component = example.made_of({**example.parameters, **parameters})
     component.reset(**start)
     watcher = Watcher(3)
     if watched:
@@ -197,7 +233,7 @@ def test_a_step_happens_whole_or_not_at_all(example: Example, watched: bool, tic
     if watched:
         assert watcher.calls[-1] == "StepError"
     component.reset()
-    fresh = catalogue.make(example.component, **{**example.parameters, **parameters})
+    fresh = example.made_of({**example.parameters, **parameters})
     assert bits(component) == bits(fresh)
 
 

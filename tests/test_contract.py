@@ -15,7 +15,7 @@ from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.snapshot import Block
-from granular_env.components.support.validation import filled
+from granular_env.components.support.validation import start_array
 
 
 def test_every_error_is_of_the_family() -> None:
@@ -66,7 +66,7 @@ def test_a_block_is_one_memory_with_views() -> None:
     ],
 )
 def test_start_values_fill_an_array(value: object, expected: list[float]) -> None:
-    assert filled("x", value, (3,)).tolist() == expected
+    assert start_array("x", value, (3,)).tolist() == expected
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_start_values_fill_an_array(value: object, expected: list[float]) -> Non
 )
 def test_wrong_start_values_are_refused(value: object) -> None:
     with pytest.raises(ParameterError, match="start.x"):
-        filled("start.x", value, (3,))
+        start_array("start.x", value, (3,))
 
 
 # -- catalogue --------------------------------------------------------------------------------------------------------

@@ -166,7 +166,7 @@ def test_a_chain_task_wants_its_own_environment() -> None:
         env.step([0.0])
     with pytest.raises(ParameterError, match="no objective"):
         task.objective(env.component, 10)  # type: ignore[arg-type]
-    assert task.baselines() == {} and issubclass(make_piston, ChainEnv)
+    assert task.baselines() == {} and isinstance(make_piston(grains=4), ChainEnv)
 
 
 def test_a_judgement_that_is_set_on_the_task_itself_is_refused() -> None:

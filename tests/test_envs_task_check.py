@@ -18,9 +18,9 @@ from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.support.jit import jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv, check_task
-from granular_env.domains.chain.envs.task_check import refuse_incomplete
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import ComponentEnv
+from granular_env.envs.task import refuse_incomplete
 
 DEADLINE = 20
 

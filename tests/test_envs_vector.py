@@ -12,8 +12,8 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains.chain import ChainEnv, ChainVectorEnv
-from granular_env.domains.chain.tasks.piston import make_piston
-from granular_env.domains.chain.tasks.protection import make_protection
+from granular_env.domains.chain.tasks.piston import PistonTask, make_piston
+from granular_env.domains.chain.tasks.protection import ProtectionTask, make_protection
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs import register_all
 from granular_env.recording import record, verify
@@ -176,12 +176,12 @@ def test_the_cases_reach_every_end() -> None:
 
 
 def test_make_vec_picks_the_batch() -> None:
-    for name, environment in (("granular_env/Protection-v1", make_protection), ("granular_env/Piston-v1", make_piston)):
+    for name, task in (("granular_env/Protection-v1", ProtectionTask), ("granular_env/Piston-v1", PistonTask)):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             env = gymnasium.make_vec(name, num_envs=3, grains=5)
         assert isinstance(env.unwrapped, ChainVectorEnv) and env.num_envs == 3
-        assert isinstance(env.unwrapped.lane(0), environment)
+        assert isinstance(env.unwrapped.lane(0), ChainEnv) and isinstance(env.unwrapped.lane(0).task, task)
         assert env.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
         observations, _ = env.reset(seed=1)
         assert env.observation_space.contains(observations) and observations.shape[1] in (10, 18)

@@ -38,7 +38,7 @@ def test_forces_have_the_bits_of_the_chain_and_energies_its_sum(tmp_path, name):
         frames = measurement.history(log)
     by_law = measurement.History(
         frames.time, frames.velocity, frames.mass, frames.stiffness, frames.rest_overlap, frames.position,
-        frames.displacement, law=frames.law, contact=frames.contact,
+        frames.displacement, law=frames.law, law_constants=frames.law_constants,
     )  # fmt: skip
     assert np.array_equal(by_law.contact_force, force) and np.array_equal(frames.contact_force, force)
     np.testing.assert_allclose(measurement.potential_energy(frames), energy, rtol=1e-12)

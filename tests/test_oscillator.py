@@ -45,8 +45,8 @@ def test_a_constant_force_on_a_free_body_is_exact() -> None:
     body.step(4.0, force=3.0)
     assert body.get("velocity") == 6.0
     assert body.get("position") == 12.0
-    assert body.ledger().input_work == 36.0
-    assert body.ledger().impulse == 12.0
+    assert body.get("input_work") == 36.0
+    assert body.get("impulse") == 12.0
 
 
 def test_a_constant_force_displaces_the_middle_of_the_oscillation() -> None:

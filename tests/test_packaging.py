@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ASIDE = shutil.ignore_patterns(
     ".git", ".venv", "build", "dist", "site", "logs", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis"
 )
-DATA = {".py", ".toml", ".csv", ".typed", ".json", ".html", ".css"}
+DATA = {".py", ".pyi", ".toml", ".csv", ".typed", ".json", ".html", ".css"}
 
 
 def build(kind: str, tree: Path, out: Path) -> Path:

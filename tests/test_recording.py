@@ -30,7 +30,7 @@ def test_frames_are_what_the_component_said(tmp_path: Path) -> None:
             component.step(0.01, force=float(number))
     log = open_log(tmp_path / "a.mcap")
     assert log.complete and log.calls == 100 and list(log.variables)[:3] == ["velocity", "input_work", "force"]
-    assert set(log.variables) >= {"kinetic_energy", "momentum_residual"}, "the ledger always comes along"
+    assert set(log.variables) >= {"kinetic_energy", "momentum_residual"}, "the balances always come along"
     found = np.column_stack([log.to_numpy(name)[:-1] for name in ("velocity", "input_work", "force")])
     assert found.tobytes() == np.array(expected).tobytes()
     times, velocity = log.series("velocity")
@@ -71,7 +71,7 @@ def test_the_log_says_what_it_is(tmp_path: Path) -> None:
         assert {"python", "numpy", "numba", "llvmlite", "mcap"} <= facts["versions"].keys()
         assert "cpu" in facts["machine"] and facts["report"].keys() == component.report().keys()
         assert log.variables["velocity"].unit == "m/s" and log.variables["velocity"].shape == (12,)
-        assert np.array_equal(log.particles.reference, component.particles().reference)  # type: ignore[union-attr]
+        assert np.array_equal(log.drawables[0].reference, component.drawables()[0].reference)  # type: ignore[union-attr]
         assert log.input_variables["left_force"].unit == "N"
         times, forces = log.inputs["left_force"]
         assert forces[-1] == 44.0 and times[-1] == pytest.approx(log.duration)
@@ -155,7 +155,7 @@ def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
     record_a_failure(catalogue.make("chain", **CHAIN), tmp_path / "a.mcap", 1e9)
     log = open_log(tmp_path / "a.mcap")
     assert log.ticks("velocity").tolist() == list(range(151))
-    assert [event["event"] for event in log.metadata["events"]] == ["failed"]
+    assert [incident["incident"] for incident in log.metadata["incidents"]] == ["failed"]
     assert verify(log).identical
 
 
@@ -174,9 +174,9 @@ def test_parts_of_a_long_step_that_were_written_are_a_segment_of_their_own_if_it
     log = open_log(tmp_path / "a.mcap")
     first, second = log.segments
     assert first.start == 0 and first.end > 100 and (second.start, second.end) == (100, 150)
-    (event,) = log.metadata["events"]
+    (incident,) = log.metadata["incidents"]
     # What had been written of the step, and then undone.
-    assert event["event"] == "failed" and event["undone_ticks"] == first.end - 100
+    assert incident["incident"] == "failed" and incident["undone_ticks"] == first.end - 100
     assert verify(log).identical
 
 
@@ -469,6 +469,6 @@ def test_a_recovered_log_has_everything(tmp_path: Path) -> None:
     assert out.complete and out.calls == original.calls
     for name in original.variables:
         assert out.to_numpy(name).tobytes() == original.to_numpy(name).tobytes()
-    assert out.metadata["events"][-1]["event"] == "recovered" and verify(out).identical
+    assert out.metadata["incidents"][-1]["incident"] == "recovered" and verify(out).identical
     with pytest.raises(ParameterError, match="exists"):
         recover(tmp_path / "cut.mcap", tmp_path / "out.mcap")

@@ -19,14 +19,14 @@ import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.chunks import ChunkWriter
-from granular_env.recording.format import CLOSED, EVENTS, FRAMES, HEADER, PROFILE, STEPS, Record
+from granular_env.recording.format import CLOSED, FRAMES, HEADER, INCIDENTS, PROFILE, STEPS, Record
 from granular_env.recording.index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
 
 ACTIONS: dict[str, Callable[[Path], object]] = {
     "verify": verify,
     "series": lambda path: [open_log(path).series(name) for name in open_log(path).variables],
     "inputs": lambda path: open_log(path).inputs,
-    "particles": lambda path: open_log(path).particles,
+    "drawables": lambda path: open_log(path).drawables,
     "xarray": lambda path: open_log(path).to_xarray(),
     "recover": lambda path: recover(path, path.with_suffix(".out"), overwrite=True),
     "branch": lambda path: open_log(path).branch(0.0).run(path.with_suffix(".child"), overwrite=True),
@@ -126,7 +126,7 @@ def _with_index(tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]) -> P
     chain_log(tmp_path / "a.mcap", steps=20, every=6e-7, overwrite=True)
 
     def changed_index(old: Record) -> Record:
-        if old.kind != EVENTS or old.detail != CLOSED:
+        if old.kind != INCIDENTS or old.detail != CLOSED:
             return old
         return changed(old, index=change(old.arrays["index"].copy()))
 
@@ -205,7 +205,7 @@ def test_an_array_of_the_header_of_another_shape_is_refused(tmp_path: Path, arra
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     with pytest.raises(LogError, match="particles"):
-        _ = open_log(tmp_path / "b.mcap").particles
+        _ = open_log(tmp_path / "b.mcap").drawables
     assert refused_by_the_family(tmp_path / "b.mcap") >= 1
 
 

@@ -1,6 +1,5 @@
 """The loop that advances an experiment: same bits whatever looks on, complete logs however it ends."""
 
-import dataclasses
 import os
 import signal
 import subprocess
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 
 from granular_env.components import catalogue
-from granular_env.components.contract import Ledger
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, StepError
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment, shipped_experiments
@@ -51,8 +49,8 @@ def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
     assert np.isfinite(result.component.get("kinetic_energy"))
     with open_log(tmp_path / "log.mcap") as log:
         assert log.complete
-        ledger = {field.name for field in dataclasses.fields(Ledger)}
-        assert set(log.variables) == set(experiment.record.variables or []) | ledger
+        entries = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
+        assert entries and set(log.variables) == set(experiment.record.variables or []) | entries
     assert verify(tmp_path / "log.mcap").identical
 
 
@@ -170,7 +168,7 @@ def test_a_run_that_breaks_down_leaves_a_complete_log(tmp_path):
         run(broken, log=tmp_path / "x.mcap")
     with open_log(tmp_path / "x.mcap") as log:
         assert log.complete
-        assert [event["event"] for event in log.metadata["events"]] == ["failed"]
+        assert [incident["incident"] for incident in log.metadata["incidents"]] == ["failed"]
     assert verify(tmp_path / "x.mcap").identical
 
 

@@ -124,7 +124,7 @@ def test_grains_stay_in_order_and_beside_the_true_particles(log: Path) -> None:
 
 def test_true_particles_are_where_the_log_says(log: Path) -> None:
     times, displacement = open_log(log).series("displacement")
-    reference = make_chain().particles().reference  # type: ignore[union-attr]
+    reference = make_chain().drawables()[0].reference
     _, _, cloud = decoded(log)["/particles"][-1]
     assert np.allclose(points_of(cloud)[0][:, 0], reference[:, 0] + displacement[-1], atol=1e-8)
 
@@ -233,12 +233,11 @@ def test_the_preview_is_a_function_of_the_frames(log: Path) -> None:
             self.look(component)
 
         def look(self, component: ge.Component) -> None:
-            particles = component.particles()
             number, tick = len(seen), component.tick
             if track.wants(number):
-                scalars = scalar_values(component, track.names, component.ledger())
-                moved = component.peek(particles.displacement), component.peek(particles.colour)  # type: ignore[union-attr]
-                track.add(number, round((before + tick) * component.step_size * 1e9), scalars, *moved)
+                scalars = scalar_values(component, track.names, component.balance_values())
+                drawn = {name: component.peek(name) for name in ("displacement", "velocity")}
+                track.add(number, round((before + tick) * component.step_size * 1e9), scalars, drawn)
             seen.append(before + tick)
             self.next_tick = tick + round(2e-6 / component.step_size)
 

@@ -16,7 +16,7 @@ import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.format import CLOSED, EVENTS, HASHES, HEADER, KEY, SNAPSHOTS, START, STEPS, Record
+from granular_env.recording.format import CLOSED, HASHES, HEADER, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record
 
 
 def said(path: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
@@ -126,7 +126,7 @@ def _without_digests(old: Record) -> Record:
     return dataclasses.replace(old, header={"parameters": old.header["parameters"]}) if "header" in old.header else old
 
 
-@pytest.mark.parametrize("array", ["reference", "radius"])
+@pytest.mark.parametrize("array", ["0.reference", "0.radius"])
 @pytest.mark.parametrize("digests", [True, False])
 def test_a_changed_array_of_the_header_is_named(tmp_path: Path, array: str, digests: bool) -> None:
     """Viewers draw them as the true radii and places."""
@@ -152,7 +152,7 @@ def test_a_changed_end_is_named(tmp_path: Path, name: str, value: Any) -> None:
     chain_log(tmp_path / "a.mcap")
 
     def change(old: Record) -> Record:
-        closed = old.kind == EVENTS and old.detail == CLOSED
+        closed = old.kind == INCIDENTS and old.detail == CLOSED
         return dataclasses.replace(old, header={**old.header, name: value}) if closed else old
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)

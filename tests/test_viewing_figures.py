@@ -11,8 +11,8 @@ from granular_env.components.errors import GranularError, MissingExtraError, Par
 from granular_env.recording import open_log, record
 from granular_env.recording.exaggeration import chosen_exaggeration
 from granular_env.viewing import colours, figures, report
-from granular_env.viewing.events import told_events
 from granular_env.viewing.footage import from_component, from_log
+from granular_env.viewing.incidents import incident_sentences
 from granular_env.viewing.space_time import space_time_picture
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
@@ -102,7 +102,7 @@ def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
 
     before = dict(matplotlib.rcParams)
     footage = from_log(chain_log)
-    for figure in (figures.headline(footage.motion, "a title"), figures.ledger(footage), figures.space_time(footage.motion)):
+    for figure in (figures.headline(footage.motion, "a title"), figures.balance(footage), figures.space_time(footage.motion)):
         assert figures.png(figure).startswith(PNG)
     assert dict(matplotlib.rcParams) == before
 
@@ -142,17 +142,17 @@ def test_report_of_a_chain_is_complete_and_self_contained(chain_log, tmp_path):
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
     assert headings == [
         "x-t diagram", "Profiles at chosen times", "Histories of chosen grains", "Displacement", "Displacement: histories",
-        "Inputs", "Ledger", "Validity", "Parameters", "Environment", "Replay it",
+        "Inputs", "Balances", "Validity", "Parameters", "Environment", "Replay it",
     ]  # fmt: skip
     assert "default-src &#x27;none&#x27;" in html or "default-src 'none'" in html
-    assert html.count("<svg") == html.count("<figure>") == 7
+    assert html.count("<svg") == html.count("<figure>") == 8
     assert (
         "peak contact pressure" in html
         and "replay" in html
         and "--verify" in html
         and chain_log.metadata["versions"]["numpy"] in html
     )
-    for name in ("space-time", "profiles", "histories", "ledger", "inputs", "displacement-space-time"):
+    for name in ("space-time", "profiles", "histories", "balance-energy", "inputs", "displacement-space-time"):
         assert (tmp_path / "new" / "folder" / f"{name}.png").read_bytes().startswith(PNG)
 
 
@@ -171,7 +171,7 @@ def test_report_escapes_what_a_log_says(chain_log, tmp_path):
 def test_report_of_a_component_without_particles(oscillator_log, tmp_path):
     html = report(oscillator_log, tmp_path).read_text()
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
-    assert headings == ["Outputs", "Inputs", "Ledger", "Validity", "Parameters", "Environment", "Replay it"]
+    assert headings == ["Outputs", "Inputs", "Balances", "Validity", "Parameters", "Environment", "Replay it"]
     with pytest.raises(ParameterError, match="none of the variables is a recorded array"):
         report(oscillator_log, tmp_path, grains=[0])
 
@@ -206,7 +206,7 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
         html = report(log, tmp_path).read_text()
     line = figures.histories(footage.motion, grains=[0]).axes[0].lines[0]
     assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == footage.motion.cuts.tolist()
-    energies = figures.ledger(footage).axes[0].lines[0]
+    energies = figures.balance(footage).axes[0].lines[0]
     assert np.isnan(energies.get_ydata()).sum() == 1
     top = html.partition("<nav>")[0]
     assert "A step failed: StepError: " in top and "The log has 2 segments" in top
@@ -215,14 +215,14 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
 def test_steps_that_were_written_and_undone_are_told():
     from types import SimpleNamespace
 
-    def told(**event):
-        return told_events(SimpleNamespace(metadata={"events": [event]}, segments=[1]))
+    def told(**incident):
+        return incident_sentences(SimpleNamespace(metadata={"incidents": [incident]}, segments=[1]))
 
-    assert told(event="failed", kind="StepError", message="too fast", undone_ticks=12) == [
+    assert told(incident="failed", kind="StepError", message="too fast", undone_ticks=12) == [
         "A step failed: StepError: too fast; 12 internal steps of it, which had been written already, were undone"
     ]
-    assert told(event="interrupted", kind="KeyboardInterrupt", message="") == ["A step was interrupted (KeyboardInterrupt)"]
-    assert told(event="something") == []
+    assert told(incident="interrupted", kind="KeyboardInterrupt", message="") == ["A step was interrupted (KeyboardInterrupt)"]
+    assert told(incident="something") == []
 
 
 def test_histories_are_of_grains_that_the_wave_reached(tmp_path):

@@ -176,7 +176,7 @@ def test_an_input_that_does_not_change_is_drawn_on_an_axis_with_zero(log):
 
 def test_the_residual_stands_beside_the_largest_energy(log):
     footage = from_log(log)
-    figure = figures.ledger(footage)
+    figure = figures.balance(footage)
     below = figure.axes[1]
     right = below.child_axes[0]
     figures.png(figure)

@@ -8,7 +8,8 @@ from typing import Any, Self
 import numpy as np
 
 from ..component import Component
-from ..contract import Ledger, Particles, Variable
+from ..contract import Balance, Variable
+from ..drawables import Points
 from ..errors import ParameterError, StepError, caution
 from ..inputs import Held
 from ..profiles import CompiledProfile
@@ -18,8 +19,9 @@ from . import kernels, layout
 from .diagnostics import Validity
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
 from .integrators import SCHEMES, SIGNATURE, dop853
-from .laws import Dissipative, Law, elastic_plastic
+from .laws import LAWS, Dissipative, Law
 from .parameters import WALLS, ChainParameters
+from .specialisation import specialise
 
 # Where a contact sees fewer force evaluations a step is refused.
 _LEAST_FORCES = 16.0
@@ -34,7 +36,7 @@ _EXHAUSTED = 2
 _LARGE_RADIUS, _LIGHT_DENSITY = 0.1, 100.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
-_GEOMETRY_ROWS = 17
+_GEOMETRY_ROWS = 18
 
 
 class Chain(Component):
@@ -70,14 +72,13 @@ class Chain(Component):
         self._scheme = SCHEMES[p.integrator]
         self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.exponent)
         self.step_size = self._suggested_step() if p.step_size is None else p.step_size
-        damped = isinstance(p.law, Dissipative)
-        self.scheme_kernel = self._scheme.advance_damped if damped else self._scheme.advance
+        self.scheme_kernel = self._of_law(self._scheme.advance)
         self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
         width = layout.row_width(p.grains)
         last = layout.FREE_ROW + self._scheme.history_rows
         self.state_rows = slice(_first_state_row(p.law), last)
-        self._live_in(np.zeros((last + self._scheme.scratch_rows, width)))
+        self._live_in(self._claim_memory((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # Pistons carry their own grains.
         self._weight = p.gravity * self._table[layout.MASS, self._grains]
@@ -97,6 +98,10 @@ class Chain(Component):
             pressed_angle=self._scheme.pressed_angle,
         )
 
+    def _of_law(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a kernel for the chain's contact law."""
+        return specialise(kernel, type(self.parameters.law))
+
     def _largest_angle(self, forces: float) -> float:
         """Step x frequency of a contact at which it sees so many force evaluations."""
         return step_times_frequency(self.parameters.law.exponent, self._scheme.evaluations, forces)
@@ -106,18 +111,16 @@ class Chain(Component):
         state = memory[self.state_rows]
         self._block = Block(state.reshape(-1), rows=("f8", state.shape))
 
-    def twin(self, memory: FloatArray) -> Self:
-        """A chain of the same parameters, at its start, whose table is the memory given; much cheaper than making one anew.
+    def clone(self, memory: FloatArray | None = None) -> Self:
+        """Return a chain of the same parameters, at its start; much cheaper than making one anew.
 
         Args:
-            memory: C-ordered, of the shape of `table`.
+            memory: of the shape of `memory` of this chain, which becomes its table; None for memory of its own.
         """
-        if memory.shape != self._table.shape or memory.dtype != np.float64 or not memory.flags.c_contiguous:
-            raise ParameterError(
-                f"memory: got {memory.dtype} of shape {memory.shape}, expected C-ordered float64 of shape {self._table.shape}"
-            )
         other: Self = object.__new__(type(self))
         vars(other).update(vars(self))
+        other._memory = memory
+        memory = other._claim_memory(self._table.shape)
         memory[:] = self._table
         # Warnings that this chain gave already move its limits.
         memory[layout.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
@@ -131,16 +134,17 @@ class Chain(Component):
         places = slice(0, p.grains + 1)
         rows[layout.STIFFNESS, places] = chain.stiffness
         rows[layout.REST_OVERLAP, places] = chain.rest_overlap
-        rows[layout.CONTACT, places] = chain.law_constants
+        constants = chain.law_constants.T
+        rows[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + len(constants), places] = constants
         rows[layout.INVERSE_MASS, self._grains] = 1.0 / chain.mass
         rows[layout.MASS, self._grains] = chain.mass
         for end, column in ((p.left, 1), (p.right, p.grains)):
             if end == "piston":
                 rows[layout.INVERSE_MASS, column] = rows[layout.MASS, column] = 0.0
-        rows[layout.SCALARS, :14] = (
+        rows[layout.SCALARS, :13] = (
             self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1],
             chain.static_force[0], chain.static_force[-1], chain.sound_speed.min(), p.tolerance, p.grains,
-            p.law.elastic, p.law.damping, p.law.exponent, p.gravity,
+            list(LAWS).index(p.law.name), p.law.exponent, p.gravity,
         )  # fmt: skip
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
@@ -150,7 +154,7 @@ class Chain(Component):
         def seen(forces: float) -> FloatArray:
             p = self.parameters.law.exponent
             frequency = self._largest_angle(forces) / self.step_size
-            tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.stiffness[places])
+            tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.steepest[places])
             # The overlap of that tangent stiffness; linear contacts have one frequency, whatever the overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
@@ -209,6 +213,9 @@ class Chain(Component):
             axes=("contact",),
         )
         yield Variable(
+            "potential_energy", "output", "J", (), "stored energy: elastic, and of the weight where there is gravity"
+        )
+        yield Variable(
             "left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall"
         )
         yield Variable(
@@ -239,9 +246,9 @@ class Chain(Component):
             self._table[layout.U, self._grains] = displacement
         self._refuse_start()
         if self.parameters.law.has_history:
-            elastic_plastic.begin(self._table)
+            self._of_law(kernels.begin_histories)(self._table)
             # Contacts that start beyond yield got there before the clock began.
-            elastic_plastic.remember(self._table, layout.U)
+            self._of_law(kernels.remember)(self._table, layout.U)
             self._table[layout.DISSIPATED] = 0.0
         kinetic, potential, momentum = self._sums()
         self._table[layout.TALLY, layout.START_ENERGY], self._table[layout.TALLY, layout.START_MOMENTUM] = (
@@ -392,8 +399,8 @@ class Chain(Component):
         table_of_run[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         return table_of_run
 
-    def ledger(self) -> Ledger:
-        """Energy and momentum; the work of a precompressing force on a free end is input work."""
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy and momentum; the work of a precompressing force on a free end is input work."""
         kinetic, potential, momentum = self._sums()
         tally = self._table[layout.TALLY]
         n = self.parameters.grains
@@ -403,11 +410,18 @@ class Chain(Component):
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
         impulse += self._whole_weight * self.time
-        return Ledger(
-            kinetic_energy=kinetic, potential_energy=potential, dissipated_energy=lost, fracture_energy=0.0, input_work=work,
-            energy_residual=kinetic + potential + lost - float(tally[layout.START_ENERGY]) - work,
-            momentum=momentum, impulse=impulse,
-            momentum_residual=momentum - float(tally[layout.START_MOMENTUM]) - impulse,
+        return (
+            Balance(
+                "energy", "J",
+                stored={"kinetic_energy": kinetic, "potential_energy": potential},
+                lost={"dissipated_energy": lost},
+                supplied={"input_work": work},
+                initial=float(tally[layout.START_ENERGY]),
+            ),
+            Balance(
+                "momentum", "kg m/s",
+                stored={"momentum": momentum}, supplied={"impulse": impulse}, initial=float(tally[layout.START_MOMENTUM]),
+            ),
         )  # fmt: skip
 
     def _input_work(self) -> float:
@@ -417,7 +431,7 @@ class Chain(Component):
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
-        kinetic, elastic, momentum = kernels.energies(self._table, self.geometry.mass)
+        kinetic, elastic, momentum = self._of_law(kernels.energies)(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
@@ -436,17 +450,16 @@ class Chain(Component):
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
-        kernels.contact_forces(self._table, layout.U, layout.V, forces)
+        self._of_law(kernels.contact_forces)(self._table, layout.U, layout.V, forces)
         return forces
 
     def _force_in(self, contact: int) -> float:
-        return float(kernels.contact_force(self._table, layout.U, layout.V, contact))
+        return float(self._of_law(kernels.contact_force)(self._table, layout.U, layout.V, contact))
 
-    def particles(self) -> Particles:
-        """The grains, as spheres along x."""
-        reference = np.zeros((self.parameters.grains, 3))
-        reference[:, 0] = self.geometry.position
-        return Particles(reference, self.geometry.radius.copy(), "displacement", "velocity")
+    def drawables(self) -> tuple[Points, ...]:
+        """Return the grains, along x."""
+        reference = self.geometry.position[:, np.newaxis].copy()
+        return (Points("grains", reference, self.geometry.radius.copy(), "displacement", "velocity"),)
 
     def validity(self) -> Validity:
         """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
@@ -515,7 +528,7 @@ class Chain(Component):
 def _first_state_row(law: Law) -> int:
     """Where the state begins: contacts have a history only where the law says so."""
     if law.has_history:
-        return layout.UNLOADING
+        return layout.DISSIPATED - law.history_rows
     return layout.TALLY if law.conservative else layout.DISSIPATED
 
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .geometry import FloatArray, Geometry
-from .laws.elastic_plastic import YIELD_PRESSURE
-from .laws.law import Law
+from .laws.law import YIELD_PRESSURE, Law
 from .theory import duration_of_overlap
 from .theory.collisions import duration_times_frequency
 
@@ -54,24 +53,23 @@ class Validity:
         places = np.flatnonzero(peak > 0.0)
         peak, real = peak[places], np.arange(len(chain.stiffness))[chain.contact_slice][places]
         stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
-        duration = _duration(chain.reduced_mass[real], stiffness, peak, law.exponent)
+        duration = _duration(chain.reduced_mass[real], chain.steepest[real], peak, law.exponent)
         if law.exponent != 1.5:
             time_scale_ratio, forces = float((duration / _oscillation(chain)[real]).min()), float(duration.min() * force_rate)
             return Validity(math.nan, math.nan, math.nan, time_scale_ratio, forces, wanted_forces, adaptive)
         # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
         pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
-        limit = _yield_pressure(chain)[real]
-        if law.has_history:
-            limit = 1.5 / math.pi * stiffness * chain.law_constants[real] / radius
+        by_law = law.yield_pressures(stiffness, radius, chain.law_constants[real])
+        limit = _yield_pressure(chain)[real] if by_law is None else by_law
         return Validity(
-            peak_pressure=float((np.minimum(pressure, limit) if law.has_history else pressure).max()),
+            peak_pressure=float((pressure if by_law is None else np.minimum(pressure, by_law)).max()),
             pressure_to_yield=float((pressure / limit).max()),
             contact_radius_ratio=float((np.sqrt(radius * peak) / chain.smaller_radius[real]).max()),
             time_scale_ratio=float((duration / _oscillation(chain)[real]).min()),
             forces_per_contact=float(duration.min() * force_rate),
             wanted_forces=wanted_forces,
             adaptive=adaptive,
-            plastic=law.has_history,
+            plastic=by_law is not None,
         )
 
     def figures(self) -> dict[str, float]:

@@ -42,6 +42,7 @@ class Geometry:
         radius: shape (n,) [m].
         mass: shape (n,) [kg].
         stiffness: k of F = k overlap^1.5, shape (n + 1,), 0 where there is no wall [N/m^1.5].
+        steepest: the same where the law makes contacts stiffer than in loading: what steps have to resolve, shape (n + 1,).
         rest_overlap: overlap in the reference configuration, negative for a gap, shape (n + 1,) [m].
         reduced_radius: R* of each contact, shape (n + 1,) [m].
         reduced_mass: m* of each contact, shape (n + 1,) [kg].
@@ -50,13 +51,14 @@ class Geometry:
         sound_speed: longitudinal, of each grain's material, shape (n,) [m/s].
         yield_strength: of the weaker side of each contact, NaN where neither is known, shape (n + 1,) [Pa].
         static_force: in each contact in the reference configuration, shape (n + 1,) [N].
-        law_constants: what the contact law wants of each contact, shape (n + 1,).
+        law_constants: what the contact law wants to know of each contact beside its stiffness, shape (n + 1, k).
         contact_slice: which places are contacts of this chain, a slice.
     """
 
     radius: FloatArray
     mass: FloatArray
     stiffness: FloatArray
+    steepest: FloatArray
     rest_overlap: FloatArray
     reduced_radius: FloatArray
     reduced_mass: FloatArray
@@ -85,17 +87,21 @@ def geometry(parameters: ChainParameters) -> Geometry:
     stiffness = np.zeros(count + 1)
     stiffness[real] = _stiffness(parameters, radius, materials, reduced_radius)[real]
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
-    contact, rest_overlap = np.zeros(count + 1), np.zeros(count + 1)
-    law = parameters.law
-    contact[real] = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
+    law, rest_overlap = parameters.law, np.zeros(count + 1)
+    constants = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
+    law_constants = np.zeros((count + 1, constants.shape[1]))
+    law_constants[real] = constants
+    steepest = np.zeros(count + 1)
+    steepest[real] = law.steepest(stiffness[real], constants)
     gap = np.broadcast_to(np.asarray(parameters.gap), count + 1)[real]
-    rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], contact[real]) - gap
+    rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], constants) - gap
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
     _refuse_absurd(mass, stiffness[real], position, law.exponent)
     arrays = Geometry(
-        radius, mass, stiffness, rest_overlap, reduced_radius, reduced_mass, np.minimum(left_radius, right_radius), position,
-        _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, contact, real,
+        radius, mass, stiffness, steepest, rest_overlap, reduced_radius, reduced_mass,
+        np.minimum(left_radius, right_radius), position,
+        _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, law_constants, real,
     )  # fmt: skip
     _lock(arrays)
     return arrays
@@ -152,7 +158,7 @@ def suggested_step_size(
         pressed_angle: largest step x frequency of the lattice under a static load.
     """
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
-    ratio = float(np.min(lighter[chain.contact_slice] / chain.stiffness[chain.contact_slice], initial=np.inf))
+    ratio = float(np.min(lighter[chain.contact_slice] / chain.steepest[chain.contact_slice], initial=np.inf))
     if not math.isfinite(ratio):  # nothing that a contact could accelerate
         return _STEP_WITHOUT_CONTACTS
     gapped = bool(np.any(chain.rest_overlap < 0.0))
@@ -220,7 +226,7 @@ def _tangent(chain: Geometry, parameters: ChainParameters) -> FloatArray:
         if exponent == 1.5
         else np.array([power(depth, exponent - 1.0) if depth > 0.0 else 0.0 for depth in overlap])
     )
-    return exponent * chain.stiffness * slope
+    return exponent * chain.steepest * slope
 
 
 class _Same(list[Material]):
@@ -303,16 +309,16 @@ def _stiffness(
         _wall_compliance(parameters.left, parameters.left_wall_material, materials[0]),
         _wall_compliance(parameters.right, parameters.right_wall_material, materials[-1]),
     )
-    hertz = 4.0 / 3.0 / (left + right) * np.sqrt(reduced_radius)
+    spheres = 4.0 / 3.0 / (left + right) * np.sqrt(reduced_radius)
     given = parameters.contact_stiffness
     if given is None:
-        return hertz
+        return spheres
     if isinstance(given, list):
         return np.array(given)
-    stiffness = np.full(len(hertz), given)
+    stiffness = np.full(len(spheres), given)
     # A wall against the end grain, relative to two such grains against each other.
     for place, end in ((0, 0), (-1, -1)):
-        stiffness[place] = given * (hertz[place] / (4.0 / 3.0 / (2.0 * compliance[end]) * math.sqrt(0.5 * radius[end])))
+        stiffness[place] = given * (spheres[place] / (4.0 / 3.0 / (2.0 * compliance[end]) * math.sqrt(0.5 * radius[end])))
     return stiffness
 
 

@@ -16,14 +16,13 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import inlined, jit
-from .laws import dispatch, elastic_plastic, hertz
+from .laws import functions as law
+from .laws.functions import DISSIPATES, REMEMBERS
 from .layout import (
-    DISSIPATION,
-    ELASTIC,
+    DISSIPATED,
     FREE,
     GRAINS,
     GRAVITY,
-    HERTZ,
     IMPULSE_LEFT,
     IMPULSE_RIGHT,
     INVERSE_MASS,
@@ -32,11 +31,8 @@ from .layout import (
     LEFT_MASS,
     LEFT_STATIC,
     LIMIT,
-    NONE,
     PEAK,
     PISTON,
-    PLASTIC,
-    POWER,
     REST_OVERLAP,
     RIGHT_DRIVE,
     RIGHT_KIND,
@@ -46,7 +42,6 @@ from .layout import (
     SMALLEST_OVERLAP,
     SPEED_LIMIT,
     STEP,
-    STIFFNESS,
     TALLY,
     WORK_LEFT,
     WORK_RIGHT,
@@ -66,49 +61,62 @@ _FEW_LANES, _MANY_LANES, _MANY_GRAINS = 8, 256, 2048
 
 @inlined
 def overlap(a, u, j):
-    """Overlap of contact j, displacements in row u; negative where there is a gap."""
+    """Return the overlap of contact j, displacements in row u; negative where there is a gap."""
     return a[u, j] - a[u, j + 1] + a[REST_OVERLAP, j]
 
 
 @inlined
+def pressed(d):
+    """Return the overlap of a contact that is pressed, 0 of one that is open. NaN stays NaN."""
+    return 0.0 if d < SMALLEST_OVERLAP else d
+
+
+@inlined
 def contact(a, u, j):
-    """Elastic force in contact j."""
-    elastic = a[SCALARS, ELASTIC]
-    return hertz.force(a[STIFFNESS, j], overlap(a, u, j)) if elastic == HERTZ else _contact_of_law(int(elastic), a, u, j)
-
-
-@jit
-def _contact_of_law(elastic, a, u, j):
-    """`contact` of any law. A function of its own, because short chains feel what lies in their loop."""
-    return dispatch.force(elastic, a, j, overlap(a, u, j))
+    """Return the elastic force in contact j."""
+    return law.force(a, j, pressed(overlap(a, u, j)))
 
 
 @jit
 def contact_forces(a, u, v, out):
-    """Forces in all contacts, dissipation included, into an array of its own, shape (n + 1,)."""
-    elastic, dissipation = int(a[SCALARS, ELASTIC]), int(a[SCALARS, DISSIPATION])
+    """Write the forces in all contacts, dissipation included, into an array of its own, shape (n + 1,)."""
     for j in range(int(a[SCALARS, GRAINS]) + 1):
-        out[j], _ = _force(elastic, dissipation, a, u, v, j)
+        out[j], _ = _force(a, u, v, j)
 
 
 @jit
 def contact_force(a, u, v, j):
-    """Force in contact j alone, with the bits that `contact_forces` gives it."""
-    f, _ = _force(int(a[SCALARS, ELASTIC]), int(a[SCALARS, DISSIPATION]), a, u, v, np.uint64(j))
+    """Return the force in contact j alone, with the bits that `contact_forces` gives it."""
+    f, _ = _force(a, u, v, np.uint64(j))
     return f
 
 
 @inlined
-def _force(elastic, dissipation, a, u, v, j):
-    """The whole force of a contact, never a pull, and the power that it turns into heat."""
+def _force(a, u, v, j):
+    """Return the whole force of a contact, never a pull, and the power that it turns into heat."""
     d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
-    f = dispatch.force(elastic, a, j, d)
-    if dissipation == NONE:
+    f = law.force(a, j, pressed(d))
+    if not DISSIPATES:
         return f, 0.0
     speed = a[v, j] - a[v, j + _ONE]
-    total = f + dispatch.coefficient(dissipation, a, j, d) * speed
+    total = f + (law.coefficient(a, j, pressed(d)) if d > 0.0 else 0.0) * speed
     total = 0.0 if total < 0.0 else total
     return total, (total - f) * speed
+
+
+@jit
+def begin_histories(a):
+    """Write the histories of contacts that were never loaded, and no losses."""
+    for j in range(int(a[SCALARS, GRAINS]) + 1):
+        law.begin(a, j)
+        a[DISSIPATED, j] = 0.0
+
+
+@jit
+def remember(a, u):
+    """Note what the step has changed in the contacts' histories, and what that has cost; displacements in row u."""
+    for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
+        law.remember(a, j, pressed(a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]))
 
 
 @jit
@@ -209,36 +217,23 @@ def piece_mark(drive, piece, first, number):
     return mark
 
 
-@inlined
-def _accelerations(elastic, dissipation, a, u, v, left_force, right_force, out):
+@jit
+def accelerations(a, u, v, left_force, right_force, out):
+    """Write accelerations into row `out`; return the forces in the outermost contacts 0, 1, n - 1, n, and the power lost."""
     n, gravity = int(a[SCALARS, GRAINS]), a[SCALARS, GRAVITY]
-    f, loss = _force(elastic, dissipation, a, u, v, np.uint64(0))
+    f, loss = _force(a, u, v, np.uint64(0))
     f0 = f
-    f1, _ = _force(elastic, dissipation, a, u, v, np.uint64(1))
-    fm, _ = _force(elastic, dissipation, a, u, v, np.uint64(n - 1))
+    f1, _ = _force(a, u, v, np.uint64(1))
+    fm, _ = _force(a, u, v, np.uint64(n - 1))
     f += left_force
     for i in range(np.uint64(1), np.uint64(n)):
-        g, lost = _force(elastic, dissipation, a, u, v, i)
+        g, lost = _force(a, u, v, i)
         a[out, i] = a[INVERSE_MASS, i] * (f - g) + gravity
         loss += lost
         f = g
-    g, lost = _force(elastic, dissipation, a, u, v, np.uint64(n))
+    g, lost = _force(a, u, v, np.uint64(n))
     a[out, n] = a[INVERSE_MASS, n] * (f - (g - right_force)) + gravity
     return f0, f1, fm, g, loss + lost
-
-
-@jit
-def accelerations(a, u, v, left_force, right_force, out):
-    """Accelerations into row `out`; returns the forces in the outermost contacts 0, 1, n - 1, n, and the power lost."""
-    elastic, dissipation = int(a[SCALARS, ELASTIC]), int(a[SCALARS, DISSIPATION])
-    # One branch for each law, so that each has a loop of its own.
-    if elastic == HERTZ and dissipation == NONE:
-        return _accelerations(HERTZ, NONE, a, u, v, left_force, right_force, out)
-    if elastic == HERTZ:
-        return _accelerations(HERTZ, dissipation, a, u, v, left_force, right_force, out)
-    if elastic == POWER:
-        return _accelerations(POWER, NONE, a, u, v, left_force, right_force, out)
-    return _accelerations(PLASTIC, NONE, a, u, v, left_force, right_force, out)
 
 
 @jit
@@ -284,8 +279,8 @@ def finish(a, left_before, right_before):
         tally_piston(a, a[SCALARS, LEFT_MASS], left_before, a[V, 1], WORK_LEFT, IMPULSE_LEFT)
     if a[SCALARS, RIGHT_KIND] == PISTON:
         tally_piston(a, a[SCALARS, RIGHT_MASS], right_before, a[V, n], WORK_RIGHT, IMPULSE_RIGHT)
-    if a[SCALARS, ELASTIC] == PLASTIC:
-        elastic_plastic.remember(a, U)
+    if REMEMBERS:
+        remember(a, U)
     passed = False
     for j in range(np.uint64(0), np.uint64(n + 1)):
         d = a[U, j] - a[U, j + _ONE] + a[REST_OVERLAP, j]
@@ -337,20 +332,9 @@ def energies(a, mass):
 
 @jit
 def _add_potential(a, lanes, begin, count):
-    elastic = int(a[SCALARS, ELASTIC])
-    if elastic == HERTZ:
-        _add_elastic(HERTZ, a, lanes, begin, count)
-    elif elastic == POWER:
-        _add_elastic(POWER, a, lanes, begin, count)
-    else:
-        _add_elastic(PLASTIC, a, lanes, begin, count)
-
-
-@inlined
-def _add_elastic(elastic, a, lanes, begin, count):
     for lane in range(np.uint64(count)):
         j = np.uint64(begin) + lane
-        stored = dispatch.energy(elastic, a, j, a[U, j] - a[U, j + _ONE] + a[REST_OVERLAP, j])
+        stored = law.energy(a, j, pressed(a[U, j] - a[U, j + _ONE] + a[REST_OVERLAP, j]))
         lanes[2, lane], lanes[3, lane] = added((lanes[2, lane], lanes[3, lane]), stored)
 
 

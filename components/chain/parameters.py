@@ -13,6 +13,7 @@ from .arrangements import ChosenArrangement, Uniform, refuse_misfit
 from .fields import GrainIndex, NotNegative, Positive, Preset, UniformRadii
 from .fields import field as _field
 from .laws import ChosenLaw, Hertz
+from .laws.law import refuse_incomplete
 
 __all__ = ["WALLS", "Boundary", "ChainParameters", "Integrator", "UniformRadii"]
 
@@ -91,6 +92,7 @@ class ChainParameters(Parameters):
                 )
             if getattr(self, f"{side}_wall_material") is not None and getattr(self, side) == "rigid_plane":
                 raise ValueError(f"{side}_wall_material: a rigid plane has none; give {side} = 'plane' or leave it out")
+        refuse_incomplete(type(self.law), self.law.name)
         if self.law.needs_stiffness and self.contact_stiffness is None:
             raise ValueError(
                 f"contact_stiffness: law {self.law.name!r} needs it, in N/m^exponent; "
@@ -108,7 +110,7 @@ class ChainParameters(Parameters):
         """Lists of what belongs to contacts have a value for each place, 0 where there is no contact."""
         for holder, name, needed in (
             (self, "contact_stiffness", True), (self, "gap", False),
-            (self.law, "dissipation", False), (self.law, "yield_pressure", True),
+            *((self.law, name, needed) for name, needed in self.law.place_parameters.items()),
         ):  # fmt: skip
             values = getattr(holder, name, None)
             if not isinstance(values, list):

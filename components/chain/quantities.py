@@ -10,53 +10,108 @@ root.
 
 Roots of the energy measure distances between states in which every motion counts by its energy. A contact that stores the
 energy e above that at rest has the root q = +-sqrt(e), negative where it is less pressed than at rest. Two states differ by
-sum_i m_i (v_i - v'_i)^2 / 2 + sum_j (q_j - q'_j)^2: the energy itself where the second is at rest. Hertz contacts only: with
-s = sqrt(d), d the whole overlap, and s0 that at rest, e = k (s - s0)^2 Q, Q = 0.4 s^3 + 0.8 s^2 s0 + 1.2 s s0^2 + 0.6 s0^3: no
-difference of large numbers, whatever the precompression. Without one, q = sqrt(0.4 k) d^1.25. A gap stores nothing.
+sum_i m_i (v_i - v'_i)^2 / 2 + sum_j (q_j - q'_j)^2: the energy itself where the second is at rest. A gap stores nothing. For
+laws that have an `energy_root`.
 """
 
 from __future__ import annotations
-
-import math
-from math import sqrt
 
 import numpy as np
 
 from ..support.jit import inlined, jit
 from ..support.powers import power
 from . import kernels
-from .laws import dispatch, hertz
-from .laws import power as power_law
-from .layout import (
-    CONTACT,
-    DISSIPATION,
-    ELASTIC,
-    EXPONENT,
-    GRAINS,
-    HERTZ,
-    MASS,
-    NONE,
-    POWER,
-    REST_OVERLAP,
-    SCALARS,
-    SMALLEST_OVERLAP,
-    STIFFNESS,
-    TALLY,
-    VISCOUS,
-    WORK_LEFT,
-    WORK_RIGHT,
-    U,
-    V,
-)
+from .laws import functions as law
+from .laws.functions import DISSIPATES
+from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
+from .specialisation import of_any_law
 
 # -- contacts and ends, and the work of inputs ---------------------------------------------------------------------------
 
 
 @jit
-def contact_force(a, j):
-    """Compressive force in contact j, dissipation included; 0 where there is none."""
-    force, _ = kernels._force(int(a[SCALARS, ELASTIC]), int(a[SCALARS, DISSIPATION]), a, U, V, np.uint64(j))
-    return force
+def _nothing(a, *rest):
+    """Return NaN for laws that do not tell a quantity."""
+    return np.nan
+
+
+@jit
+def _spoil(a, bar, *rest):
+    """Make a derivative NaN for laws that do not tell it."""
+    bar[U, 0] = np.nan
+
+
+@jit
+def _contact_force(a, j):
+    """Return the compressive force in contact j, dissipation included, never a pull; 0 where there is no contact [N]."""
+    return kernels.contact_force(a, U, V, j)
+
+
+@inlined
+def _pressed_overlap(a, j):
+    return kernels.pressed(a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j])
+
+
+@inlined
+def _add_overlap(bar, j, slope):
+    """Add slope times the derivative by the overlap of contact j."""
+    bar[U, j] += slope
+    bar[U, j + 1] -= slope
+    bar[REST_OVERLAP, j] += slope
+
+
+@jit
+def _contact_force_pullback(a, bar, j, slope):
+    """Add slope dF/da."""
+    d = _pressed_overlap(a, j)
+    steepness = slope * law.stiffness(a, j, d)
+    if DISSIPATES:
+        speed = a[V, j] - a[V, j + 1]
+        coefficient = law.coefficient(a, j, d) if d > 0.0 else 0.0
+        if law.force(a, j, d) + coefficient * speed < 0.0:
+            return
+        bar[V, j] += slope * coefficient
+        bar[V, j + 1] -= slope * coefficient
+        if d > 0.0:
+            steepness += law.coefficient_pullback(a, bar, j, d, slope * speed)
+    law.force_pullback(a, bar, j, d, slope)
+    _add_overlap(bar, j, steepness)
+
+
+@jit
+def _contact_energy(a, j):
+    """Return the elastic energy stored in contact j [J]."""
+    return law.energy(a, j, _pressed_overlap(a, j))
+
+
+@jit
+def _contact_energy_pullback(a, bar, j, slope):
+    """Add slope dE/da."""
+    d = _pressed_overlap(a, j)
+    law.energy_pullback(a, bar, j, d, slope)
+    _add_overlap(bar, j, slope * law.force(a, j, d))
+
+
+@jit
+def _energy_root(a, j):
+    """Return q of contact j [J^0.5]."""
+    return law.energy_root(a, j, _pressed_overlap(a, j), a[REST_OVERLAP, j])
+
+
+@jit
+def _energy_root_pullback(a, bar, j, slope):
+    """Add slope dq_j/da."""
+    by_overlap, by_rest = law.energy_root_pullback(a, bar, j, _pressed_overlap(a, j), a[REST_OVERLAP, j], slope)
+    _add_overlap(bar, j, by_overlap)
+    bar[REST_OVERLAP, j] += by_rest
+
+
+contact_force = of_any_law(_contact_force, _nothing)
+contact_force_pullback = of_any_law(_contact_force_pullback, _spoil, law.ELASTIC_GRADIENT)
+contact_energy = of_any_law(_contact_energy, _nothing)
+contact_energy_pullback = of_any_law(_contact_energy_pullback, _spoil, law.ELASTIC_GRADIENT)
+energy_root = of_any_law(_energy_root, _nothing, law.ENERGY_ROOT)
+energy_root_pullback = of_any_law(_energy_root_pullback, _spoil, law.ENERGY_ROOT)
 
 
 @jit
@@ -120,49 +175,6 @@ def peak_value(total, scale, p):
     return root, root / (p * total)
 
 
-@inlined
-def _overlap(a, j):
-    d = a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j]
-    return 0.0 if d < SMALLEST_OVERLAP else d
-
-
-@jit
-def _elastic(a, j, d):
-    """F / k, and dF/dd / k."""
-    if a[SCALARS, ELASTIC] == POWER:
-        p = a[SCALARS, EXPONENT]
-        if d > SMALLEST_OVERLAP:
-            return power(d, p), p * power(d, p - 1.0)
-        return 0.0 * d, 0.0
-    root = sqrt(d)
-    return d * root, 1.5 * root
-
-
-@jit
-def contact_force_pullback(a, bar, j, slope):
-    """Adds slope dF/da."""
-    d = _overlap(a, j)
-    shape, steepness = _elastic(a, j, d)
-    steepness *= a[STIFFNESS, j]
-    if a[SCALARS, DISSIPATION] != NONE:
-        speed = a[V, j] - a[V, j + 1]
-        coefficient = dispatch.coefficient(int(a[SCALARS, DISSIPATION]), a, j, d)
-        if a[STIFFNESS, j] * shape + coefficient * speed < 0.0:
-            return
-        bar[V, j] += slope * coefficient
-        bar[V, j + 1] -= slope * coefficient
-        if d > 0.0 and a[SCALARS, DISSIPATION] == VISCOUS:
-            bar[CONTACT, j] += slope * speed
-        elif d > 0.0:
-            root = sqrt(d)
-            bar[CONTACT, j] += slope * root * speed
-            steepness += 0.5 * a[CONTACT, j] / root * speed
-    bar[STIFFNESS, j] += slope * shape
-    bar[U, j] += slope * steepness
-    bar[U, j + 1] -= slope * steepness
-    bar[REST_OVERLAP, j] += slope * steepness
-
-
 @jit
 def kinetic_energy(a, first, last):
     """Of the grains first..last, from 0 and both included [J]; a piston's own grain has none."""
@@ -198,27 +210,6 @@ def momentum_pullback(a, bar, first, last, slope):
 
 
 @jit
-def contact_energy(a, j):
-    """Elastic energy stored in contact j [J]. Not for plastic contacts."""
-    d = a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j]
-    if a[SCALARS, ELASTIC] == HERTZ:
-        return hertz.energy(a[STIFFNESS, j], d)
-    return power_law.energy(a[STIFFNESS, j], d, a[SCALARS, EXPONENT])
-
-
-@jit
-def contact_energy_pullback(a, bar, j, slope):
-    """Adds slope dE/da."""
-    d = _overlap(a, j)
-    shape, _ = _elastic(a, j, d)
-    force = slope * a[STIFFNESS, j] * shape
-    bar[STIFFNESS, j] += slope * shape * d / ((a[SCALARS, EXPONENT] if a[SCALARS, ELASTIC] == POWER else 1.5) + 1.0)
-    bar[U, j] += force
-    bar[U, j + 1] -= force
-    bar[REST_OVERLAP, j] += force
-
-
-@jit
 def energy(a, first, last):
     """Kinetic energy of the grains first..last and half the elastic energy of each contact for each of its grains among them.
 
@@ -239,42 +230,6 @@ def energy_pullback(a, bar, first, last, slope):
 
 
 # -- roots of the energy ------------------------------------------------------------------------------------------------
-
-
-@inlined
-def _lengths(a, j):
-    """Return s and s0 of contact j, 0 for a gap."""
-    d = kernels.overlap(a, U, j)
-    return math.sqrt(d) if d > SMALLEST_OVERLAP else 0.0, math.sqrt(max(a[REST_OVERLAP, j], 0.0))
-
-
-@inlined
-def _quotient(s, s0):
-    """Return Q."""
-    return s * s * (0.4 * s + 0.8 * s0) + s0 * s0 * (1.2 * s + 0.6 * s0)
-
-
-@inlined
-def energy_root(a, j):
-    """Return q of contact j [J^0.5]."""
-    s, s0 = _lengths(a, j)
-    return math.sqrt(a[STIFFNESS, j] * _quotient(s, s0)) * (s - s0)
-
-
-@jit
-def energy_root_pullback(a, bar, j, slope):
-    """Add slope dq_j/da to bar."""
-    s, s0 = _lengths(a, j)
-    quotient = _quotient(s, s0)
-    if quotient <= 0.0 or a[STIFFNESS, j] <= 0.0:
-        return
-    root = math.sqrt(a[STIFFNESS, j] / quotient)
-    bar[STIFFNESS, j] += slope * 0.5 * root * quotient * (s - s0) / a[STIFFNESS, j]
-    along = slope * 0.5 * root * (s * s + s * s0 + s0 * s0) if s > 0.0 else 0.0
-    bar[U, j] += along
-    bar[U, j + 1] -= along
-    # A longer overlap at rest makes the whole overlap longer, and is what the energy counts from.
-    bar[REST_OVERLAP, j] += along - slope * 0.75 * root * s0 * (s + s0)
 
 
 @jit

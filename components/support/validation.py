@@ -160,16 +160,31 @@ def _owner(model: type[BaseModel], name: str, value: Any) -> str:
     return ""
 
 
-def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
-    """An array of `shape` from a number, an array, or {index: value} (the rest is 0); `ParameterError` otherwise."""
+def start_array(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
+    """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the rest is 0).
+
+    A row is what one index of the first axis holds: for shape (n, 2) two numbers.
+
+    Raises:
+        ParameterError: it is none of these, or not finite.
+    """
     array = np.zeros(shape)
-    if isinstance(value, Mapping):
-        places = [_index(name, key, shape) for key in value]
-        if len(set(places)) < len(places):
-            raise ParameterError(f"got the indices {shortened(list(value))}, expected each index once", at=name)
-        for index, item in zip(places, value.values(), strict=True):
-            array[index] = finite_number(f"{name}[{index}]", item)
+    if not isinstance(value, Mapping):
+        array[...] = _values(name, value, shape, "a single number, or")
         return array
+    if not shape:
+        raise ParameterError("got {index: value}, expected a single number", at=name)
+    indices = [_index(name, key, shape[0]) for key in value]
+    if len(set(indices)) < len(indices):
+        raise ParameterError(f"got the indices {shortened(list(value))}, expected each index once", at=name)
+    for index, item in zip(indices, value.values(), strict=True):
+        place = f"{name}[{index}]"
+        array[index] = _values(place, item, shape[1:], "a number, or") if len(shape) > 1 else finite_number(place, item)
+    return array
+
+
+def _values(name: str, value: Any, shape: tuple[int, ...], also: str) -> FloatArray:
+    """Return finite numbers that can be laid over an array of that shape: one, a row, or all of them."""
     try:
         given = np.asarray(value)
     except ValueError as error:  # rows of unlike length
@@ -178,18 +193,18 @@ def filled(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
         raise ParameterError(
             f"got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}", at=name
         )
-    if given.shape not in ((), shape):
-        raise ParameterError(f"got shape {given.shape}, expected a single number or shape {shape}", at=name)
+    # A row for all only where there are several axes: for shape (n,) a row is a number.
+    rows = [shape[1:]] if len(shape) > 1 else []
+    if given.shape not in ((), *rows, shape):
+        known = " or ".join(f"shape {one}" for one in (*rows, shape))
+        raise ParameterError(f"got shape {given.shape}, expected {also} {known}", at=name)
     if not np.isfinite(given).all():
-        raise ParameterError("got NaN or infinity, expected finite numbers", at=name)
-    array[...] = given
-    return array
+        where = [int(index) for index in np.argwhere(~np.isfinite(given))[0]]
+        raise ParameterError(f"got {given[tuple(where)]}, expected a finite number", at=f"{name}{where or ''}")
+    return given.astype(np.float64)
 
 
-def _index(name: str, key: Any, shape: tuple[int, ...]) -> int:
-    if len(shape) != 1:
-        raise ParameterError(f"got {{index: value}} for shape {shape}, expected a number or an array of that shape", at=name)
-    length = shape[0]
+def _index(name: str, key: Any, length: int) -> int:
     try:
         index = int(key if not isinstance(key, bool) else "")
     except (TypeError, ValueError, OverflowError) as error:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 from ..components.component import Component
+from ..components.drawables import main_points
 from .task import Task
 
 Colour = tuple[int, ...]
@@ -43,7 +44,7 @@ def draw(
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
     _write(pen, _MARGIN, 24, _caption(component, task))
-    if component.particles() is None:
+    if main_points(component.drawables()) is None:
         _draw_outputs(pen, component, task)
     else:
         _draw_particles(pen, component, task, walls, wanted)
@@ -64,7 +65,7 @@ def _draw_particles(
     walls: tuple[bool, bool],
     wanted: npt.NDArray[np.float64] | None,
 ) -> None:
-    particles = component.particles()
+    particles = main_points(component.drawables())
     assert particles is not None
     along = particles.reference[:, 0]
     begin, end = float((along - particles.radius).min()), float((along + particles.radius).max())

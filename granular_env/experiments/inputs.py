@@ -4,6 +4,7 @@
     profile = "triangle"      # constant, triangle, half_sine, table, csv, piecewise, sum
     peak = 2000.0
     duration = 1e-4
+    pattern = [1.0, 0.5]      # for an input of several elements: what each of them gets of it
 
 Times are in seconds, values in the input's own SI unit; only a CSV file declares other units.
 """
@@ -33,8 +34,27 @@ _HALF_SINES = ("halfsine", "half-sine", "half sine", "half_sin", "halfsin", "hal
 _SAMPLED = 'give samples of other signals: profile = "table" with times and values, or "csv"'
 
 
+def _array(given: Any) -> list[Any]:
+    """Return a list of numbers, or of rows of equal length, as it is; a fault where it is none."""
+    try:
+        array = np.asarray(given if isinstance(given, list) else None)
+    except (ValueError, OverflowError):
+        raise refusal(f"got {shortened(given, 60)}", "rows of equal length") from None
+    if array.dtype.kind not in "fiu" or not array.size:
+        raise refusal(f"got {shortened(given, 60)}", "numbers, in a list or in rows of equal length")
+    finite = np.isfinite(array)
+    if not finite.all():
+        place = tuple(int(index) for index in np.argwhere(~finite)[0])
+        raise refusal(f"got {array[place]}", "a finite number", at=place)
+    return given
+
+
 class ProfileTable(Table, ABC):
     """One profile as a table; `build` makes the `Profile`. Each kind has its name as the field `profile`."""
+
+    pattern: Annotated[list[Any], PlainValidator(_array)] | None = Field(
+        None, description="for an input of several elements: what the profile is multiplied by, of the input's shape"
+    )
 
     @abstractmethod
     def build(self, folder: Path, unit: str) -> Profile:
@@ -123,7 +143,7 @@ class CsvTable(ProfileTable):
 
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
-        keys = self.model_dump(exclude={"profile", "path"})
+        keys = self.model_dump(exclude={"profile", "path", "pattern"})
         return Profile.from_csv(folder / self.path, unit=unit, **keys)
 
 
@@ -176,21 +196,6 @@ def _parse_input(given: Any) -> float | list[Any] | ProfileTable:
         return _PROFILE.validate_python(given)
     expected = f'a number, a list of numbers, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'
     raise refusal(f"got {shortened(given, 60)}", expected)
-
-
-def _array(given: list[Any]) -> list[Any]:
-    """Return a list of numbers, or of rows of equal length, as it is; a fault where it is none."""
-    try:
-        array = np.asarray(given)
-    except (ValueError, OverflowError):
-        raise refusal(f"got {shortened(given, 60)}", "rows of equal length") from None
-    if array.dtype.kind not in "fiu" or not array.size:
-        raise refusal(f"got {shortened(given, 60)}", "numbers, in a list or in rows of equal length")
-    finite = np.isfinite(array)
-    if not finite.all():
-        place = tuple(int(index) for index in np.argwhere(~finite)[0])
-        raise refusal(f"got {array[place]}", "a finite number", at=place)
-    return given
 
 
 _PROFILE: TypeAdapter[ProfileTable] = TypeAdapter(AnyProfile)

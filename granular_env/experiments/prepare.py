@@ -121,6 +121,8 @@ def _input(folder: Path, component: Component, name: str, value: Any) -> InputVa
     if not isinstance(value, ProfileTable):
         return value
     profile = value.build(folder, known[name].unit)
+    if value.pattern is not None:
+        profile = profile * _array(f"{name}.pattern", value.pattern, known[name].shape)
     # Compiled once, here, so that what has to be told of it is told before anything is written.
     profile.compile(component.step_size, name)
     return profile

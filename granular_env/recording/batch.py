@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ..components.component import Component
+from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
 from ..components.support.serialization import canonical_json, digest
-from .format import FRAMES, HASHES, SNAPSHOTS, STEPS, Record, bits, nanoseconds, words
+from .format import EVENTS, FRAMES, HASHES, SNAPSHOTS, STEPS, Record, bits, nanoseconds, words
 from .sink import CHUNK_BYTES, Sink
 
 # Compiled profiles that are remembered by object, so that one that is used again is stored once.
 _KNOWN_PROFILES = 256
-Held = float | CompiledProfile
 
 
 @dataclass(slots=True)
@@ -32,6 +32,7 @@ class Batch:
         sets: (index of the step, name of the input, value) for each input that was set.
         frames: (tick, one value for each recorded variable).
         hashes: (tick, one row).
+        events: rows of events, shape (events, 5) each.
         snapshots: (tick, START, KEY or END, snapshot).
         size: bytes, about.
     """
@@ -43,6 +44,7 @@ class Batch:
     sets: list[tuple[int, str, Held]] = field(default_factory=list)
     frames: list[tuple[int, list[Any]]] = field(default_factory=list)
     hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    events: list[np.ndarray] = field(default_factory=list)
     snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
     size: int = 0
 
@@ -83,28 +85,36 @@ class Profiles:
         return known[1:]
 
     def new(self) -> dict[str, np.ndarray]:
-        """The profiles that have not been stored yet, laid end to end."""
+        """The profiles that have not been stored yet, laid end to end; the pattern of each that has one by its place."""
         profiles, self._new = self._new, []
-        return {
+        patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
+        return patterns | {
             "profile_shapes": np.array([p.coefficients.shape for p in profiles], dtype=np.int64).reshape(-1, 2),
             "profile_ticks": np.concatenate([p.ticks for p in profiles] or [np.zeros(0, np.int64)]),
             "profile_coefficients": np.concatenate([p.coefficients.ravel() for p in profiles] or [np.zeros(0)]),
         }
 
 
-def hash_row(component: Component, state: list[str], inputs: list[str]) -> np.ndarray:
+def hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:
     """One word for each state variable, one for the whole state, one for each input now held; int64."""
     row = [_word(digest(words(component.peek(name)))) for name in state]
     row.append(_word(digest(component._memory_bytes)))
-    row += [held_word(component._held[name]) for name in inputs]
+    held = component.held_inputs
+    row += [held_word(held[name]) for name in inputs]
     return np.array(row, dtype=np.int64)
 
 
 def held_word(value: Held) -> int:
-    """The bits of a number, or a digest of a profile's."""
+    """Return the bits of a number, or a digest of those of an array or a profile."""
     if isinstance(value, CompiledProfile):
-        return _word(digest(value.ticks.tobytes() + value.coefficients.tobytes()))
-    return bits(value)
+        pattern = b"" if value.pattern is None else value.pattern.tobytes()
+        return _word(digest(value.ticks.tobytes() + value.coefficients.tobytes() + pattern))
+    return array_word(value) if isinstance(value, np.ndarray) else bits(value)
+
+
+def array_word(array: np.ndarray) -> int:
+    """Return a digest of the bits of an array."""
+    return _word(digest(words(array)))
 
 
 def _word(data: bytes) -> int:
@@ -142,7 +152,7 @@ def write_batch(
     sink: Sink,
     profiles: Profiles,
     names: list[str],
-    inputs: list[str],
+    inputs: Mapping[str, tuple[int, ...]],
     step_size: float,
     digests: Mapping[str, Any],
 ) -> None:
@@ -152,7 +162,12 @@ def write_batch(
 
 
 def _records(
-    batch: Batch, sink: Sink, profiles: Profiles, names: list[str], inputs: list[str], digests: Mapping[str, Any]
+    batch: Batch,
+    sink: Sink,
+    profiles: Profiles,
+    names: list[str],
+    inputs: Mapping[str, tuple[int, ...]],
+    digests: Mapping[str, Any],
 ) -> Iterator[Record]:
     starts = [item for item in batch.snapshots if item[1] == 0]
     yield from _snapshots(batch, sink, starts)
@@ -160,6 +175,10 @@ def _records(
         yield from _steps(batch, sink, profiles, inputs)
     if batch.frames:
         yield from _frames(batch, sink, names)
+    if batch.events:
+        rows = np.concatenate(batch.events)
+        place = (batch.segment, int(rows[0, 0]), int(rows[-1, 0]), len(rows))
+        yield Record(EVENTS, 0, *place, sink.number(EVENTS), {}, {"rows": rows})
     if batch.hashes:
         ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
         arrays = {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])}
@@ -174,9 +193,9 @@ def _snapshots(batch: Batch, sink: Sink, items: list[tuple[int, int, Snapshot]])
         yield Record(SNAPSHOTS, why, batch.segment, tick, tick, 1, sink.number(SNAPSHOTS), {}, {"snapshot": data})
 
 
-def _steps(batch: Batch, sink: Sink, profiles: Profiles, inputs: list[str]) -> Iterator[Record]:
+def _steps(batch: Batch, sink: Sink, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]) -> Iterator[Record]:
     durations = np.array(batch.durations, dtype=np.int64)
-    by_name: dict[str, tuple[list[int], list[int], list[float]]] = {}
+    by_name: dict[str, tuple[list[int], list[int], list[Any]]] = {}
     profile_words: dict[int, int] = {}
     for place, name, value in batch.sets:
         if place >= len(durations):
@@ -187,16 +206,16 @@ def _steps(batch: Batch, sink: Sink, profiles: Profiles, inputs: list[str]) -> I
             number, word = profiles.number(value)
             profile_words[number] = word
             numbers.append(number)
-            values.append(0.0)
         else:
             numbers.append(-1)
             values.append(value)
     arrays = {"durations": durations}
     content = {}
-    for name, lists in by_name.items():
-        places, numbers, values = (np.array(x, dtype=d) for x, d in zip(lists, (np.int64, np.int64, np.float64), strict=True))
+    for name, (*lists, held) in by_name.items():
+        places, numbers = (np.array(x, dtype=np.int64) for x in lists)
+        values = np.array(held, dtype=np.float64).reshape(len(held), *inputs[name])
         content[name] = (places, set_words(numbers, values, profile_words))
-        label = str(inputs.index(name))
+        label = str(list(inputs).index(name))
         arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": values}
     arrays |= profiles.new()
     last = batch.first + int(durations.sum())
@@ -208,10 +227,17 @@ def _steps(batch: Batch, sink: Sink, profiles: Profiles, inputs: list[str]) -> I
 
 
 def set_words(numbers: np.ndarray, values: np.ndarray, profile_words: Mapping[int, int]) -> np.ndarray:
-    """The `held_word` of each value that an input was set to; `numbers` are those of profiles, -1 for a plain number."""
-    found = values.view(np.int64).copy()
-    for place in np.flatnonzero(numbers >= 0).tolist():
-        found[place] = profile_words[int(numbers[place])]
+    """Return the `held_word` of each value that an input was set to.
+
+    Args:
+        numbers: that of the profile, or -1 where it was no profile, shape (sets,).
+        values: the numbers or arrays that it was set to where it was no profile, shape (those, ...).
+        profile_words: number of a profile -> its `held_word`.
+    """
+    found = np.empty(len(numbers), dtype=np.int64)
+    plain = numbers < 0
+    found[plain] = values.view(np.int64) if values.ndim == 1 else [array_word(value) for value in values]
+    found[~plain] = [profile_words[number] for number in numbers[~plain].tolist()]
     return found
 
 

@@ -91,7 +91,7 @@ class Branch:
             raise ParameterError(f"until: got {until:g} s, the branch begins at {self.component.time:g} s")
         if until is None:
             # How far a log goes is its own word; how far somebody asks for is theirs.
-            self.parent._caps.work(end - self.component.tick, len(self.component._block.memory))
+            self.parent._caps.work(end - self.component.tick, self.component.state_bytes // 8)
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
@@ -128,7 +128,7 @@ class Branch:
                 raise ParameterError(f"inputs: {name!r} is no input of this {self.component.name}; {nearest(name, known)}")
         if self.component.tick != self.tick:
             raise ParameterError("the branch's component has been stepped already; take a new branch")
-        self.component._compiled(given)
+        self.component.hold(given)
 
     def _recorder(self, target: Any, every: float | None, variables: list[str] | None, overwrite: bool) -> Recorder:
         component = self.component
@@ -170,7 +170,7 @@ def branch_of(log: Log, at: float, components: Mapping[str, type[Component]] | N
     segment, tick = log.locate(at)
     component = log.component(components)
     snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
-    log._caps.work(tick - snapshot.tick, len(component._block.memory))
+    log._caps.work(tick - snapshot.tick, component.state_bytes // 8)
     restore(component, snapshot)
     start = log.snapshot(segment, segment.start)
     changes = [change for change in steps.changes(start.inputs) if change[0] >= snapshot.tick]

@@ -36,7 +36,7 @@ def estimated_bytes(
     hashed = sum(variable.state or variable.causality == "input" for variable in component.variables.values()) + 2
     return (
         frames * (8 * numbers + _FRAME_BYTES)
-        + snapshots * component._block.memory.nbytes
+        + snapshots * component.state_bytes
         + ticks // schedule.hash_every * 8 * hashed
         + _LOG_BYTES
     )

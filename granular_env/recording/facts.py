@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import platform
@@ -14,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from ..components.component import Component
-from ..components.contract import Variable
+from ..components.contract import Balance, Variable
 from ..components.errors import LogError, ParameterError
+from .drawables import drawable_facts
 from .format import FORMAT
 from .options import plain_values
 
@@ -63,6 +65,8 @@ def variable_facts(variable: Variable) -> dict[str, Any]:
         "dtype": variable.dtype,
         "description": variable.description,
         "state": variable.state,
+        "variability": variable.variability,
+        "nominal": variable.nominal,
         "axes": list(variable.axes),
     }
 
@@ -107,7 +111,7 @@ def header_of(
 
 def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the part of the header, and its arrays, that follow from the component: a re-run gives them again."""
-    particles = component.particles()
+    drawables, arrays = drawable_facts(component.drawables())
     facts = {
         "component": component.name,
         "version": component.version,
@@ -115,18 +119,55 @@ def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict
         "parameters": component.parameters.model_dump(mode="json"),
         "identity": component.identity,
         "step_size": component.step_size,
-        "state_words": len(component.save().memory),
         "variables": [variable_facts(component.variables[name]) for name in recorded],
         "inputs": [variable_facts(v) for v in component.variables.values() if v.causality == "input"],
         "state": [v.name for v in component.variables.values() if v.state],
-        "particles": None if particles is None else {"displacement": particles.displacement, "colour": particles.colour},
+        "balances": [balance_facts(balance) for balance in component.balances()],
+        "event_kinds": dict(component.event_kinds),
+        "drawables": drawables,
     }
-    if particles is None:
-        return facts, {}
-    return facts, {
-        "reference": np.asarray(particles.reference, np.float64),
-        "radius": np.asarray(particles.radius, np.float64),
-    }
+    return facts, arrays
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class BalanceNames:
+    """The names behind a balance, in the order of `contract.Balance`; all have one unit."""
+
+    quantity: str
+    unit: str
+    stored: tuple[str, ...]
+    lost: tuple[str, ...]
+    supplied: tuple[str, ...]
+
+    @property
+    def residual(self) -> str:
+        """Name of what is left over."""
+        return f"{self.quantity}_residual"
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        """All names but the residual's."""
+        return (*self.stored, *self.lost, *self.supplied)
+
+
+def balance_names_from(facts: Any) -> tuple[BalanceNames, ...]:
+    """Return the names from what `balance_facts` gave for each balance; `LogError` for anything else."""
+    try:
+        found = [
+            BalanceNames(one["quantity"], one["unit"], *(tuple(one[part]) for part in ("stored", "lost", "supplied")))
+            for one in facts
+        ]
+    except (KeyError, TypeError) as error:
+        raise LogError(f"the log's header describes its balances wrongly: {error}") from error
+    if not all(isinstance(name, str) for one in found for name in (one.quantity, one.unit, *one.entries)):
+        raise LogError("the log's header describes its balances wrongly")
+    return tuple(found)
+
+
+def balance_facts(balance: Balance) -> dict[str, Any]:
+    """Return the names behind a balance as JSON values."""
+    parts = {name: list(getattr(balance, name)) for name in ("stored", "lost", "supplied")}
+    return {"quantity": balance.quantity, "unit": balance.unit, **parts}
 
 
 def closing_facts(component: Component) -> dict[str, Any]:

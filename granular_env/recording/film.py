@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from ..components.component import Component
-from ..components.contract import Ledger
 from ..components.errors import LogError
 from .container import RawMessage
 from .format import HEADER, TOPICS
 from .index import CHUNK, KIND, LAST, SEGMENT
 from .metadata import title_of
-from .preview import PreviewFacts, PreviewMessage
+from .preview import PreviewMessage
 from .reader import Log
-from .track import Track, facts_of
+from .track import Track, facts_of, preview_facts
 
 _PICTURES = 400
 _FROM_FRAMES = {"source": "frames"}
@@ -43,10 +42,10 @@ class FilmMaker:
         elif not self._from_frames and not self.missing:
             raise LogError(f"log {str(log.path)!r}: its end does not say how its film was made")
 
-    def take(self, component: Component, ledger: Ledger, tick: int) -> None:
+    def take(self, component: Component, balances: Mapping[str, Any], tick: int) -> None:
         """Show it a frame of the re-run, at a tick of the log's time."""
         if self._track is not None and self._track.wants(self._number):
-            self._track.take(self._number, self._log._nanoseconds(tick), component, ledger)
+            self._track.take(self._number, self._log._nanoseconds(tick), component, balances)
         self._number += 1
 
     def difference(self) -> str:
@@ -82,23 +81,17 @@ def _compare(mine: PreviewMessage, other: RawMessage | None) -> None:
 
 def film_of_frames(log: Log) -> Track | None:
     """Return a film of the frames that a log holds; None where they do not suffice for one."""
-    particles = log.particles
-    if particles is not None and not {particles.displacement, particles.colour} <= set(log.variables):
-        particles = None
     units = {name: variable.unit for name, variable in log.variables.items() if variable.shape == ()}
-    wanted = [*units, *((particles.displacement, particles.colour) if particles else ())]
+    facts = preview_facts(title_of(log._header), log.drawables, log.variables, units)
+    wanted = list(dict.fromkeys([*units, *facts.sizes]))
     if not wanted or not log.segments:
         return None
-    colour_unit = log.variables[particles.colour].unit if particles else ""
-    track = Track(PreviewFacts(title_of(log._header), particles, colour_unit, units))
+    track = Track(facts)
     ticks = _common_ticks(log, wanted)
     for number, tick in enumerate(ticks[:: max(1, -(-len(ticks) // _PICTURES))].tolist()):
         time = tick * log.step_size
         values = [log.get(name, time) for name in units]
-        seen: tuple[Any, Any] = (None, None)
-        if particles is not None:
-            seen = log.get(particles.displacement, time), log.get(particles.colour, time)
-        track.add(number, log._nanoseconds(tick), values, *seen)
+        track.add(number, log._nanoseconds(tick), values, {name: log.get(name, time) for name in facts.sizes})
     return track
 
 

@@ -11,7 +11,8 @@ snapshots    the state at the start of each segment, at key ticks and at the end
 steps        for many calls of `step`: their lengths in ticks and the inputs that were set
 frames       for one variable: ticks (m,) and values (m, ...)
 hashes       at key ticks: a digest of each state variable and of the whole state, and the inputs then held
-events       failures; and at the end one that says "closed", with the index of all messages
+events       what happened to the component: rows of tick, kind, index, value and limit
+incidents    what happened to the run: failures, a recovery; at the end one that says "closed", with the index of all messages
 ===========  ==========================================================================================================
 
 Further topics, and a Metadata record, are for stock viewers and are not read back: see `preview` and `metadata`.
@@ -29,12 +30,12 @@ import numpy as np
 from ..components.errors import LogError
 from ..components.support.serialization import digest, pack_parts, unpack
 
-FORMAT = 2
+FORMAT = 3
 PROFILE = "granular-env"
-KINDS = ("header", "snapshots", "steps", "frames", "hashes", "events")
-HEADER, SNAPSHOTS, STEPS, FRAMES, HASHES, EVENTS = range(len(KINDS))
+KINDS = ("header", "snapshots", "steps", "frames", "hashes", "events", "incidents")
+HEADER, SNAPSHOTS, STEPS, FRAMES, HASHES, EVENTS, INCIDENTS = range(len(KINDS))
 TOPICS = {f"granular/{name}": kind for kind, name in enumerate(KINDS)}
-# What column `detail` of the index holds for a snapshot; for frames it is the number of the variable, for events CLOSED or 0.
+# Column `detail` of the index, for a snapshot; for frames it holds the number of the variable, for incidents CLOSED or 0.
 START, KEY, END = 0, 1, 2
 CLOSED = 1
 # Columns of the index, one row a message.
@@ -50,7 +51,7 @@ class Record:
 
     Attributes:
         kind: one of the numbers above.
-        detail: for frames the number of the variable, for snapshots START, KEY or END, for events CLOSED or 0.
+        detail: for frames the number of the variable, for snapshots START, KEY or END, for incidents CLOSED or 0.
         segment: which unbroken history.
         first, last: the ticks that it spans.
         count: how many steps, frames or rows it holds.

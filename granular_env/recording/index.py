@@ -8,7 +8,23 @@ import numpy as np
 
 from ..components.errors import LogError
 from .container import Container
-from .format import CLOSED, COLUMNS, END, EVENTS, FRAMES, HASHES, HEADER, KINDS, SNAPSHOTS, START, STEPS, TOPICS, Record, decode
+from .format import (
+    CLOSED,
+    COLUMNS,
+    END,
+    EVENTS,
+    FRAMES,
+    HASHES,
+    HEADER,
+    INCIDENTS,
+    KINDS,
+    SNAPSHOTS,
+    START,
+    STEPS,
+    TOPICS,
+    Record,
+    decode,
+)
 
 # Whole numbers of ticks beyond this are not told apart by a time in float64.
 _MOST_TICKS = 2**53
@@ -58,7 +74,8 @@ class Index:
         known = (rows[:, KIND] >= 0) & (rows[:, KIND] < len(KINDS))
         bad = ~known | (rows[:, FIRST] > rows[:, LAST]) | (rows[:, FIRST] < 0) | (rows[:, LAST] >= _MOST_TICKS)
         # A frame, a hash or a step stands at a tick of its own, so there are never more of them than ticks.
-        bad |= (rows[:, COUNT] < 1) | (rows[:, COUNT] > rows[:, LAST] - rows[:, FIRST] + 1) | (rows[:, CHUNK] < 0)
+        crowded = (rows[:, COUNT] > rows[:, LAST] - rows[:, FIRST] + 1) & (rows[:, KIND] != EVENTS)
+        bad |= (rows[:, COUNT] < 1) | crowded | (rows[:, CHUNK] < 0)
         if bad.any() or not len(rows) or rows[0, KIND] != HEADER or (rows[1:, KIND] == HEADER).any():
             raise LogError(f"log {self.path!r}: its index does not describe a log")
         if (np.diff(rows[:, CHUNK]) < 0).any() or rows[:, COUNT].sum(dtype=np.float64) >= _MOST_TICKS:
@@ -94,7 +111,7 @@ class Index:
         if not segments:
             return
         begins, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
-        rows = self.rows[np.isin(self.rows[:, KIND], (FRAMES, HASHES, SNAPSHOTS))]
+        rows = self.rows[np.isin(self.rows[:, KIND], (FRAMES, HASHES, SNAPSHOTS, EVENTS))]
         if (rows[:, FIRST] < begins[rows[:, SEGMENT]]).any() or (rows[:, LAST] > ends[rows[:, SEGMENT]]).any():
             raise LogError(f"log {self.path!r}: it holds values from outside of its own history")
 
@@ -123,7 +140,7 @@ def _closing_record(container: Container, log: str) -> Record | None:
     for message in reversed(container.messages(container.chunk_count - 1)):
         if message.topic in TOPICS:
             kind = TOPICS[message.topic]
-            if kind != EVENTS:
+            if kind != INCIDENTS:
                 return None
             record = decode(message.data, kind, log, container.most_text)
             return record if record.detail == CLOSED else None

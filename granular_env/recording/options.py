@@ -11,11 +11,10 @@ import numpy as np
 from ..components.component import Component
 from ..components.errors import ParameterError, nearest
 from .schedule import HASH_EVERY, Schedule, doubling_for, frames_for
-from .track import LEDGER
 
 
 def checked_names(component: Component, variables: Sequence[str] | None) -> list[str]:
-    """Names to record, by default the state variables; the ledger always comes along."""
+    """Names to record, by default the state variables; the entries of the balances always come along."""
     if variables is None:
         variables = [v.name for v in component.variables.values() if v.state]
     if isinstance(variables, str):
@@ -24,7 +23,7 @@ def checked_names(component: Component, variables: Sequence[str] | None) -> list
     for name in variables:
         if name not in known:
             raise ParameterError(f"variables: {name!r} is no output or input of this {component.name}; {nearest(name, known)}")
-    return list(dict.fromkeys([*variables, *LEDGER]))
+    return list(dict.fromkeys([*variables, *component.balance_names]))
 
 
 def checked_schedule(

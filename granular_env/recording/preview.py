@@ -13,6 +13,8 @@ A run of a wave lasts microseconds and moves grains by microns, so the messages 
 - ``/particles``: every particle at its true place, a ``foxglove.PointCloud``.
 - ``/preview``: beside it, displacements multiplied by a stated factor; over each grain a column as high as the colouring
   quantity. ``/preview/grains``: the same grains as spheres of their sizes, a ``foxglove.SceneUpdate``.
+- ``/links/NAME``, ``/cells/NAME``, ``/curves/NAME``: the other drawables as point clouds at their true places: dots between
+  linked points, the nodes or centres of cells, a curve's values as heights over its coordinate.
 - one topic for each unit, such as ``/energy[J]``: a ROS 2 ``Float64MultiArray``, which stock rerun plots; and ``/scalars``: the
   same numbers as named fields (``kinetic_energy_J``) for Foxglove and PlotJuggler. What is zero all the time is left out.
 - ``/about``: factor, clocks, colours and the order of the numbers, in words.
@@ -29,7 +31,7 @@ from functools import cache
 
 import numpy as np
 
-from ..components.contract import Particles
+from ..components.drawables import Cells, Curve, Drawable, Links, Points, main_points, spatial
 from . import cdr, schemas
 from .exaggeration import chosen_exaggeration
 
@@ -43,6 +45,8 @@ _MOST_GRAINS, _MOST_SPHERES = 500, 200
 # the camera that rerun chooses stands so near that it sees half the chain.
 _LIFT, _HEIGHT = 0.55, 0.22
 _COLUMN_POINTS = 8
+# Dots that a link is drawn as; links, nodes or samples of a curve beyond which it is left out of the preview.
+_LINK_DOTS, _MOST_OTHERS = 5, 20_000
 # Steps to which heights, displacements (per radius) and shades are rounded: unchanged grains then cost next to no bytes.
 _HEIGHT_STEPS, _PLACES_PER_RADIUS, _SHADES = 32, 16, 15
 _NEGATIVE, _ZERO, _POSITIVE = np.array([[40.0, 90.0, 220.0], [190.0, 190.0, 190.0], [220.0, 50.0, 40.0]])
@@ -64,14 +68,16 @@ class PreviewFacts:
 
     Attributes:
         title: name of the experiment, else of the component.
-        particles: what is drawn, or None.
-        colour_unit: unit of the quantity that colours the particles.
+        drawables: what is drawn.
+        drawn_units: unit of each output that they show, by name.
+        sizes: how many numbers each of these outputs holds.
         units: unit of each scalar, by name, in the order of `PreviewFrame.scalars`.
     """
 
     title: str
-    particles: Particles | None
-    colour_unit: str
+    drawables: tuple[Drawable, ...]
+    drawn_units: Mapping[str, str]
+    sizes: Mapping[str, int]
     units: Mapping[str, str]
 
 
@@ -83,15 +89,13 @@ class PreviewFrame:
         number: how many frames were recorded before it.
         nanoseconds: simulated time since the log began [ns].
         scalars: one value for each of the facts' units.
-        displacement: shape (n,) along x or (n, 3) [m], single precision; None without particles.
-        colour: shape (n,), single precision; None without particles.
+        drawn: the outputs that drawables show, by name, single precision.
     """
 
     number: int
     nanoseconds: int
     scalars: Sequence[float]
-    displacement: np.ndarray | None
-    colour: np.ndarray | None
+    drawn: Mapping[str, np.ndarray]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -130,7 +134,7 @@ def preview_messages(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> Ite
         return
     clock = SlowClock.of(frames)
     scalars = _Scalars.of(facts, frames)
-    scene = Scene.of(facts, frames)
+    scene, others = Scene.of(facts, frames), Others.of(facts, frames)
     yield _about(facts, clock, scene, scalars)
     pictures = set(_evenly(len(frames), _MOST_PICTURES))
     for place, frame in enumerate(frames):
@@ -139,6 +143,9 @@ def preview_messages(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> Ite
             yield PreviewMessage(topic, *times, [encoded[place]])
         if scene is not None and place in pictures:
             for topic, parts in scene.pictures(frame):
+                yield PreviewMessage(topic, *times, parts)
+        if place in pictures:
+            for topic, parts in others.pictures(frame):
                 yield PreviewMessage(topic, *times, parts)
 
 
@@ -247,7 +254,7 @@ class Scene:
     """The grains beside the true particles: which, where at rest, how much their displacements and heights are multiplied.
 
     Attributes:
-        particles: all of them.
+        points: all of them, their reference with three columns.
         blocks: first particle of each block that one grain stands for, shape (n,); each alone where there are few.
         reference, radius: of the grains drawn, lifted; shapes (n, 3), (n,) [m].
         exaggeration: factor of the displacements.
@@ -256,7 +263,7 @@ class Scene:
         height: of that column [m].
     """
 
-    particles: Particles
+    points: Points
     blocks: np.ndarray
     reference: np.ndarray
     radius: np.ndarray
@@ -268,27 +275,25 @@ class Scene:
     @staticmethod
     def of(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> Scene | None:
         """Return the scene of frames; None without particles."""
-        particles = facts.particles
-        seen = [frame for frame in frames if frame.displacement is not None and frame.colour is not None]
-        if particles is None or not seen or not len(particles.radius):
+        points = main_points(facts.drawables)
+        if points is None or not len(points.radius):
             return None
-        blocks = np.arange(0, len(particles.radius), -(-len(particles.radius) // _MOST_GRAINS))
-        reference, radius = particles.reference[blocks], particles.radius[blocks]
-        moved = np.stack([_vectors(frame.displacement, blocks) for frame in seen])  # type: ignore[arg-type]
-        lift, height = _lift_and_height(*_extent(particles))
-        largest = max(float(np.abs(frame.colour).max(initial=0.0)) for frame in seen)  # type: ignore[arg-type]
+        blocks = np.arange(0, len(points.radius), -(-len(points.radius) // _MOST_GRAINS))
+        reference, radius = points.reference[blocks], points.radius[blocks]
+        moved = np.stack([_vectors(frame.drawn[points.displacement], blocks) for frame in frames])
+        lift, height = _lift_and_height(*_extent(points))
+        largest = _largest(frames, points.colour)
         factor = chosen_exaggeration(reference, radius, moved)
-        return Scene(particles, blocks, reference + [0.0, 0.0, lift], radius, factor, lift, largest or 1.0, height)
+        return Scene(points, blocks, reference + [0.0, 0.0, lift], radius, factor, lift, largest, height)
 
     def pictures(self, frame: PreviewFrame) -> Iterator[tuple[Topic, list[bytes | memoryview]]]:
         """Yield the messages of one frame."""
-        if frame.displacement is None or frame.colour is None:
-            return
-        time = frame.nanoseconds
-        true = positions_of(self.particles, frame.displacement)
-        yield _cloud_topic(PARTICLES_TOPIC), schemas.encode_point_cloud(time, true, colours_of(frame.colour, self.largest))
-        part = self._part(frame.colour)
-        places, colours = self._places(frame.displacement), colours_of(part, 1.0)
+        time, displacement = frame.nanoseconds, frame.drawn[self.points.displacement]
+        colour = frame.drawn.get(self.points.colour, np.zeros(len(self.points.radius), np.float32))
+        true = positions_of(self.points, displacement)
+        yield _cloud_topic(PARTICLES_TOPIC), schemas.encode_point_cloud(time, true, colours_of(colour, self.largest))
+        part = self._part(colour)
+        places, colours = self._places(displacement), colours_of(part, 1.0)
         yield _cloud_topic(PREVIEW_TOPIC), schemas.encode_point_cloud(time, *self._with_columns(places, part, colours))
         if len(places) <= _MOST_SPHERES:
             yield _grains_topic(), schemas.encode_spheres(time, places, self.radius, colours)
@@ -332,15 +337,91 @@ def _grains_topic() -> Topic:
     return Topic(GRAINS_TOPIC, "foxglove.SceneUpdate", "protobuf", schemas.scene_update_schema())
 
 
-def picture_box(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
+def _largest(frames: Sequence[PreviewFrame], name: str) -> float:
+    """Return the largest magnitude of an output in all frames; 1 where it stays 0, or there is none."""
+    return (
+        max((float(np.abs(frame.drawn[name]).max(initial=0.0)) for frame in frames if name in frame.drawn), default=0.0) or 1.0
+    )
+
+
+# -- links, cells, curves --------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Others:
+    """The drawables that are no points, and what scales them.
+
+    Attributes:
+        points: the points that links join, by name, their reference with three columns.
+        drawables: links, cells and curves.
+        largest: magnitude of the output that gives the fullest colour, by name.
+    """
+
+    points: Mapping[str, Points]
+    drawables: tuple[Drawable, ...]
+    largest: Mapping[str, float]
+
+    @staticmethod
+    def of(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> Others:
+        """Return what there is to draw beside the points."""
+        points = {one.name: main_points([one]) for one in facts.drawables if isinstance(one, Points)}
+        drawables = tuple(one for one in facts.drawables if not isinstance(one, Points) and _is_small(one))
+        return Others(points, drawables, {name: _largest(frames, name) for name in facts.sizes})  # type: ignore[arg-type]
+
+    def pictures(self, frame: PreviewFrame) -> Iterator[tuple[Topic, list[bytes | memoryview]]]:
+        """Yield the messages of one frame."""
+        for drawable in self.drawables:
+            if isinstance(drawable, Links):
+                name, drawn = "links", self._dots(drawable, frame)
+            elif isinstance(drawable, Cells):
+                name, drawn = "cells", self._nodes(drawable, frame)
+            elif isinstance(drawable, Curve):
+                name, drawn = "curves", self._heights(drawable, frame)
+            else:
+                continue
+            cloud = _cloud_topic(f"/{name}/{drawable.name}")
+            yield cloud, schemas.encode_point_cloud(frame.nanoseconds, np.asarray(drawn[0], np.float32), drawn[1])
+
+    def _dots(self, links: Links, frame: PreviewFrame) -> tuple[np.ndarray, np.ndarray]:
+        """Return dots on the line between linked points."""
+        points, state = self.points[links.points], frame.drawn[links.state]
+        places = positions_of(points, frame.drawn[points.displacement])
+        whole = np.flatnonzero(state)
+        first, second = places[links.pairs[whole, 0]], places[links.pairs[whole, 1]]
+        parts = np.linspace(0.0, 1.0, _LINK_DOTS + 2)[1:-1]
+        dots = np.concatenate([first + part * (second - first) for part in parts])
+        return dots, np.tile(colours_of(state[whole], self.largest[links.state]), (_LINK_DOTS, 1))
+
+    def _nodes(self, cells: Cells, frame: PreviewFrame) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nodes, or where the field belongs to the cells their centres."""
+        nodes, field = spatial(cells.nodes), frame.drawn[cells.field]
+        if cells.displacement:
+            nodes = nodes + spatial(frame.drawn[cells.displacement])
+        places = nodes if len(field) == len(nodes) else nodes[cells.connectivity].mean(axis=1)
+        return places, colours_of(field, self.largest[cells.field])
+
+    def _heights(self, curve: Curve, frame: PreviewFrame) -> tuple[np.ndarray, np.ndarray]:
+        """Return the values as heights over the coordinate, the largest a quarter of its length."""
+        field, largest = frame.drawn[curve.field], self.largest[curve.field]
+        places = spatial(curve.coordinate)
+        places[:, 2] = field / largest * _HEIGHT * max(float(np.ptp(curve.coordinate)), 1e-300)
+        return places, colours_of(field, largest)
+
+
+def _is_small(drawable: Drawable) -> bool:
+    counts = {Links: "pairs", Cells: "nodes", Curve: "coordinate"}
+    return len(getattr(drawable, counts[type(drawable)])) <= _MOST_OTHERS  # type: ignore[index]
+
+
+def picture_box(points: Points) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and the highest corner of all that is drawn, with the particles at rest; shape (3,) each [m]."""
-    low, high = _extent(particles)
+    low, high = _extent(points)
     return low, high + [0.0, 0.0, sum(_lift_and_height(low, high))]
 
 
-def _extent(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
-    radius = particles.radius[:, None]
-    return (particles.reference - radius).min(axis=0), (particles.reference + radius).max(axis=0)
+def _extent(points: Points) -> tuple[np.ndarray, np.ndarray]:
+    radius, reference = points.radius[:, None], spatial(points.reference)
+    return (reference - radius).min(axis=0), (reference + radius).max(axis=0)
 
 
 def _lift_and_height(low: np.ndarray, high: np.ndarray) -> tuple[float, float]:
@@ -350,22 +431,12 @@ def _lift_and_height(low: np.ndarray, high: np.ndarray) -> tuple[float, float]:
 
 def _vectors(displacement: np.ndarray, blocks: np.ndarray) -> np.ndarray:
     """Return displacements of some particles as vectors, shape (n, 3), double precision."""
-    chosen = displacement[blocks].astype(np.float64)
-    if chosen.ndim == 2:
-        return chosen
-    vectors = np.zeros((len(chosen), 3))
-    vectors[:, 0] = chosen
-    return vectors
+    return spatial(displacement[blocks].astype(np.float64))
 
 
-def positions_of(particles: Particles, displacement: np.ndarray) -> np.ndarray:
-    """Return reference plus displacement (along x where it is one number a particle), shape (n, 3) [m], single precision."""
-    positions = particles.reference.astype(np.float32)
-    if displacement.ndim == 1:
-        positions[:, 0] = particles.reference[:, 0] + displacement
-    else:
-        positions[:] = particles.reference + displacement
-    return positions
+def positions_of(points: Points, displacement: np.ndarray) -> np.ndarray:
+    """Return reference plus displacement (along x where it is one number a point), shape (n, 3) [m], single precision."""
+    return (spatial(points.reference) + spatial(displacement)).astype(np.float32)
 
 
 def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
@@ -387,16 +458,14 @@ def _palette() -> np.ndarray:
 def _about(facts: PreviewFacts, clock: SlowClock, scene: Scene | None, scalars: _Scalars) -> PreviewMessage:
     lines = [facts.title, "", f"Slow clock: 1 s here = {clock.unit / 1e9:.3g} s simulated."]
     lines += ["Simulated time: the timeline message_publish_time, and the messages' time stamps.", ""]
-    if scene is not None and facts.particles is not None:
-        full = f"{scene.largest:.4g} {facts.colour_unit}"
-        lines += [
-            f"/preview: displacements {scene.exaggeration:g} x as large as they are.",
-            f"Columns and colours: {facts.particles.colour}, from -{full} (blue) through 0 (grey) to +{full} (red).",
-            f"/particles, {scene.lift:.3g} m below: true places.",
-            "",
-        ]
-        if len(scene.blocks) < len(facts.particles.radius):
-            lines += [f"/preview has {len(scene.blocks)} grains for {len(facts.particles.radius)} particles.", ""]
+    if scene is not None:
+        lines.append(f"/preview: displacements {scene.exaggeration:g} x as large as they are.")
+        if colour := scene.points.colour:
+            full = f"{scene.largest:.4g} {facts.drawn_units[colour]}"
+            lines.append(f"Columns and colours: {colour}, from -{full} (blue) through 0 (grey) to +{full} (red).")
+        lines += [f"/particles, {scene.lift:.3g} m below: true places.", ""]
+        if len(scene.blocks) < len(scene.points.radius):
+            lines += [f"/preview has {len(scene.blocks)} grains for {len(scene.points.radius)} particles.", ""]
     for topic, names in scalars.names.items():
         lines.append(f"{topic}: " + ", ".join(f"[{place}] {name}" for place, name in enumerate(names)))
     topic = Topic(ABOUT_TOPIC, cdr.TEXT_NAME, "ros2msg", cdr.TEXT.encode())

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ..components.component import Component
-from ..components.contract import Particles, Variable
-from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest
+from ..components.contract import Event, Variable
+from ..components.drawables import Drawable
+from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest, shortened
 from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
@@ -21,12 +22,14 @@ from . import steps as step_records
 from .build import build
 from .caps import Caps
 from .container import Container
-from .facts import variable_from
+from .drawables import drawables_from
+from .facts import BalanceNames, balance_names_from, variable_from
 from .format import (
     EVENTS,
     FORMAT,
     FRAMES,
     HEADER,
+    INCIDENTS,
     PROFILE,
     SNAPSHOTS,
     START,
@@ -143,7 +146,7 @@ class Log:
         found = dict(self._header)
         found["complete"] = self.complete
         found["damage"] = self._container.damage
-        found["events"] = [dict(self._record(row).header) for row in self._rows(EVENTS) if row[DETAIL] == 0]
+        found["incidents"] = [dict(self._record(row).header) for row in self._rows(INCIDENTS) if row[DETAIL] == 0]
         closing = self._closing.header if self._closing is not None else {}
         found["report"], found["cautions"] = closing.get("report", {}), closing.get("cautions", [])
         return found
@@ -178,20 +181,45 @@ class Log:
         """Simulated time that it holds [s]."""
         return (self.end_tick - self.start_tick) * self.step_size
 
+    @cached_property
+    def drawables(self) -> tuple[Drawable, ...]:
+        """What a viewer can draw."""
+        return drawables_from(self._header.get("drawables"), self._header_arrays)
+
+    @cached_property
+    def balances(self) -> tuple[BalanceNames, ...]:
+        """The names behind each balance; each is a recorded variable."""
+        return balance_names_from(self._header.get("balances"))
+
+    def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
+        """Return what happened to the component in the run, in the log's ticks and the order of time.
+
+        Args:
+            kind: only of this kind; see `event_kinds`.
+            index: only of this link, grain, ...
+
+        Raises:
+            ParameterError: there is no such kind.
+        """
+        kinds = list(self.event_kinds)
+        if kind is not None and kind not in kinds:
+            raise ParameterError(f"kind: {shortened(kind)} is no kind of event of this log; {nearest(str(kind), kinds)}")
+        found = []
+        for row in self._rows(EVENTS):
+            for tick, number, place, value, limit in self._event_rows(row).tolist():
+                event = Event(int(self._log_tick(row[SEGMENT], int(tick))), kinds[int(number)],
+                              None if place < 0 else int(place), value, limit)  # fmt: skip
+                if kind in (None, event.kind) and index in (None, event.index):
+                    found.append(event)
+        return found
+
     @property
-    def particles(self) -> Particles | None:
-        """What a viewer can draw, or None."""
-        facts = self._header.get("particles")
-        if facts is None:
-            return None
-        try:
-            reference, radius = self._header_arrays["reference"], self._header_arrays["radius"]
-            names = facts["displacement"], facts["colour"]
-        except (KeyError, TypeError) as error:
-            raise LogError(f"log {str(self.path)!r}: its header describes its particles wrongly: {error}") from error
-        if radius.ndim != 1 or reference.shape != (len(radius), 3) or not all(isinstance(name, str) for name in names):
-            raise LogError(f"log {str(self.path)!r}: its header describes its particles wrongly")
-        return Particles(reference, radius, *names)
+    def event_kinds(self) -> dict[str, str]:
+        """Kinds of events that can happen -> what they are."""
+        kinds = self._header.get("event_kinds")
+        if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
+            raise LogError(f"log {str(self.path)!r}: its header does not say what can happen")
+        return dict(kinds)
 
     # -- frames -----------------------------------------------------------------------------------------------------
 
@@ -275,7 +303,8 @@ class Log:
                 own, samples = step_records.sampled(self.steps_of(segment), held, name, segment.end)
                 ticks.append(self._log_tick(segment.number, own))
                 values.append(samples)
-            found[name] = (np.concatenate(ticks) * self.step_size, np.concatenate(values)) if ticks else (np.zeros(0),) * 2
+            nothing = np.zeros(0), np.zeros((0, *self.input_variables[name].shape))
+            found[name] = (np.concatenate(ticks) * self.step_size, np.concatenate(values)) if ticks else nothing
         return found
 
     def steps_of(self, segment: Segment) -> Steps:
@@ -361,7 +390,7 @@ class Log:
     def _rows(self, kind: int) -> np.ndarray:
         """Rows of a kind in segments where something happened."""
         rows = self._index.select(kind)
-        return rows[np.isin(rows[:, SEGMENT], [segment.number for segment in self.segments])] if kind != EVENTS else rows
+        return rows[np.isin(rows[:, SEGMENT], [segment.number for segment in self.segments])] if kind != INCIDENTS else rows
 
     def _nanoseconds(self, tick: int) -> int:
         """Return the time of a message at a tick of the log's time; a branch counts on from its parent's age."""
@@ -384,6 +413,19 @@ class Log:
         if ticks[0] != record.first or ticks[-1] != record.last:
             raise LogError(f"log {str(self.path)!r}: a record of frames of {name!r} has other ticks than the index says")
         return ticks, values
+
+    def _event_rows(self, row: np.ndarray) -> np.ndarray:
+        """Return the events of one record, shape (events, 5)."""
+        record = self._record(row)
+        rows, sound = record.arrays.get("rows"), False
+        if rows is not None and rows.dtype == np.float64 and rows.shape == (record.count, 5):
+            ticks, numbers = rows[:, 0], rows[:, 1:3]
+            sound = ticks[0] == record.first and ticks[-1] == record.last and bool((np.diff(ticks) >= 0).all())
+            sound = sound and bool((numbers == np.rint(numbers)).all() and (numbers[:, 0] >= 0).all())
+            sound = sound and bool((numbers[:, 0] < len(self.event_kinds)).all() and (np.abs(numbers[:, 1]) < 2**53).all())
+        if not sound:
+            raise LogError(f"log {str(self.path)!r}: a record of events has the wrong form")
+        return rows  # type: ignore[return-value]
 
     def _snapshot(self, row: np.ndarray) -> Snapshot:
         data = self._record(row).arrays.get("snapshot")
@@ -431,8 +473,8 @@ class Log:
         found = {}
         for segment in self._index.all_segments:
             records = [self._record(row) for row in self._index.select(STEPS, None, segment.number)]
-            names = list(self.input_variables)
-            found[segment.number] = step_records.steps_of(records, segment.start, names, profiles, self.step_size)
+            shapes = {name: variable.shape for name, variable in self.input_variables.items()}
+            found[segment.number] = step_records.steps_of(records, segment.start, shapes, profiles, self.step_size)
         return found, profiles
 
 

@@ -11,7 +11,7 @@ from ..components import catalogue
 from ..components.errors import Fault, GranularError, LogError, Option, ParameterError
 from ..writing import replacing
 from .film import film_facts_of_frames, film_of_frames
-from .format import CLOSED, EVENTS, TOPICS, Record, decode
+from .format import CLOSED, INCIDENTS, TOPICS, Record, decode
 from .log_file import create, refuse_unless_log
 from .metadata import metadata_of_log
 from .reader import Log, open_log
@@ -30,7 +30,7 @@ def recover(
         overwrite: whether an existing `out` may be replaced.
 
     Returns:
-        The new log, opened; the last of ``.metadata["events"]`` says what was lost.
+        The new log, opened; the last of ``.metadata["incidents"]`` says what was lost.
 
     Raises:
         LogError: nothing is intact, or `out` cannot be written.
@@ -65,7 +65,7 @@ def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
             kind = TOPICS.get(message.topic)
             if kind is not None:
                 record = decode(message.data, kind, log.identity if chunk or sink.log else None, log._container.most_text)
-                if kind == EVENTS and record.detail == CLOSED:
+                if kind == INCIDENTS and record.detail == CLOSED:
                     closing = record
                 else:
                     sink.add(record, message.nanoseconds)
@@ -84,13 +84,13 @@ def _finish(log: Log, sink: Sink, closing: Record | None, had_summary: bool) -> 
     nothing = "nothing, the log was complete" if had_summary else "nothing but the summary"
     lost = log._container.damage or (nothing if closing else "what had not been written when the process ended")
     bytes_lost = log._container.bytes_lost
-    told = {"event": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": bytes_lost}
-    sink.add(Record(EVENTS, 0, number, tick, tick, 1, sink.number(EVENTS), told, {}), nanoseconds)
+    told = {"incident": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": bytes_lost}
+    sink.add(Record(INCIDENTS, 0, number, tick, tick, 1, sink.number(INCIDENTS), told, {}), nanoseconds)
     sink.flush()
     # Without a closing record nobody knows the report and the cautions; a verification says so.
-    header = {**(closing.header if closing else {"event": "closed"}), "film": film_facts_of_frames()}
-    place = number, tick, tick, 1, sink.number(EVENTS)
-    sink.add(Record(EVENTS, CLOSED, *place, header, {"index": sink.rows}), nanoseconds)
+    header = {**(closing.header if closing else {"incident": "closed"}), "film": film_facts_of_frames()}
+    place = number, tick, tick, 1, sink.number(INCIDENTS)
+    sink.add(Record(INCIDENTS, CLOSED, *place, header, {"index": sink.rows}), nanoseconds)
     sink.finish()
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..components.component import Component
-from ..components.contract import Ledger
 from ..components.errors import GranularError, LogError, StepError
 from ..components.inputs import Held
 from ..components.snapshot import Snapshot
@@ -20,10 +19,9 @@ from .accounts import changed_header, changed_input, changed_parameters
 from .batch import hash_row, held_word
 from .declarations import closing_differences, declaration_differences, metadata_differences
 from .film import FilmMaker
-from .format import FRAMES, HASHES, SNAPSHOTS, words
-from .index import DETAIL, FIRST, Segment
+from .format import EVENTS, FRAMES, HASHES, SNAPSHOTS, words
+from .index import DETAIL, FIRST, LAST, Segment
 from .reader import Log, open_log, restore
-from .track import LEDGER
 from .verification import Difference, Verification, foreign_facts
 
 Changes = list[tuple[int, dict[str, Held]]]
@@ -67,7 +65,9 @@ class _Replay:
         self.component = log.rebuilt(components)
         self._trusted = self.component.identity == log._header.get("identity")
         self._agreed: dict[str, int] = {}
-        self._ledger: tuple[int, Ledger | None] = (-1, None)
+        self._balances: tuple[int, dict[str, Any]] = (-1, {})
+        # Events of the component when the segment began, and those of the segment that have been compared.
+        self._events_before = self._events_seen = 0
         self._segment: Segment | None = None
         self._framed = -1
         self._film = FilmMaker(log, self.component)
@@ -75,7 +75,7 @@ class _Replay:
 
     def run(self) -> Verification:
         log, result = self.log, self.result
-        log._caps.work(log.end_tick - log.start_tick, len(self.component._block.memory))
+        log._caps.work(log.end_tick - log.start_tick, self.component.state_bytes // 8)
         parameters, why_not = changed_parameters(log, self.component), ""
         changed, found = None, None
         try:
@@ -159,13 +159,16 @@ class _Replay:
         self._segment, self._framed = segment, -1
         component, start = self.component, self.log.snapshot(segment, segment.start)
         restore(component, self._adopted(start))
-        self._agreed, self._ledger = {}, (-1, None)
+        self._agreed, self._balances = {}, (-1, {})
+        self._events_before, self._events_seen = component.event_count, 0
         changes = self.log.steps_of(segment).changes(start.inputs)
         changes.reverse()
         for tick, check, *facts in heapq.merge(*self._marks(segment), key=itemgetter(0)):
             self._advance(changes, tick)
             check(tick, *facts)
         self._advance(changes, segment.end)
+        if self.log.complete and self.component.event_count != self._events_before + self._events_seen:
+            raise Difference("events", segment.end, None, "the re-run has events that the log does not hold")
 
     def _advance(self, changes: Changes, tick: int) -> None:
         try:
@@ -187,7 +190,7 @@ class _Replay:
         found = [self._frame_marks(rows[rows[:, DETAIL] == n], name) for n, name in enumerate(self.log.variables)]
         # At the same tick the inputs come first: a difference in them is the cause, one in the state what came of it.
         held, hashed = (self._hash_marks(segment, check) for check in (self._check_held, self._check_hash))
-        return [held, *found, hashed, self._snapshot_marks(segment)]
+        return [held, *found, self._event_marks(segment), hashed, self._snapshot_marks(segment)]
 
     def _frame_marks(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
         for row in rows:
@@ -207,6 +210,10 @@ class _Replay:
             for tick, own in zip(ticks.tolist(), rows, strict=True):
                 yield tick, check, own
 
+    def _event_marks(self, segment: Segment) -> Iterator[tuple[Any, ...]]:
+        for row in self.log._index.select(EVENTS, None, segment.number):
+            yield int(row[LAST]), self._check_events, self.log._event_rows(row)
+
     def _snapshot_marks(self, segment: Segment) -> Iterator[tuple[Any, ...]]:
         for row in self.log._index.select(SNAPSHOTS, None, segment.number):
             yield int(row[FIRST]), self._check_snapshot, row
@@ -218,7 +225,7 @@ class _Replay:
             self._framed = tick
             self.result.frames += 1
             assert self._segment is not None
-            self._film.take(self.component, self._ledger_now(), self.log._log_tick(self._segment.number, tick))
+            self._film.take(self.component, self._balances_now(), self.log._log_tick(self._segment.number, tick))
         if words(np.asarray(self._value(name), dtype=np.float64)) != words(value):
             own = np.atleast_1d(np.asarray(self._value(name), dtype=np.float64)).view(np.int64).ravel()
             index = (
@@ -230,7 +237,7 @@ class _Replay:
     def _check_held(self, tick: int, row: np.ndarray) -> None:
         names = list(self.log.input_variables)
         for name, word in zip(names, row.tolist()[-len(names) :] if names else [], strict=True):
-            if held_word(self.component._held[name]) != word:
+            if held_word(self.component.held_inputs[name]) != word:
                 raise Difference(name, tick, None, self._start_reason(tick))
             self._agreed[name] = tick
 
@@ -241,6 +248,16 @@ class _Replay:
                 raise Difference(name, tick, None, self._start_reason(tick))
             self._agreed[name] = tick
         self.result.hashes += 1
+
+    def _check_events(self, tick: int, rows: np.ndarray) -> None:
+        mine = self.component.event_rows(self._events_before + self._events_seen)[: len(rows)]
+        if words(mine) != words(rows):
+            same = [words(own) == words(row) for own, row in zip(mine, rows, strict=False)]
+            place = same.index(False) if False in same else len(same)
+            self._agreed["events"] = int(rows[place - 1, 0]) if place else self._agreed.get("events", 0)
+            raise Difference("events", int(rows[place, 0]), None, self._start_reason(tick))
+        self._events_seen += len(rows)
+        self._agreed["events"] = tick
 
     def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
         snapshot = self._adopted(self.log._snapshot(row))
@@ -267,14 +284,12 @@ class _Replay:
         return "nothing has been run yet, so the start state is not what was recorded, or this value is not"
 
     def _value(self, name: str) -> Any:
-        return getattr(self._ledger_now(), name) if name in LEDGER else self.component.get(name)
+        return self._balances_now()[name] if name in self.component.balance_names else self.component.get(name)
 
-    def _ledger_now(self) -> Ledger:
-        at, ledger = self._ledger
-        if ledger is None or at != self.component.tick:
-            ledger = self.component.ledger()
-            self._ledger = (self.component.tick, ledger)
-        return ledger
+    def _balances_now(self) -> dict[str, Any]:
+        if self._balances[0] != self.component.tick:
+            self._balances = self.component.tick, self.component.balance_values()
+        return self._balances[1]
 
     def _adopted(self, snapshot: Snapshot) -> Snapshot:
         """With changed parameters, go on all the same: the first difference is what people want to know."""

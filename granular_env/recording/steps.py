@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..components.errors import GranularError, LogError
-from ..components.inputs import Held
+from ..components.inputs import Held, read_only
 from ..components.profiles import CompiledProfile
 from .batch import held_word, set_words
 from .format import Record
@@ -62,9 +62,21 @@ class Steps:
 
 
 def steps_of(
-    records: Sequence[Record], start: int, inputs: Sequence[str], profiles: list[CompiledProfile], step_size: float
+    records: Sequence[Record],
+    start: int,
+    inputs: Mapping[str, tuple[int, ...]],
+    profiles: list[CompiledProfile],
+    step_size: float,
 ) -> Steps:
-    """The steps in the records of one segment; `profiles` are those of the log so far, and grow."""
+    """Return the steps in the records of one segment.
+
+    Args:
+        records: of steps.
+        start: tick before the first step.
+        inputs: the shape of each input, by name.
+        profiles: those of the log so far; they grow.
+        step_size: length of a tick [s].
+    """
     marks = [np.array([start], dtype=np.int64)]
     sets: dict[str, tuple[list[np.ndarray], list[Held]]] = {}
     before = 0
@@ -72,7 +84,7 @@ def steps_of(
         durations = _array(record, "durations", np.int64)
         if len(durations) != record.count or (durations < 1).any() or int(durations.sum()) != record.last - record.first:
             raise LogError(f"the steps from tick {record.first} to {record.last} do not add up; the log is damaged")
-        _add_profiles(record, inputs, profiles, step_size)
+        _add_profiles(record, list(inputs), profiles, step_size)
         for name, places, values in _sets_of(record, inputs, profiles):
             parts = sets.setdefault(name, ([], []))
             parts[0].append(places + before)
@@ -95,22 +107,26 @@ def raw_sets(
 
 
 def _sets_of(
-    record: Record, inputs: Sequence[str], profiles: list[CompiledProfile]
+    record: Record, inputs: Mapping[str, tuple[int, ...]], profiles: list[CompiledProfile]
 ) -> Iterator[tuple[str, np.ndarray, list[Held]]]:
-    for label, name in enumerate(inputs):
+    for label, (name, shape) in enumerate(inputs.items()):
         if f"{label}.steps" not in record.arrays:
             continue
         places, numbers = _array(record, f"{label}.steps", np.int64), _array(record, f"{label}.profiles", np.int64)
-        values = _array(record, f"{label}.values", np.float64)
-        sound = len(places) == len(numbers) == len(values) and np.isfinite(values).all() and len(places)
+        values = _array(record, f"{label}.values", np.float64, 1 + len(shape))
+        sound = len(places) == len(numbers) and len(places) and len(values) == (numbers < 0).sum()
+        sound = sound and values.shape[1:] == shape and np.isfinite(values).all()
         if not sound or places[0] < 0 or places[-1] >= record.count or (np.diff(places) <= 0).any():
             raise LogError(f"input {name!r} from tick {record.first} to {record.last} is not what was written")
         if numbers.min() < -1 or numbers.max() >= len(profiles):
             raise LogError(
                 f"input {name!r} from tick {record.first} to {record.last} refers to a profile that is not in the log"
             )
-        plain = values.tolist()
-        yield name, places, [profiles[n] if n >= 0 else plain[i] for i, n in enumerate(numbers.tolist())]
+        plain = iter(values.tolist() if shape == () else [read_only(value.copy()) for value in values])
+        held = [profiles[number] if number >= 0 else next(plain) for number in numbers.tolist()]
+        if any(isinstance(value, CompiledProfile) and value.shape != shape for value in held):
+            raise LogError(f"input {name!r} from tick {record.first} to {record.last} follows a profile of another shape")
+        yield name, places, held
 
 
 def _users(record: Record, inputs: Sequence[str], number: int) -> str:
@@ -126,12 +142,15 @@ def _add_profiles(record: Record, inputs: Sequence[str], profiles: list[Compiled
     if record.header.get("profiles_before") != len(profiles):
         raise LogError("profiles of the log are missing, doubled or out of order")
     pieces = number = 0
-    for rows, columns in shapes.tolist():
+    for place, (rows, columns) in enumerate(shapes.tolist()):
         if rows < 1 or columns < 1 or pieces + rows > len(ticks) or number + rows * columns > len(coefficients):
             raise LogError(f"the profile of {_users(record, inputs, len(profiles))} is not what was written")
         part = coefficients[number : number + rows * columns].reshape(rows, columns)
         try:
-            profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part))
+            pattern = record.arrays.get(f"pattern.{place}")
+            if pattern is not None and pattern.dtype != np.float64:
+                raise LogError(f"a pattern has the dtype {pattern.dtype}, expected float64")
+            profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part, pattern))
         except GranularError as error:
             users = _users(record, inputs, len(profiles))
             raise LogError(f"the profile of {users} is not what was written: {error}") from error
@@ -146,7 +165,7 @@ def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.nd
 
 
 def sampled(steps: Steps, start: Mapping[str, Held], name: str, end: int) -> tuple[np.ndarray, np.ndarray]:
-    """Ticks and values of one input for plotting: at each change; a profile at its own ticks and in between."""
+    """Return ticks (n,) and values (n, ...) of one input for plotting: at each change; a profile also in between."""
     places, values = steps.sets.get(name, (np.zeros(0, np.int64), []))
     begins = [int(steps.marks[0]), *steps.marks[places].tolist()]
     held = [start[name], *values]
@@ -160,7 +179,9 @@ def sampled(steps: Steps, start: Mapping[str, Held], name: str, end: int) -> tup
             grid = grid[(grid >= begin) & (grid <= stop)]
             ticks += grid.tolist()
             samples += [value.value(tick) for tick in grid.tolist()]
-    return np.array(ticks, dtype=np.int64), np.array(samples, dtype=np.float64)
+    first = start[name]
+    shape = first.shape if isinstance(first, CompiledProfile) else np.shape(first)
+    return np.array(ticks, dtype=np.int64), np.array(samples, dtype=np.float64).reshape(len(ticks), *shape)
 
 
 def finite_step(value: object) -> float:

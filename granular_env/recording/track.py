@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from ..components.component import Component
-from ..components.contract import Ledger, Particles
+from ..components.contract import Variable
+from ..components.drawables import Drawable, drawn_outputs
 from .preview import PreviewFacts, PreviewFrame, PreviewMessage, preview_messages
 
 _MOST_FRAMES = 400
 # Memory that the frames may take while the run goes on [bytes].
 _MOST_BYTES = 16 << 20
-LEDGER = tuple(field.name for field in dataclasses.fields(Ledger))
 
 
 class Track:
@@ -29,14 +30,9 @@ class Track:
         """Start with every `stride`-th frame."""
         self.facts = facts
         self.frames: list[PreviewFrame] = []
-        size = 8 * len(facts.units) + (0 if facts.particles is None else 16 * len(facts.particles.radius))
+        size = 8 * len(facts.units) + sum(4 * count for count in facts.sizes.values())
         self._capacity = max(8, min(_MOST_FRAMES, _MOST_BYTES // max(size, 1)))
         self._stride = stride
-
-    @property
-    def particles(self) -> Particles | None:
-        """What it draws."""
-        return self.facts.particles
 
     @property
     def names(self) -> list[str]:
@@ -52,16 +48,15 @@ class Track:
         """Return whether the frame of this number would be kept."""
         return number % self._stride == 0
 
-    def take(self, number: int, nanoseconds: int, component: Component, ledger: Ledger) -> None:
-        """Show it a frame of a component, whose ledger has been drawn up."""
-        particles = self.facts.particles
-        seen = (None, None) if particles is None else (component.peek(particles.displacement), component.peek(particles.colour))
-        self.add(number, nanoseconds, scalar_values(component, self.names, ledger), *seen)
+    def take(self, number: int, nanoseconds: int, component: Component, balances: Mapping[str, Any]) -> None:
+        """Show it a frame of a component, and the entries of its balances, which have been drawn up."""
+        drawn = {name: component.peek(name) for name in self.facts.sizes}
+        self.add(number, nanoseconds, scalar_values(component, self.names, balances), drawn)
 
-    def add(self, number: int, nanoseconds: int, scalars: list[float], displacement: object, colour: object) -> None:
+    def add(self, number: int, nanoseconds: int, scalars: list[float], drawn: Mapping[str, Any]) -> None:
         """Show it a frame; the arguments are those of `PreviewFrame`."""
-        single = [None if values is None else np.array(values, dtype=np.float32) for values in (displacement, colour)]
-        self.frames.append(PreviewFrame(number, nanoseconds, scalars, *single))
+        single = {name: np.array(values, dtype=np.float32) for name, values in drawn.items()}
+        self.frames.append(PreviewFrame(number, nanoseconds, scalars, single))
         if len(self.frames) > self._capacity:
             self._stride *= 2
             self.frames = [frame for frame in self.frames if self.wants(frame.number)]
@@ -76,21 +71,34 @@ class Track:
 
 
 def facts_of(component: Component, title: str | None = None) -> PreviewFacts:
-    """Return the facts of a component's preview: the ledger's entries, the inputs and the scalar outputs."""
-    particles = component.particles()
-    colour_unit = "" if particles is None else component.variables[particles.colour].unit
+    """Return the facts of a component's preview: what is drawn, the balances, the inputs and the scalar outputs."""
     units = {name: component.variables[name].unit for name in scalar_names(component)}
-    return PreviewFacts(title or component.name, particles, colour_unit, units)
+    return preview_facts(title or component.name, component.drawables(), component.variables, units)
+
+
+def preview_facts(
+    title: str, drawables: Iterable[Drawable], variables: Mapping[str, Variable], units: Mapping[str, str]
+) -> PreviewFacts:
+    """Return the facts of a preview.
+
+    Args:
+        title: name of the experiment, else of the component.
+        drawables: what is drawn.
+        variables: those that can be had; what shows others is left out.
+        units: unit of each scalar, by name.
+    """
+    shown = tuple(drawable for drawable in drawables if set(drawn_outputs([drawable])) <= variables.keys())
+    outputs = {name: variables[name] for name in drawn_outputs(shown)}
+    sizes = {name: math.prod(variable.shape) for name, variable in outputs.items()}
+    return PreviewFacts(title, shown, {name: variable.unit for name, variable in outputs.items()}, sizes, units)
 
 
 def scalar_names(component: Component) -> list[str]:
-    """Return the names of the ledger's entries, the inputs and the scalar outputs of a component."""
-    own = [
-        v.name for v in component.variables.values() if v.causality != "parameter" and v.shape == () and v.name not in LEDGER
-    ]
-    return [*LEDGER, *own]
+    """Return the names of the balances' entries, the inputs and the outputs of a component that are one number."""
+    names = [*component.balance_names, *(v.name for v in component.variables.values() if v.causality != "parameter")]
+    return [name for name in dict.fromkeys(names) if component.variables[name].shape == ()]
 
 
-def scalar_values(component: Component, names: Iterable[str], ledger: Ledger) -> list[float]:
-    """Return the values of such names, the ledger having been drawn up."""
-    return [float(getattr(ledger, name) if name in LEDGER else component.get(name)) for name in names]
+def scalar_values(component: Component, names: Iterable[str], balances: Mapping[str, Any]) -> list[float]:
+    """Return the values of such names, the balances having been drawn up."""
+    return [float(balances[name] if name in balances else component.get(name)) for name in names]

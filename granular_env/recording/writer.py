@@ -24,13 +24,13 @@ from ..components.inputs import Held
 from ..components.support.serialization import canonical_json
 from .batch import Batch, Profiles, hash_row, header_digests, parameter_digests, write_batch
 from .facts import closing_facts, header_of
-from .format import CLOSED, END, EVENTS, HEADER, KEY, START, Record, nanoseconds
+from .format import CLOSED, END, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
 from .log_file import LogFile
 from .metadata import metadata_of, title_of
 from .pool import Pool
 from .schedule import Agenda, Schedule
 from .sink import Sink
-from .track import LEDGER, Track, facts_of
+from .track import Track, facts_of
 
 # Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
 # leaves the writing one too little of the interpreter, and what a kill may cost is promised to be less than 100 ms.
@@ -64,8 +64,10 @@ class Recorder:
         self.path, self.next_tick = path, 0
         self._component, self._names, self._schedule = component, names, schedule
         self._state = [v.name for v in component.variables.values() if v.state]
-        self._inputs = [v.name for v in component.variables.values() if v.causality == "input"]
+        self._inputs = {v.name: v.shape for v in component.variables.values() if v.causality == "input"}
         self._elapsed = self._before = elapsed
+        # How many of the component's events have been taken, or were there when the segment began.
+        self._has_events, self._events = bool(component.event_kinds), 0
         self._segment, self._frames = -1, 0
         self._expected, self._agenda = 0, Agenda(schedule)
         self._lock, self._wake, self._written = threading.Lock(), threading.Event(), threading.Condition()
@@ -151,7 +153,7 @@ class Recorder:
 
     def _take_part(self, component: Component) -> None:
         with self._lock:
-            ticks, held = component.tick - self._expected, {} if self._parts else component._held
+            ticks, held = component.tick - self._expected, {} if self._parts else component.held_inputs
             self._parts += ticks
             self._take_step(component.tick, ticks, held)
         self._hurry()
@@ -160,7 +162,7 @@ class Recorder:
         """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""
         if self._closed:
             return
-        now = component._tick
+        now = component.tick
         with self._lock:
             rest, self._parts = ticks - self._parts, 0
             if now - rest != self._expected:
@@ -180,14 +182,24 @@ class Recorder:
             place = len(batch.durations)
             for name, value in inputs.items():
                 batch.sets.append((place, name, value))
-            batch.size += _SET_BYTES * len(inputs)
+                batch.size += _SET_BYTES + (value.nbytes if isinstance(value, np.ndarray) else 0)
         batch.durations.append(ticks)
         batch.size += _STEP_BYTES
         self._expected = now
+        if self._has_events:
+            self._take_events(batch)
         if self._inside:
             batch.take(self._inside)
             self._inside = Batch(batch.segment, 0, 0)
         self._taken_frames = self._frames
+
+    def _take_events(self, batch: Batch) -> None:
+        """Take the events since the last step."""
+        count = self._component.event_count
+        if count > self._events:
+            batch.events.append(self._component.event_rows(self._events))
+            batch.size += batch.events[-1].nbytes
+            self._events = count
 
     def failed(self, component: Component, error: BaseException) -> None:
         """Forget what was seen inside the step that failed, unless its parts were handed over; keep the reason."""
@@ -237,7 +249,7 @@ class Recorder:
             if self._batch.durations or not self._batch.snapshots:
                 self._batch.snapshots.append((self._expected, END, self._component.save()))
             film = {"stride": self._track.stride}
-            self._closing_event = {"event": "closed", "film": film, **closing_facts(self._component)}
+            self._closing_event = {"incident": "closed", "film": film, **closing_facts(self._component)}
 
     # -- inside the stepping thread ---------------------------------------------------------------------------------
 
@@ -256,10 +268,11 @@ class Recorder:
             self._frames -= len(batch.frames)
             self._track.forget_from(self._frames)
         self._start_tick = self._expected = tick
+        self._events = component.event_count
         self._batch = Batch(self._segment, tick, self._before - tick)
         self._inside = Batch(self._segment, 0, 0)
         self._batch.snapshots.append((tick, START, component.save()))
-        self._batch.size += component._block.memory.nbytes
+        self._batch.size += component.state_bytes
         self._batch.hashes.append((tick, hash_row(component, self._state, self._inputs)))
         if self._schedule.is_frame(tick, self._before):
             self._take_frame(component, self._batch)
@@ -275,16 +288,16 @@ class Recorder:
             into.size += 8 * len(self._state)
         if tick == self._agenda.key:
             into.snapshots.append((tick, KEY, component.save()))
-            into.size += component._block.memory.nbytes
+            into.size += component.state_bytes
 
     def _take_frame(self, component: Component, into: Batch) -> None:
         picture = self._track.wants(self._frames)
-        ledger = component.ledger()
-        values = [getattr(ledger, name) if name in LEDGER else self._pool.copy(component.peek(name)) for name in self._names]
+        balances = component.balance_values()
+        values = [balances[name] if name in balances else self._pool.copy(component.peek(name)) for name in self._names]
         into.frames.append((component.tick, values))
         into.size += sum(8 * np.size(value) + 100 for value in values)
         if picture:
-            self._track.take(self._frames, self._nanoseconds(component.tick), component, ledger)
+            self._track.take(self._frames, self._nanoseconds(component.tick), component, balances)
         self._frames += 1
 
     def _age(self, tick: int) -> int:
@@ -296,8 +309,8 @@ class Recorder:
 
     def _note(self, event: str, error: BaseException) -> None:
         tick = self._expected
-        content = {"event": event, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": self._parts}
-        self._waiting.append((Record(EVENTS, 0, self._segment, tick, tick, 1, 0, content, {}), self._nanoseconds(tick)))
+        content = {"incident": event, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": self._parts}
+        self._waiting.append((Record(INCIDENTS, 0, self._segment, tick, tick, 1, 0, content, {}), self._nanoseconds(tick)))
 
     def _hurry(self) -> None:
         self._wake.set()
@@ -375,13 +388,13 @@ class Recorder:
             write_batch(item, self._sink, self._profiles, *names, self._component.step_size, self._digests)
         else:
             event, time = item
-            self._sink.add(dataclasses.replace(event, number=self._sink.number(EVENTS)), time)
+            self._sink.add(dataclasses.replace(event, number=self._sink.number(INCIDENTS)), time)
 
     def _write_end(self) -> None:
         self._sink.add_preview(self._track.messages())
         arrays = {"index": self._sink.rows}
-        place = (self._segment, self._expected, self._expected, 1, self._sink.number(EVENTS))
-        self._sink.add(Record(EVENTS, CLOSED, *place, self._closing_event, arrays), self._nanoseconds(self._expected))
+        place = (self._segment, self._expected, self._expected, 1, self._sink.number(INCIDENTS))
+        self._sink.add(Record(INCIDENTS, CLOSED, *place, self._closing_event, arrays), self._nanoseconds(self._expected))
         self._sink.finish()
 
 

@@ -6,35 +6,7 @@ used.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+import lazy_loader
 
-if TYPE_CHECKING:
-    from .foxglove import save_foxglove_layout
-    from .live import LiveViewer
-    from .plot import plot
-    from .reporting import report
-    from .viewer import save_rrd, screenshot, view
-
-__all__ = ["LiveViewer", "plot", "report", "save_foxglove_layout", "save_rrd", "screenshot", "view"]
-
-_HOMES = {
-    "LiveViewer": ".live",
-    "plot": ".plot",
-    "report": ".reporting",
-    "save_foxglove_layout": ".foxglove",
-    "save_rrd": ".viewer",
-    "screenshot": ".viewer",
-    "view": ".viewer",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(_HOMES[name], __name__), name)
-    return found
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+# The names of __init__.pyi: rerun and matplotlib take a while to import.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .closeup import WINDOW, has_closeup
-from .footage import ENERGIES, Footage, Motion
+from .footage import Footage, Motion
 
 if TYPE_CHECKING:
     from .scene import Scales
@@ -25,9 +25,9 @@ def caption(footage: Footage, scales: Scales | None) -> str:
     if motion is not None and scales is not None:
         lines += _motion_lines(motion, scales)
     elif not footage.notes:
-        lines += ["This component has no particles; its outputs and its ledger are plotted.", ""]
-    if footage.group(ENERGIES):
-        words = "Energies since the reset. The residual is what the ledger cannot account for: the error of the numerics."
+        lines += ["This component has no particles; its outputs and its balances are plotted.", ""]
+    if any(footage.group(balance.entries) for balance in footage.balances):
+        words = "Balances since the reset. A residual is what a balance cannot account for: the error of the numerics."
         lines += [f"**Plots.** {words}", ""]
     if footage.inputs and not any(curve.values.any() for curve in footage.inputs.values()):
         lines += ["No input acts in this run.", ""] if scales is None or scales.settled else []

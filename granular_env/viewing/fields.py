@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.contract import Variable
+from granular_env.components.drawables import main_points
 from granular_env.components.errors import ParameterError
 
 from .footage import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sampled
@@ -76,8 +77,8 @@ def load_field(log: Any, name: str, frames: int, progress: Callable[[float], Non
     count = -(-total // every)
     picked = evenly_picked(len(log.times(name)), max(2, min(frames, MAXIMUM_POINTS // count)))
     times, values = sampled(log, name, picked, progress)
-    particles = log.particles
-    place, axis = _axis(variable, total, len(particles.radius) if particles is not None else 0)
+    points = main_points(log.drawables)
+    place, axis = _axis(variable, total, len(points.radius) if points is not None else 0)
     return Field(variable, times, values[:, ::every], place, axis, every, total, cuts_of(log, name, picked))
 
 

@@ -34,7 +34,7 @@ from .drawing import (
     time_unit,
 )
 from .fields import Field, as_field
-from .footage import ENERGIES, RESIDUALS, Curve, Footage, Motion
+from .footage import Curve, Footage, Motion
 from .units import labelled
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ __all__ = [
     "default_times",
     "headline",
     "histories",
-    "ledger",
+    "balance",
     "png",
     "profiles",
     "space_time",
@@ -132,21 +132,23 @@ def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Fi
 
 
 @styled
-def ledger(footage: Footage) -> Figure | None:
-    """Energies in time, and below them the energy residual; None where no ledger was recorded."""
-    energies, residuals = footage.group(ENERGIES), footage.group(RESIDUALS[:1])
-    if not energies:
+def balance(footage: Footage, quantity: str = "energy") -> Figure | None:
+    """Draw the entries of a balance in time, and below them its residual; None where there are none."""
+    names = next((balance for balance in footage.balances if balance.quantity == quantity), None)
+    if names is None or not (amounts := footage.group(names.entries)):
         return None
+    residuals = footage.group(name for name in footage.curves if name.startswith(names.residual))
+    words = quantity.replace("_", " ")
     figure = new_figure(8.0, 5.6 if residuals else 4.0)
     ratios = [3, 1] if residuals else [1]
     panels = np.atleast_1d(figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios))
-    draw_curves(panels[0], energies, "energy [J]")
+    draw_curves(panels[0], amounts, labelled(words, names.unit))
     if residuals:
         panels[0].set_xlabel("")
-        draw_curves(panels[1], residuals, "residual [J]")
-        largest = max(float(np.nanmax(np.abs(curve.values))) for curve in energies)
-        relative = panels[1].secondary_yaxis("right", functions=(lambda joule: joule / largest, lambda part: part * largest))
-        relative.set_ylabel("of the largest\nenergy")
+        draw_curves(panels[1], residuals, labelled("residual", names.unit))
+        largest = max(float(np.nanmax(np.abs(curve.values))) for curve in amounts)
+        relative = panels[1].secondary_yaxis("right", functions=(lambda amount: amount / largest, lambda part: part * largest))
+        relative.set_ylabel(f"of the largest\n{words}")
         relative.ticklabel_format(axis="y", scilimits=(-2, 3), useMathText=True)
     return figure
 

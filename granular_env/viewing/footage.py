@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.component import Component
-from granular_env.components.contract import Particles, Variable
+from granular_env.components.contract import Variable
+from granular_env.components.drawables import Points, main_points, spatial
+from granular_env.recording.facts import BalanceNames, balance_facts, balance_names_from
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -23,9 +25,7 @@ MAXIMUM_CURVE_POINTS = 4_000
 # Up to so many numbers a whole series is read at once; beyond, frame by frame.
 _READ_AT_ONCE = 50_000_000
 
-ENERGIES = ("kinetic_energy", "potential_energy", "dissipated_energy", "fracture_energy", "input_work")
-RESIDUALS = ("energy_residual", "momentum_residual")
-MOMENTA = ("momentum", "impulse")
+_AXES = "xyz"
 
 
 @dataclass(frozen=True)
@@ -93,9 +93,11 @@ class Footage:
     curves: dict[str, Curve] = field(default_factory=dict)
     inputs: dict[str, Curve] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    balances: tuple[BalanceNames, ...] = ()
+    """The names of the curves behind each balance; a vector has one curve for each axis."""
 
     def group(self, names: Iterable[str]) -> list[Curve]:
-        """The curves of these names that there are, without those that stay zero."""
+        """Return the curves of these names that there are, without those that stay zero."""
         return [self.curves[name] for name in names if name in self.curves and np.any(self.curves[name].values != 0.0)]
 
 
@@ -105,10 +107,33 @@ class Footage:
 def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None) -> Footage:
     """At most `frames` frames of a log and all its scalar outputs and inputs, thinned; `progress`: as in `sampled`."""
     motion = _motion(log, frames, progress or (lambda part: None))
-    scalars = [name for name, variable in log.variables.items() if variable.shape == () and variable.causality == "output"]
-    curves = {name: curve_of(log, name) for name in scalars if len(log.times(name))}
-    inputs = {name: input_curve_of(log, name) for name, (times, _) in log.inputs.items() if len(times)}
-    return Footage(title_of(log), motion, curves, inputs, tuple(_notes(log, motion)))
+    outputs = {name: variable for name, variable in log.variables.items() if variable.causality == "output"}
+    vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
+    shown = [name for name in outputs if (outputs[name].shape == () or name in vectors) and len(log.times(name))]
+    curves = {curve.name: curve for name in shown for curve in curves_of(log, name)}
+    inputs = {
+        name: input_curve_of(log, name) for name, (times, values) in log.inputs.items() if len(times) and values.ndim == 1
+    }
+    notes = tuple(_notes(log, motion))
+    return Footage(title_of(log), motion, curves, inputs, notes, _shown_balances(log.balances, log.variables))
+
+
+def _shown_balances(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
+    """Return the balances with the names of vectors' curves in the place of the vectors' own."""
+
+    def split(names: Iterable[str]) -> tuple[str, ...]:
+        return tuple(part for name in names if name in variables for part in curve_names(variables[name]))
+
+    return tuple(replace(one, stored=split(one.stored), lost=split(one.lost), supplied=split(one.supplied)) for one in balances)
+
+
+def curve_names(variable: Variable) -> list[str]:
+    """Return the name of the curve of a scalar, or those of the curves of a short vector."""
+    if variable.shape == ():
+        return [variable.name]
+    if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
+        return [f"{variable.name}_{axis}" for axis in _AXES[: variable.shape[0]]]
+    return []
 
 
 def title_of(log: Any) -> str:
@@ -121,7 +146,7 @@ def title_of(log: Any) -> str:
 
 
 def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion | None:
-    particles: Particles | None = log.particles
+    particles = main_points(log.drawables)
     if particles is None:
         return None
     source = _displacement_source(log, particles)
@@ -150,7 +175,7 @@ def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion 
 
 
 def _displacement(
-    log: Any, particles: Particles, source: str | None, picked: npt.NDArray[np.int64], progress: Callable[[float], None]
+    log: Any, particles: Points, source: str | None, picked: npt.NDArray[np.int64], progress: Callable[[float], None]
 ) -> FloatArray:
     if source is None:
         return np.zeros((len(picked), len(particles.radius), 3))
@@ -166,10 +191,11 @@ def _fits(force: Variable, particles: int) -> bool:
 
 
 def _contacts(
-    particles: Particles, displacement: FloatArray | None, force: FloatArray | None, every: int
+    particles: Points, displacement: FloatArray | None, force: FloatArray | None, every: int
 ) -> tuple[FloatArray | None, str, str]:
     """Contact forces where they are known, else the overlaps of neighbours, with name and unit."""
-    if every > 1 or len(particles.radius) < 2:
+    # Neighbours in a row follow one another; in a plane or in space only the component knows them.
+    if every > 1 or len(particles.radius) < 2 or np.ptp(particles.reference[:, 1:], axis=0).any():
         return None, "", ""
     if force is not None:
         return force[:, 1:-1], "force", "N"
@@ -181,7 +207,7 @@ def _contacts(
     return np.where(overlap > 1e-12 * particles.radius.min(), overlap * 1e6, 0.0), "overlap", "\u00b5m"
 
 
-def _displacement_source(log: Any, particles: Particles) -> str | None:
+def _displacement_source(log: Any, particles: Points) -> str | None:
     return next((name for name in (particles.displacement, "position") if _has_frames(log, name)), None)
 
 
@@ -191,11 +217,7 @@ def _has_frames(log: Any, name: str) -> bool:
 
 def _as_vectors(moved: FloatArray) -> FloatArray:
     """Displacements along x, shape (frames, n), as vectors (frames, n, 3); vectors as a copy."""
-    if moved.ndim == 3:
-        return moved.copy()
-    vectors = np.zeros((*moved.shape, 3))
-    vectors[..., 0] = moved
-    return vectors
+    return spatial(moved if moved.ndim == 3 else moved[..., np.newaxis])
 
 
 def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
@@ -245,13 +267,15 @@ def sampled(
     return times[picked], np.stack(rows)
 
 
-def curve_of(log: Any, name: str) -> Curve:
-    """Return a recorded scalar in time, thinned so that no peak is lost."""
+def curves_of(log: Any, name: str) -> Iterator[Curve]:
+    """Yield a recorded scalar in time, or each component of a short vector, thinned so that no peak is lost."""
     variable = log.variables[name]
     times, values = sampled(log, name, np.arange(len(log.times(name))))
-    picked = _picked_with_extremes(values, MAXIMUM_CURVE_POINTS)
-    ticks, cuts = np.asarray(log.ticks(name))[picked], cuts_of(log, name, picked)
-    return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked], cuts)
+    for column, shown in enumerate(curve_names(variable)):
+        own = values if values.ndim == 1 else values[:, column]
+        picked = _picked_with_extremes(own, MAXIMUM_CURVE_POINTS)
+        ticks, cuts = np.asarray(log.ticks(name))[picked], cuts_of(log, name, picked)
+        yield Curve(shown, variable.unit, variable.description, times[picked], ticks, own[picked], cuts)
 
 
 def input_curve_of(log: Any, name: str) -> Curve:
@@ -269,16 +293,14 @@ def input_curve_of(log: Any, name: str) -> Curve:
 def _notes(log: Any, motion: Motion | None) -> Iterable[str]:
     if not log.complete:
         yield "The log is incomplete: the run was interrupted, what was written until then is shown."
-    if log.particles is not None and motion is None:
+    if main_points(log.drawables) is not None and motion is None:
         yield "The motion of the particles was not recorded; record displacement or position to see them."
     if motion is not None and not motion.located:
         yield "Displacements were not recorded: the particles are drawn at their positions at the start."
-    if motion is not None and motion.colour is None:
+    if motion is not None and motion.colour is None and motion.colour_variable.name:
         yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown."
-    if not any(name in log.variables for name in ENERGIES):
-        yield "The ledger was not recorded; record kinetic_energy, potential_energy, ... to see it."
 
 
 # -- from a component that runs -------------------------------------------------------------------------------------------
@@ -288,21 +310,24 @@ def from_component(component: Component, title: str | None = None) -> Footage:
     """One frame: the present state of a component."""
     now, tick = np.array([component.time]), np.array([component.tick], dtype=np.int64)
 
-    def curve(variable: Variable) -> Curve:
-        value = np.array([float(component.get(variable.name))])
-        return Curve(variable.name, variable.unit, variable.description, now, tick, value)
+    def curves(variable: Variable) -> Iterator[Curve]:
+        values = np.ravel(component.get(variable.name)).astype(np.float64)
+        for name, value in zip(curve_names(variable), values, strict=True):
+            yield Curve(name, variable.unit, variable.description, now, tick, np.array([value]))
 
-    scalars = [variable for variable in component.variables.values() if variable.shape == ()]
+    scalars = [v for v in component.variables.values() if v.shape == () or v.name in component.balance_names]
+    balances = balance_names_from([balance_facts(balance) for balance in component.balances()])
     return Footage(
         title or component.name,
         _present_motion(component, now, tick),
-        {variable.name: curve(variable) for variable in scalars if variable.causality == "output"},
-        {variable.name: curve(variable) for variable in scalars if variable.causality == "input"},
+        {curve.name: curve for variable in scalars if variable.causality == "output" for curve in curves(variable)},
+        {curve.name: curve for variable in scalars if variable.causality == "input" for curve in curves(variable)},
+        balances=_shown_balances(balances, component.variables),
     )
 
 
 def _present_motion(component: Component, now: FloatArray, tick: npt.NDArray[np.int64]) -> Motion | None:
-    particles = component.particles()
+    particles = main_points(component.drawables())
     if particles is None:
         return None
     total = len(particles.radius)
@@ -313,7 +338,8 @@ def _present_motion(component: Component, now: FloatArray, tick: npt.NDArray[np.
     known = forces is not None and _fits(forces, total)
     return Motion(
         now, tick, particles.reference[shown], particles.radius[shown], displacement[:, shown],
-        np.asarray(component.get(particles.colour))[None, shown], component.variables[particles.colour],
+        np.asarray(component.get(particles.colour))[None, shown] if particles.colour else None,
+        component.variables.get(particles.colour) or Variable("", "output", "", (), ""),
         *_contacts(particles, displacement, np.asarray(component.get("contact_force"))[None] if known else None, every),
         every, total,
     )  # fmt: skip

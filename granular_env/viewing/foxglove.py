@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from granular_env.components.drawables import main_points
 from granular_env.components.errors import LogError
 from granular_env.recording import cdr
 from granular_env.recording.preview import ABOUT_TOPIC, GRAINS_TOPIC, PARTICLES_TOPIC, PREVIEW_TOPIC, picture_box
@@ -50,7 +51,7 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
     """Return the layout for a log as Foxglove exports one; `LogError` where the log has no preview."""
     plots = {f"Plot!{place}": _plot(topic, names, place) for place, (topic, names) in enumerate(_numbers_of(log).items())}
     about = {"RawMessages!about": {"topicPath": f"{ABOUT_TOPIC}.data", "diffEnabled": False}}
-    scene = {"3D!preview": _scene(log)} if log.particles is not None else {}
+    scene = {"3D!preview": _scene(log)} if main_points(log.drawables) is not None else {}
     below = _row([*about, *plots])
     layout: Any = {"direction": "column", "first": "3D!preview", "second": below, "splitPercentage": 60} if scene else below
     return {
@@ -80,7 +81,7 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
 
 
 def _scene(log: Log) -> dict[str, Any]:
-    low, high = picture_box(log.particles)  # type: ignore[arg-type]
+    low, high = picture_box(main_points(log.drawables))  # type: ignore[arg-type]
     middle, width, height = (low + high) / 2, float(high[0] - low[0]), float(high[2] - low[2])
     # With the chain across the picture, the height of what the camera sees at the chain's distance.
     seen = 1.1 * max(height, width / _ASPECT)

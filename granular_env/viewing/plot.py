@@ -9,7 +9,7 @@ from granular_env.components.errors import ParameterError
 
 from . import figures
 from .fields import field_names, load_field
-from .footage import curve_of, input_curve_of
+from .footage import curves_of, input_curve_of
 from .report_figures import FRAMES
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def plot(
         return figures.histories(field, grains) if kind == "histories" else figures.space_time(field)
     scalars = [name for name, one in log.variables.items() if one.shape == () and len(log.times(name))]
     if variable in scalars:
-        return figures.curves([curve_of(log, variable)])
+        return figures.curves(list(curves_of(log, variable)))
     if variable in log.inputs and len(log.inputs[variable][0]):
         return figures.curves([input_curve_of(log, variable)])
     known = ", ".join([*field_names(log), *scalars, *log.inputs])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .footage import ENERGIES, MOMENTA, RESIDUALS, Curve, Footage
+from .footage import Curve, Footage
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,13 @@ class Plot:
 
 def plots(footage: Footage) -> list[Plot]:
     """All plots of a footage, the most telling ones first; what stays zero comes last."""
-    named = {
-        "energy": ("Energy [J]", ENERGIES),
-        "energy_residual": ("Energy residual [J]: the error of the numerics", RESIDUALS[:1]),
-        "momentum": ("Momentum [kg m/s]", MOMENTA),
-        "momentum_residual": ("Momentum residual [kg m/s]: the error of the numerics", RESIDUALS[1:]),
-    }
-    ledger = [
+    named: dict[str, tuple[str, tuple[str, ...]]] = {}
+    for balance in footage.balances:
+        words = balance.quantity.replace("_", " ").capitalize()
+        residuals = tuple(name for name in footage.curves if name.startswith(balance.residual))
+        named[balance.quantity] = f"{words} [{balance.unit}]", balance.entries
+        named[balance.residual] = f"{words} residual [{balance.unit}]: the error of the numerics", residuals
+    balances = [
         Plot(
             title,
             group,
@@ -40,10 +40,10 @@ def plots(footage: Footage) -> list[Plot]:
         )
         for group, (title, names) in named.items()
     ]
-    ledger = [replace(plot, title=f"{plot.title}{_reach(plot)}") for plot in ledger]
+    balances = [replace(plot, title=f"{plot.title}{_reach(plot)}") for plot in balances]
     known = {name for _, names in named.values() for name in names}
     outputs = [curve for name, curve in footage.curves.items() if name not in known]
-    found = [*ledger[:2], *_by_unit("Inputs", footage.inputs.values()), *_by_unit("Outputs", outputs), *ledger[2:]]
+    found = [*balances[:2], *_by_unit("Inputs", footage.inputs.values()), *_by_unit("Outputs", outputs), *balances[2:]]
     return sorted((plot for plot in found if plot.curves), key=_is_quiet)
 
 
@@ -65,7 +65,7 @@ def _reach(plot: Plot) -> str:
 
 
 def _moves(curve: Curve) -> bool:
-    """Whether a curve of the ledger says anything; of a single sample, nobody knows yet."""
+    """Return whether a curve of a balance says anything; of a single sample, nobody knows yet."""
     return len(curve.values) < 2 or bool(np.any(curve.values != 0.0))
 
 

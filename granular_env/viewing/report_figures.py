@@ -84,13 +84,14 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
             field = load_field(log, name, FRAMES, lambda part, place=place: progress(share * (place + part)))
         drawn |= _field_figures(field, choice, is_main=name == main)
         progress(share * (place + 1))
-    ledger = figures.ledger(footage)
-    if ledger is not None:
-        words = (
-            "Energies since the reset; below, the energy that the ledger cannot account for: the error of the numerics, in "
-            "joules at the left, as a part of the largest energy at the right."
-        )
-        drawn["ledger"] = Shown("Ledger", ledger, words)
+    for balance in footage.balances:
+        figure = figures.balance(footage, balance.quantity)
+        if figure is not None:
+            words = (
+                f"{balance.quantity.capitalize()} since the reset; below, what the balance cannot account for: the error of "
+                f"the numerics, in {balance.unit} at the left, as a part of the largest entry at the right."
+            )
+            drawn[f"balance-{balance.quantity}"] = Shown("Balances", figure, words)
     for title in ("outputs", "inputs"):
         if curves := _curves(footage, title, choice):
             words = f"{title.capitalize()} in time; those that stay 0 are left out."

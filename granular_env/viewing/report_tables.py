@@ -1,4 +1,4 @@
-"""The tables of a report: ledger, validity, parameters, the experiment, the machine, and how to replay the log."""
+"""The tables of a report: balances, events, validity, parameters, the experiment, the machine, and how to replay the log."""
 
 from __future__ import annotations
 
@@ -11,40 +11,70 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from granular_env.components.contract import Event
 from granular_env.components.errors import GranularError, LogError
 from granular_env.documents import to_toml
+from granular_env.recording.facts import BalanceNames
 
 from . import page
-from .footage import ENERGIES, MOMENTA, RESIDUALS, Footage
+from .footage import Footage
 from .units import typeset
 
 _LONGEST_LIST = 8
+_MOST_EVENTS = 200
 _LONGEST_TEXT = 20_000
 # Parameters that the component works out -> what its geometry calls them.
 _WORKED_OUT = {"mass": "mass", "contact_stiffness": "stiffness"}
 
 
-def ledger(footage: Footage) -> Markup:
-    """Return the entries of the ledger at the start and at the end, and how well they add up."""
-    names = [name for name in (*ENERGIES, *RESIDUALS, *MOMENTA) if name in footage.curves and len(footage.curves[name].values)]
-    if not names:
-        return page.paragraph("The ledger was not recorded.")
+def balances(footage: Footage) -> Markup:
+    """Return the entries of the balances at the start and at the end, and how well they add up."""
     rows = []
-    for name in names:
-        curve = footage.curves[name]
-        first, last, largest = float(curve.values[0]), float(curve.values[-1]), float(np.abs(curve.values).max())
-        rows.append([name.replace("_", " "), typeset(curve.unit), first, last, largest])
-    return page.table(["entry", "unit", "start", "end", "largest magnitude"], rows) + page.paragraph(_closure(footage))
+    for balance in footage.balances:
+        residuals = [name for name in footage.curves if name.startswith(balance.residual)]
+        for name in (*balance.entries, *residuals):
+            curve = footage.curves.get(name)
+            if curve is not None and len(curve.values):
+                first, last, largest = float(curve.values[0]), float(curve.values[-1]), float(np.abs(curve.values).max())
+                rows.append([name.replace("_", " "), typeset(curve.unit), first, last, largest])
+    if not rows:
+        return page.paragraph("No balance was recorded.")
+    closures = " ".join(_closure(footage, balance) for balance in footage.balances)
+    return page.table(["entry", "unit", "start", "end", "largest magnitude"], rows) + page.paragraph(closures)
 
 
-def _closure(footage: Footage) -> str:
-    """How well the energies add up, in one sentence."""
-    residual = footage.curves.get("energy_residual")
-    scale = max((float(np.abs(footage.curves[name].values).max()) for name in ENERGIES if name in footage.curves), default=0.0)
-    if residual is None or scale == 0.0:
-        return "The residual is what the ledger cannot account for: the error of the numerics."
-    worst = float(np.abs(residual.values).max())
-    return f"The ledger closes to {worst / scale:.2g} of the largest energy; what is left over is the error of the numerics."
+def _closure(footage: Footage, balance: BalanceNames) -> str:
+    """Return how well a balance adds up, in one sentence."""
+    known = [footage.curves[name] for name in balance.entries if name in footage.curves]
+    residuals = [footage.curves[name] for name in footage.curves if name.startswith(balance.residual)]
+    scale = max((float(np.abs(curve.values).max()) for curve in known), default=0.0)
+    quantity = balance.quantity.replace("_", " ")
+    if not residuals or scale == 0.0:
+        return f"The residual is what the balance of {quantity} cannot account for: the error of the numerics."
+    worst = max(float(np.abs(curve.values).max()) for curve in residuals)
+    share = f"{worst / scale:.2g} of its largest entry"
+    return f"The balance of {quantity} closes to {share}; what is left over is the error of the numerics."
+
+
+def events(log: Any) -> Markup:
+    """Return what happened to the component in the run; empty where nothing could."""
+    kinds = log.event_kinds
+    if not kinds:
+        return Markup()
+    found = log.events()
+    if not found:
+        return page.paragraph("Nothing happened of what could: " + ", ".join(kinds) + ".")
+    rows = [_event_row(event, log.step_size) for event in found[:_MOST_EVENTS]]
+    more = ""
+    if len(found) > _MOST_EVENTS:
+        more = f"The first {_MOST_EVENTS} of {len(found)} events; `ge.open_log(path).events()` has all of them."
+    words = "; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items())
+    return page.table(["time [s]", "event", "index", "value", "limit"], rows) + page.paragraph(f"{words}. {more}".strip())
+
+
+def _event_row(event: Event, step_size: float) -> list[Any]:
+    index = "" if event.index is None else event.index
+    return [event.tick * step_size, event.kind.replace("_", " "), index, event.value, event.limit]
 
 
 def validity(log: Any) -> Markup:

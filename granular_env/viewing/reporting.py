@@ -14,8 +14,8 @@ from granular_env.progress import Progress, progress_bar
 from granular_env.writing import require_writable, with_article, write_files
 
 from . import figures, page, report_tables
-from .events import told_events
 from .footage import Footage
+from .incidents import incident_sentences
 from .report_figures import Choice, Shown, draw_report
 
 _PAGE = "report.html"
@@ -90,10 +90,11 @@ def _sections(log: Any, footage: Footage, drawn: Mapping[str, Shown]) -> list[tu
     shown = {
         name: (figure.heading, page.picture(figures.svg(figure.figure, name), figure.words)) for name, figure in drawn.items()
     }
-    _, ledger = shown.pop("ledger", ("", Markup()))
+    balances = Markup().join(shown.pop(name)[1] for name in list(shown) if name.startswith("balance-"))
     sections = [
         *shown.values(),
-        ("Ledger", report_tables.ledger(footage) + ledger),
+        ("Balances", report_tables.balances(footage) + balances),
+        ("Events", report_tables.events(log)),
         ("Validity", report_tables.validity(log)),
         ("Parameters", report_tables.parameters(log)),
         ("Experiment", report_tables.experiment(log)),
@@ -115,5 +116,5 @@ def _lead(log: Any, footage: Footage) -> Markup:
     words = [page.paragraph(described[key]) for key in ("description",) if described.get(key)]
     words += [page.paragraph(f"From: {described['source']}", "dim")] if described.get("source") else []
     words.append(page.paragraph(f"{what}; recorded {metadata.get('created')}; {size}.", "dim"))
-    notes = [*told_events(log), *footage.notes]
+    notes = [*incident_sentences(log), *footage.notes]
     return Markup().join([*words, *([page.bullets(notes, "cautions")] if notes else [])])

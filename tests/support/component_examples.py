@@ -9,6 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from planar_toy import Ring
+
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.profiles import Profile
@@ -20,10 +23,10 @@ class Example:
 
     Attributes:
         label: name of the test.
-        component: catalogue name.
+        component: catalogue name, or a class that is not in the catalogue.
         parameters: for `make`.
         start: for `reset`.
-        inputs: numbers to hold, name -> value; another value is made by halving them.
+        inputs: numbers or arrays to hold, name -> value; others are made by halving them.
         profiles: step size [s] -> inputs as profiles of time.
         ticks: how many internal steps the tests run.
         energy_tolerance: bound of the energy residual over the largest energy or work seen, with its origin in the entry.
@@ -32,10 +35,10 @@ class Example:
     """
 
     label: str
-    component: str
+    component: str | type[Component]
     parameters: Mapping[str, Any] = field(default_factory=dict)
     start: Mapping[str, Any] = field(default_factory=dict)
-    inputs: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
     profiles: Callable[[float], Mapping[str, Profile]] = lambda step_size: {}
     ticks: int = 120
     energy_tolerance: float = 0.0
@@ -45,7 +48,16 @@ class Example:
 
     def make(self) -> Component:
         """A fresh component at its own start."""
-        return catalogue.make(self.component, **self.parameters)
+        return self.made_of(self.parameters)
+
+    def make_in(self, memory: Any) -> Component:
+        """Return a fresh component in the memory of a parent."""
+        return self.made_of({**self.parameters, "memory": memory})
+
+    def made_of(self, parameters: Mapping[str, Any]) -> Component:
+        """Return a fresh component of these parameters."""
+        known = isinstance(self.component, str)
+        return catalogue.make(self.component, **parameters) if known else self.component(**parameters)  # type: ignore[operator]
 
     def started(self) -> Component:
         """A fresh component at the example's start."""
@@ -57,6 +69,9 @@ class Example:
         """The example's profiles on the component's own step size."""
         return dict(self.profiles(component.step_size))
 
+
+# Forces on five bodies that pull two of them apart.
+PULL = np.array([[0.9, 0.0], [0.0, 0.5], [-0.9, 0.25], [0.0, 0.0], [0.0, -0.5]])
 
 OSCILLATORS = [
     Example(
@@ -247,7 +262,18 @@ CHAINS = [
     *[_driven_chain(integrator, tolerance) for integrator, tolerance in _DRIVEN.items()],
 ]
 
-EXAMPLES = [*OSCILLATORS, *CHAINS]
+RING = Example(
+    "ring",
+    Ring,
+    {"bodies": 5},
+    {"velocity": {1: (0.3, -0.2), 4: 0.1}, "displacement": (0.01, 0.0)},
+    {"pull": PULL},
+    lambda h: {"pull": (Profile.triangle(2.0, 40 * h, rise=10 * h) + Profile.half_sine(1.0, 30 * h, start=20 * h)) * PULL},
+    # Leapfrog conserves E up to (omega h)^2 / 4 of the kinetic energy; omega^2 is at most 4 k / m, so that is 6e-4.
+    energy_tolerance=6e-4,
+)
+
+EXAMPLES = [*OSCILLATORS, *CHAINS, RING]
 
 
 def of_component(name: str) -> list[Example]:

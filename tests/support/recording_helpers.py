@@ -20,7 +20,7 @@ from granular_env.components.support.serialization import canonical_json
 from granular_env.recording import record
 from granular_env.recording.caps import Caps
 from granular_env.recording.container import Container
-from granular_env.recording.format import CLOSED, EVENTS, HEADER, TOPICS, Record, decode, log_identity
+from granular_env.recording.format import CLOSED, HEADER, INCIDENTS, TOPICS, Record, decode, log_identity
 from granular_env.recording.log_file import create
 from granular_env.recording.metadata import metadata_of_log
 from granular_env.recording.preview import PreviewMessage, Topic
@@ -73,7 +73,7 @@ def rewrite(
                 continue
             log = log_identity(message.data) if kind == HEADER else log
             new = change(decode(message.data, kind, None if kind == HEADER else log))
-            if new.kind == EVENTS and new.detail == CLOSED:
+            if new.kind == INCIDENTS and new.detail == CLOSED:
                 sink.add_preview(film)
                 new = dataclasses.replace(new, arrays={"index": sink.rows})
             sink.add(new, time)

@@ -7,20 +7,16 @@ while a stage is undone, for each grain c = kick w v_bar (the derivative by the 
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 
-from ...support.jit import inlined, jit
-from ...support.powers import power
+from ...support.jit import jit
 from .. import kernels
+from ..laws import functions as law
+from ..laws.functions import DISSIPATES
 from ..layout import (
-    ELASTIC,
-    EXPONENT,
     FREE,
     GRAINS,
     GRAVITY,
-    HERTZ,
     IMPULSE_PER_SPEED,
     INVERSE_MASS,
     LEFT_DRIVE,
@@ -34,9 +30,7 @@ from ..layout import (
     RIGHT_KIND,
     RIGHT_STATIC,
     SCALARS,
-    SMALLEST_OVERLAP,
     STEP,
-    STIFFNESS,
     U,
     V,
 )
@@ -55,37 +49,17 @@ def _undo_drift(a, bar, kick, drift):
         bar[PUSH, i] = (kick * a[INVERSE_MASS, i]) * v
 
 
-@inlined
-def _contact(elastic, a, bar, row, j, p):
-    f_bar = bar[PUSH, j + _ONE] - bar[PUSH, j]
-    d = a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j]
-    d = 0.0 if d < SMALLEST_OVERLAP else d
-    k = a[STIFFNESS, j]
-    if elastic == HERTZ:
-        root = sqrt(d)
-        shape, slope = d * root, 1.5 * root
-    else:
-        pressed = d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP
-        shape = power(pressed, p) if d > SMALLEST_OVERLAP else 0.0 * d
-        slope = p * power(pressed, p - 1.0) if d > SMALLEST_OVERLAP else 0.0 * d
-    g = (k * slope) * f_bar
-    bar[SLOPE, j] = g
-    bar[FORCE, j] = k * shape
-    bar[REST_OVERLAP, j] += g
-    bar[STIFFNESS, j] += shape * f_bar
-
-
 @jit
 def _undo_forces(a, bar, row):
-    """From the forces on the grains to the contacts: stiffness, overlap."""
-    last = np.uint64(int(a[SCALARS, GRAINS]) + 1)
-    if a[SCALARS, ELASTIC] == HERTZ:
-        for j in range(np.uint64(0), last):
-            _contact(HERTZ, a, bar, row, j, 1.5)
-    else:
-        p = a[SCALARS, EXPONENT]
-        for j in range(np.uint64(0), last):
-            _contact(-1, a, bar, row, j, p)
+    """From the forces on the grains to the contacts: constants, overlap."""
+    for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
+        f_bar = bar[PUSH, j + _ONE] - bar[PUSH, j]
+        d = kernels.pressed(a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j])
+        g = law.stiffness(a, j, d) * f_bar
+        bar[SLOPE, j] = g
+        bar[FORCE, j] = law.force(a, j, d)
+        bar[REST_OVERLAP, j] += g
+        law.force_pullback(a, bar, j, d, f_bar)
 
 
 @jit
@@ -147,7 +121,7 @@ def take_piston_speeds(a, bar, input_bar):
 
 
 @jit
-def undo(a, bar, left, right, ticks, row, damped, drifts, kicks, passed, input_bar, bases):
+def undo(a, bar, left, right, ticks, row, drifts, kicks, passed, input_bar, bases):
     """Undo the control step whose tape ends before `row`: bar goes from its end to its begin; input_bar grows by its share."""
     n, stages, h = int(a[SCALARS, GRAINS]), len(kicks), a[SCALARS, STEP]
     a[LEFT_DRIVE, 0], a[RIGHT_DRIVE, 0] = left, right
@@ -160,7 +134,7 @@ def undo(a, bar, left, right, ticks, row, damped, drifts, kicks, passed, input_b
             e = drifts[0] if s == 0 else passed[s - 1] + drifts[s]
             row -= 1
             _undo_drift(a, bar, kicks[s] * h, drifts[s + 1] * h)
-            if damped and s == stages // 2:
+            if DISSIPATES and s == stages // 2:
                 # The speeds of pistons meanwhile are the inputs, and before and after it they do not matter.
                 bar[V, 1] = 0.0 if a[SCALARS, LEFT_KIND] == PISTON else bar[V, 1]
                 bar[V, n] = 0.0 if a[SCALARS, RIGHT_KIND] == PISTON else bar[V, n]

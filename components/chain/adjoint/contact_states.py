@@ -10,10 +10,9 @@ import numpy.typing as npt
 
 from ...support.jit import jit
 from ..component import Chain
-from ..integrators.dissipation import half_sweep, prepare
-from ..laws import viscous
+from ..integrators.dissipation import half_sweep, is_closing, prepare
+from ..laws.functions import DISSIPATES, JUMPS
 from ..layout import (
-    DISSIPATION,
     FREE_ROW,
     GRAINS,
     IMPULSE_PER_SPEED,
@@ -23,9 +22,9 @@ from ..layout import (
     SMALLEST_OVERLAP,
     STEP,
     STIFFNESS,
-    VISCOUS,
     V,
 )
+from ..specialisation import specialise
 from .gradient import checked_drive, checked_ticks, composition_of
 from .tape import record, rows_per_tick
 
@@ -50,10 +49,10 @@ def _note_pulls(a, row, marks):
     """Where a dashpot's contact closes, and where the dissipative force is cut off in each of the three half sweeps."""
     for i in range(a.shape[1]):
         a[V, i] = a[row + 1, i]
-    if a[SCALARS, DISSIPATION] == VISCOUS:
+    if JUMPS:
         for j in range(int(a[SCALARS, GRAINS]) + 1):
             d, w = a[row, j] - a[row, j + 1] + a[REST_OVERLAP, j], a[V, j] - a[V, j + 1]
-            marks[j] = _mix(marks[j], a[STIFFNESS, j] > 0.0 and viscous.is_closing(d, w, a[SCALARS, STEP]))
+            marks[j] = _mix(marks[j], a[STIFFNESS, j] > 0.0 and is_closing(d, w, a[SCALARS, STEP]))
     prepare(a, row, a[SCALARS, STEP])
     for sweep in range(3):
         parity = sweep % 2
@@ -63,16 +62,16 @@ def _note_pulls(a, row, marks):
 
 
 @jit
-def _watch(a, drive, ticks, damped, drifts, kicks, passed, marks):
+def _watch(a, drive, ticks, drifts, kicks, passed, marks):
     steps, stages, n = drive.shape[0], len(kicks), int(a[SCALARS, GRAINS])
     for step in range(steps):
-        record(a, drive[step, 0], drive[step, 1], ticks, FREE_ROW + 1, damped, drifts, kicks, passed)
+        record(a, drive[step, 0], drive[step, 1], ticks, FREE_ROW + 1, drifts, kicks, passed)
         before = a[V].copy()
         row = FREE_ROW + 1
         for _ in range(ticks):
             for s in range(stages):
                 _note_overlaps(a, row, marks[step])
-                if damped and s == stages // 2:
+                if DISSIPATES and s == stages // 2:
                     _note_pulls(a, row, marks[step])
                     row += 1
                 row += 1
@@ -89,10 +88,10 @@ def contact_states(chain: Chain, drive: npt.ArrayLike, ticks: int) -> npt.NDArra
     Raises:
         ParameterError: there is no adjoint of this chain, or the drive does not fit.
     """
-    composition, damped = composition_of(chain)
+    composition, law_type = composition_of(chain), type(chain.parameters.law)
     inputs, ticks = checked_drive(chain, drive), checked_ticks(ticks)
-    a = chain.detached_table(ticks * rows_per_tick(len(composition.kicks), damped))
+    a = chain.detached_table(ticks * specialise(rows_per_tick, law_type)(len(composition.kicks)))
     marks = np.zeros((len(inputs), chain.parameters.grains + 1), dtype=np.uint64)
     with np.errstate(over="ignore"):  # marks wrap around
-        _watch(a, inputs, ticks, damped, composition.drifts, composition.kicks, composition.passed, marks)
+        specialise(_watch, law_type)(a, inputs, ticks, composition.drifts, composition.kicks, composition.passed, marks)
     return marks

@@ -2,38 +2,30 @@
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 
 from ...support.jit import inlined, jit
-from ..integrators.dissipation import prepare
-from ..laws import dispatch, viscous
+from .. import kernels
+from ..integrators.dissipation import closed_time, is_closing, prepare
+from ..laws import functions as law
+from ..laws.functions import JUMPS
 from ..layout import (
-    CONTACT,
-    DEEPEST,
     DISSIPATED,
-    DISSIPATION,
     GRAINS,
+    HISTORY,
     IMPULSE_PER_SPEED,
     INVERSE_MASS,
-    KUWABARA_KONO,
     MIN_IMPULSE,
-    RESIDUAL,
     REST_OVERLAP,
     RIGHT_DRIVE,
     SCALARS,
-    SMALLEST_OVERLAP,
-    STIFFNESS,
-    UNLOADING,
-    VISCOUS,
     U,
     V,
 )
 
 # Scratch of the adjoint table: the speeds of approach before each half sweep, and what goes from contacts to grains.
-_APPROACHES = (RIGHT_DRIVE, UNLOADING, RESIDUAL)
-_PASSED_ON, _IMPULSE = DEEPEST, DISSIPATED
+_APPROACHES = (RIGHT_DRIVE, HISTORY, HISTORY + 1)
+_PASSED_ON, _IMPULSE = HISTORY + 2, DISSIPATED
 _ONE = np.uint64(1)
 
 
@@ -81,20 +73,18 @@ def _undo_half_sweep(a, bar, approach, odd):
         bar[V, i] = v + (bar[_PASSED_ON, i] - bar[_PASSED_ON, i - _ONE])
 
 
-@inlined
-def _unprepared(kind, a, bar, u, h):
+@jit
+def _undo_preparation(a, bar, u, h):
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
-        middle, w = d, bar[_APPROACHES[0], j]
-        d = 0.0 if d < SMALLEST_OVERLAP else d
-        root = sqrt(d)
+        middle, w = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j], bar[_APPROACHES[0], j]
+        d = kernels.pressed(middle)
         share = 0.5 + 0.5 * np.float64(np.int64(j & _ONE))
-        time = (viscous.closed_time(middle, w, h) if kind == VISCOUS else h) * share
+        time = (closed_time(middle, w, h) if JUMPS else h) * share
         masses = a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE]
-        coefficient = a[CONTACT, j] if kind == VISCOUS else dispatch.coefficient(kind, a, j, d)
+        coefficient = law.coefficient(a, j, d)
         pull = coefficient * time
         y = 0.5 * pull * masses
-        # Grip = pull q(y), q = (1 + y) / (1 + 2 y + 2 y^2).
+        # The impulse per speed is pull q(y), q = (1 + y) / (1 + 2 y + 2 y^2).
         below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
         q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
         grip_bar, bound_bar = bar[IMPULSE_PER_SPEED, j], bar[MIN_IMPULSE, j]
@@ -102,18 +92,15 @@ def _unprepared(kind, a, bar, u, h):
         masses_bar = grip_bar * (0.5 * pull * pull) * slope
         bar[INVERSE_MASS, j] += masses_bar
         bar[INVERSE_MASS, j + _ONE] += masses_bar
-        bar[STIFFNESS, j] -= bound_bar * time * (d * root)
-        g = -1.5 * (a[STIFFNESS, j] * root) * time * bound_bar
+        f_bar = -bound_bar * time
+        law.force_pullback(a, bar, j, d, f_bar)
+        g = law.stiffness(a, j, d) * f_bar + law.coefficient_pullback(a, bar, j, d, pull_bar * time)
         approach_bar = 0.0
-        if kind == VISCOUS:
-            bar[CONTACT, j] += pull_bar * time
-            if viscous.is_closing(middle, w, h):
-                time_bar = share * (pull_bar * coefficient - bound_bar * a[STIFFNESS, j] * (d * root))
+        if JUMPS:
+            if is_closing(middle, w, h):
+                time_bar = share * (pull_bar * coefficient - bound_bar * law.force(a, j, d))
                 g += time_bar / w
                 approach_bar = -time_bar * middle / (w * w)
-        else:
-            bar[CONTACT, j] += pull_bar * time * root
-            g += 0.5 * a[CONTACT, j] / root * pull_bar * time if d > 0.0 else 0.0
         bar[REST_OVERLAP, j] += g
         bar[IMPULSE_PER_SPEED, j], bar[MIN_IMPULSE, j] = g, approach_bar
 
@@ -133,10 +120,7 @@ def undo_dissipation(a, bar, u, v, h):
     _undo_half_sweep(a, bar, _APPROACHES[2], 0)
     _undo_half_sweep(a, bar, _APPROACHES[1], 1)
     _undo_half_sweep(a, bar, _APPROACHES[0], 0)
-    if a[SCALARS, DISSIPATION] == VISCOUS:
-        _unprepared(VISCOUS, a, bar, u, h)
-    else:
-        _unprepared(KUWABARA_KONO, a, bar, u, h)
+    _undo_preparation(a, bar, u, h)
     for i in range(np.uint64(1), np.uint64(n + 1)):
         bar[U, i] += bar[IMPULSE_PER_SPEED, i] - bar[IMPULSE_PER_SPEED, i - _ONE]
         bar[V, i] += bar[MIN_IMPULSE, i] - bar[MIN_IMPULSE, i - _ONE]

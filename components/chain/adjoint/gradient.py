@@ -17,9 +17,11 @@ from ...support.jit import JIT, address, current, jit, refuse_stale
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
-from ..laws import Dissipative
+from ..laws import LAWS, Dissipative
+from ..laws.law import Law, missing_functions
 from ..layout import FREE, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
 from ..objective import Objective
+from ..specialisation import specialise
 from . import loops
 from .tape import rows_per_tick
 
@@ -54,7 +56,7 @@ class Adjoints:
         value: J.
         inputs: by the left and right input of each control step, shape (steps, 2); 0 where an end has none.
         table: by the entries of the chain's table; those that are constants count: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
-            CONTACT, what the objective itself takes from it (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
+            LAW_CONSTANTS, what the objective itself takes from it (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
         displacement: by the start displacement, shape (n,).
         velocity: by the start velocity, shape (n,).
     """
@@ -112,18 +114,18 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
         ParameterError: there is no adjoint of this chain, the drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
-    composition, damped = composition_of(chain)
+    composition, law = composition_of(chain), type(chain.parameters.law)
     ticks, inputs = checked_ticks(ticks), checked_drive(chain, drive)
     steps = len(inputs)
-    step_rows = ticks * rows_per_tick(len(composition.kicks), damped) + 2
+    step_rows = ticks * specialise(rows_per_tick, law)(len(composition.kicks)) + 2
     interval = checkpoint_interval(steps, step_rows)
     a = chain.detached_table(interval * step_rows)
     sums, saved = _run(chain, a, inputs, ticks, objective, interval)
     value, slopes = valued(objective, sums)
     bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
     pull, kept = _called(objective.pull, loops.PULL, "objective.pull")
-    step, ended = loops.backward(
-        a, bar, pull, inputs, ticks, objective.constants, slopes, saved, interval, damped,
+    step, ended = specialise(loops.backward, law)(
+        a, bar, pull, inputs, ticks, objective.constants, slopes, saved, interval,
         composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
     )  # fmt: skip
     del kept  # only now may its machine code go
@@ -147,7 +149,7 @@ def _run(
     count = -(-len(drive) // interval) if interval else 0
     saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
     sums = np.zeros(objective.count)
-    advance, _ = _called(_kernel(chain), SIGNATURE, "integrator")
+    advance, _ = _called(chain.scheme_kernel, SIGNATURE, "integrator")
     note, kept = _called(objective.note, loops.NOTE, "objective.note")
     step, ended = loops.forward(
         a, advance, note, drive, _NO_PIECES, chain.tick, ticks,
@@ -186,24 +188,31 @@ def check_functions(objective: Objective) -> None:
     _called(objective.pull, loops.PULL, "objective.pull")
 
 
-def _kernel(chain: Chain) -> Callable[..., Any]:
-    scheme = SCHEMES[chain.parameters.integrator]
-    return scheme.advance_damped if isinstance(chain.parameters.law, Dissipative) else scheme.advance
+def has_gradient(law: type[Law]) -> bool:
+    """Return whether runs of a contact law have gradients: it has the functions for them, and no history."""
+    return not law.history_rows and not missing_functions(law, gradient=True)
 
 
-def composition_of(chain: Chain) -> tuple[Composition, bool]:
-    """The drifts and kicks of a chain that has an adjoint, and whether it is damped."""
+def composition_of(chain: Chain) -> Composition:
+    """Return the drifts and kicks of a chain that has an adjoint.
+
+    Raises:
+        ParameterError: there is none for its law or its integrator.
+    """
     law, integrator = chain.parameters.law, chain.parameters.integrator
-    if law.has_history:
+    if not has_gradient(type(law)):
+        missing = missing_functions(type(law), gradient=True)
+        reason = "whose contacts remember" if law.has_history else f"which lacks {', '.join(missing)}"
+        known = [name for name, one in LAWS.items() if has_gradient(one)]
         raise ParameterError(
-            f"law: there are no gradients of {law.name!r}, whose contacts remember; use hertz, power, viscous or kuwabara_kono"
+            f"law: there are no gradients of {law.name!r}, {reason}; use {', '.join(known[:-1])} or {known[-1]}"
         )
-    scheme, damped = SCHEMES[integrator], isinstance(law, Dissipative)
-    composition = scheme.damped_composition if damped else scheme.composition
+    scheme = SCHEMES[integrator]
+    composition = scheme.damped_composition if isinstance(law, Dissipative) else scheme.composition
     if composition is None:
         known = " or ".join(repr(name) for name, one in SCHEMES.items() if one.composition is not None)
         raise ParameterError(f"integrator: there are no gradients of {integrator!r}; build the chain with integrator = {known}")
-    return composition, damped
+    return composition
 
 
 def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:

@@ -77,14 +77,14 @@ def forward(a, advance, note, drive, no_pieces, tick, ticks, constants, sums, sa
 
 @jit
 def backward(
-    a, bar, pull, drive, ticks, constants, slopes, saved, interval, damped, drifts, kicks, passed, input_bars, bases
+    a, bar, pull, drive, ticks, constants, slopes, saved, interval, drifts, kicks, passed, input_bars, bases
 ):  # fmt: skip
     """From the last checkpoint to the first: record an interval on the tape, then undo it; (control step, how it ended).
 
     The tape lies in `a` behind the chain's own rows: for each control step that of the integrator, then the state at its end.
     """
     steps, columns = drive.shape[0], np.uint64(a.shape[1])
-    step_rows = ticks * rows_per_tick(len(kicks), damped)
+    step_rows = ticks * rows_per_tick(len(kicks))
     for back in range(saved.shape[0]):
         block = saved.shape[0] - 1 - back
         begin, end = block * interval, min(steps, (block + 1) * interval)
@@ -92,7 +92,7 @@ def backward(
             a[U, i], a[V, i] = saved[block, 0, i], saved[block, 1, i]
         row = FREE_ROW + 1
         for step in range(begin, end):
-            row = record(a, drive[step, 0], drive[step, 1], ticks, row, damped, drifts, kicks, passed)
+            row = record(a, drive[step, 0], drive[step, 1], ticks, row, drifts, kicks, passed)
             for i in range(columns):
                 a[row, i], a[row + 1, i] = a[U, i], a[V, i]
             row += 2
@@ -105,7 +105,7 @@ def backward(
             _pull(pull, (a, bar, step, steps, inputs, input_bar, constants, slopes))
             if _unsound(bar):
                 return step, PULL_FAILED
-            undo(a, bar, drive[step, 0], drive[step, 1], ticks, row, damped, drifts, kicks, passed, input_bar, bases)
+            undo(a, bar, drive[step, 0], drive[step, 1], ticks, row, drifts, kicks, passed, input_bar, bases)
             row -= step_rows
             if _unsound(bar):
                 return step, UNDO_FAILED

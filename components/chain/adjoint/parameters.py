@@ -15,8 +15,8 @@ import numpy.typing as npt
 from ...errors import ParameterError, nearest
 from ..arrangements import Uniform
 from ..component import Chain
-from ..laws import Dissipative
-from ..layout import CONTACT, GRAVITY, INVERSE_MASS, LEFT_STATIC, MASS, REST_OVERLAP, RIGHT_STATIC, SCALARS, STIFFNESS
+from ..laws import LAWS, Dissipative
+from ..layout import GRAVITY, INVERSE_MASS, LAW_CONSTANTS, LEFT_STATIC, MASS, REST_OVERLAP, RIGHT_STATIC, SCALARS, STIFFNESS
 from .gradient import Adjoints
 
 FloatArray = npt.NDArray[np.float64]
@@ -166,12 +166,13 @@ def _gravity(chain: Chain, bars: Adjoints) -> float:
 def _dissipation(chain: Chain, bars: Adjoints) -> float | FloatArray:
     law = chain.parameters.law
     if not isinstance(law, Dissipative):
-        raise ParameterError(f"with_respect_to: law {law.name!r} has no dissipation; use law viscous or kuwabara_kono")  # type: ignore[attr-defined]
+        known = " or ".join(name for name, one in LAWS.items() if issubclass(one, Dissipative))
+        raise ParameterError(f"with_respect_to: law {law.name!r} has no dissipation; use law {known}")
     real = chain.geometry.contact_slice
     if not isinstance(law.dissipation, list):
-        return float(bars.table[CONTACT, real].sum())
+        return float(bars.table[LAW_CONSTANTS, real].sum())
     gradient = np.zeros(chain.parameters.contact_places)
-    gradient[real] = bars.table[CONTACT, real]
+    gradient[real] = bars.table[LAW_CONSTANTS, real]
     return gradient
 
 

@@ -10,14 +10,13 @@ import numpy as np
 
 from ...support.jit import jit
 from .. import kernels
-from ..integrators.compositions import kick_and_drift, stage_of_law
+from ..integrators.compositions import falling_stage, kick_and_drift
 from ..integrators.dissipation import half_sweep, prepare
+from ..laws.functions import DISSIPATES
 from ..layout import (
-    ELASTIC,
     FREE,
     GRAINS,
     GRAVITY,
-    HERTZ,
     INVERSE_MASS,
     LEFT_DRIVE,
     LEFT_KIND,
@@ -34,9 +33,9 @@ from ..layout import (
 
 
 @jit
-def rows_per_tick(stages, damped):
-    """Rows of the tape that an internal step takes: the displacements of each kick; the velocities that dissipation meets."""
-    return stages + 1 if damped else stages
+def rows_per_tick(stages):
+    """Return how many rows an internal step takes: the displacements of each kick; the velocities that dissipation meets."""
+    return stages + 1 if DISSIPATES else stages
 
 
 @jit
@@ -72,14 +71,14 @@ def _set_piston_speeds(a, e):
 
 @jit
 def _kick(a, here, there, kick, drift, e):
-    n, gravity, elastic = int(a[SCALARS, GRAINS]), a[SCALARS, GRAVITY], int(a[SCALARS, ELASTIC])
+    n, gravity = int(a[SCALARS, GRAINS]), a[SCALARS, GRAVITY]
     f, pull, first, last = kernels.contact(a, here, 0), 0.0, a[V, 1], a[V, n]
     if a[SCALARS, LEFT_KIND] == FREE:
         f = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, 1, e)
-    if elastic == HERTZ and gravity == 0.0:
-        f, _ = kick_and_drift(HERTZ, False, False, a, here, there, kick, drift, f, 1, n)
+    if gravity == 0.0:
+        f, _ = kick_and_drift(False, False, a, here, there, kick, drift, f, 1, n)
     else:
-        f, _ = stage_of_law(elastic, False, a, here, there, kick, drift, f, 1, n)
+        f, _ = falling_stage(False, a, here, there, kick, drift, f, 1, n)
     if a[SCALARS, RIGHT_KIND] == FREE:
         pull = kernels.value(a, RIGHT_DRIVE, 1, e) - a[SCALARS, RIGHT_STATIC]
     fall = 0.0 if a[SCALARS, RIGHT_KIND] == PISTON else kick * gravity
@@ -90,7 +89,7 @@ def _kick(a, here, there, kick, drift, e):
 
 
 @jit
-def record(a, left, right, ticks, row, damped, drifts, kicks, passed):
+def record(a, left, right, ticks, row, drifts, kicks, passed):
     """Advance the state in U and V by a control step of `ticks`, the tape beginning in `row`; returns the next free row."""
     n, stages, h = int(a[SCALARS, GRAINS]), len(kicks), a[SCALARS, STEP]
     a[LEFT_DRIVE, 0], a[RIGHT_DRIVE, 0] = left, right
@@ -104,7 +103,7 @@ def record(a, left, right, ticks, row, damped, drifts, kicks, passed):
             row += 1
             # The state at the end of a tick needs no row of its own: the next one moves on from it.
             there = U if s == stages - 1 else row
-            if damped and s == stages // 2:
+            if DISSIPATES and s == stages // 2:
                 first, last = a[V, 1], a[V, n]
                 _set_piston_speeds(a, 0.5)
                 _copy(a, V, row)

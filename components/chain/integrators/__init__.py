@@ -1,6 +1,7 @@
-"""Integrators of the chain: name -> kernel, its forces per step, and the rows of history and scratch it wants.
+"""Integrators of the chain: name -> kernel, its force evaluations, and the rows of history and scratch it wants.
 
-Every kernel has the signature advance(a, drive, left_pieces, left, right, tick, ticks) and returns what `kernels.ended` says.
+Every kernel has the signature advance(a, drive, left_pieces, left, right, tick, ticks) and returns what `kernels.ended` says;
+`specialise` makes one for a contact law of it.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ class Scheme:
 
     Attributes:
         advance: the kernel.
-        advance_damped: the kernel where contacts dissipate; the same for schemes that do not tell forces apart.
         adaptive: whether it takes as many steps within one as its error wants.
         order: of the error while no contact opens or closes; 2 at most for damped compositions.
         evaluations: force evaluations of a step (a trial's, where it is adaptive).
@@ -32,7 +32,6 @@ class Scheme:
     """
 
     advance: Callable[..., Any]
-    advance_damped: Callable[..., Any]
     adaptive: bool = field(default=False, kw_only=True)
     order: int
     evaluations: int
@@ -47,7 +46,7 @@ class Scheme:
     @property
     def explicit(self) -> bool:
         """Whether dissipation is to it a force like any other; a strong one, in a fixed step, then makes it unstable."""
-        return self.advance is self.advance_damped
+        return self.composition is None
 
 
 # The table, the drive (rows of pieces), how many of them are the left end's, the numbers held at both ends, the tick,
@@ -57,7 +56,6 @@ SIGNATURE = "int64(float64[:, ::1], float64[:, ::1], int64, float64, float64, in
 SCHEMES = {
     "pefrl": Scheme(
         compositions.advance_pefrl,
-        compositions.advance_damped_pefrl,
         4,
         4,
         compositions.HISTORY_ROWS,
@@ -67,7 +65,6 @@ SCHEMES = {
     ),
     "leapfrog": Scheme(
         compositions.advance_leapfrog,
-        compositions.advance_damped_leapfrog,
         2,
         1,
         compositions.HISTORY_ROWS,
@@ -81,7 +78,6 @@ SCHEMES = {
     ),
     "rk4": Scheme(
         runge_kutta.advance_rk4,
-        runge_kutta.advance_rk4,
         4,
         4,
         runge_kutta.HISTORY_ROWS,
@@ -90,7 +86,6 @@ SCHEMES = {
     ),
     "hamming": Scheme(
         hamming.advance_hamming,
-        hamming.advance_hamming,
         5,
         2,
         hamming.HISTORY_ROWS,
@@ -98,7 +93,5 @@ SCHEMES = {
         pressed_angle=0.2,
         wanted_forces=30.0,
     ),
-    "dop853": Scheme(
-        dop853.advance_dop853, dop853.advance_dop853, 8, 12, dop853.HISTORY_ROWS, dop853.SCRATCH_ROWS, adaptive=True
-    ),
+    "dop853": Scheme(dop853.advance_dop853, 8, 12, dop853.HISTORY_ROWS, dop853.SCRATCH_ROWS, adaptive=True),
 }

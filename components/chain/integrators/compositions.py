@@ -19,14 +19,13 @@ import numpy as np
 
 from ...support.jit import inlined, jit
 from .. import kernels
-from ..laws import dispatch, elastic_plastic
+from ..laws import functions as law
+from ..laws.functions import DISSIPATES, LONG_FORMULA, REMEMBERS
 from ..layout import (
-    ELASTIC,
     FREE,
     FREE_ROW,
     GRAINS,
     GRAVITY,
-    HERTZ,
     IMPULSE_LEFT,
     IMPULSE_PER_SPEED,
     IMPULSE_RIGHT,
@@ -38,8 +37,6 @@ from ..layout import (
     LIMIT,
     PEAK,
     PISTON,
-    PLASTIC,
-    POWER,
     REST_OVERLAP,
     RIGHT_BASE,
     RIGHT_DRIVE,
@@ -47,7 +44,6 @@ from ..layout import (
     RIGHT_MASS,
     RIGHT_STATIC,
     SCALARS,
-    SMALLEST_OVERLAP,
     SPEED_LIMIT,
     STEP,
     WORK_LEFT,
@@ -100,7 +96,7 @@ _ONE = np.uint64(1)
 
 
 @inlined
-def kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, low, high):
+def kick_and_drift(falling, watched, a, here, there, kick, drift, f, low, high):
     """Grains low..high-1: v += kick ((f_left - f_right) / m + gravity), u_there = u_here + drift v.
 
     f enters as the force left of `low`, and leaves as that left of `high`. Where `watched`, once a step, peaks are kept,
@@ -108,13 +104,14 @@ def kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, lo
     """
     fall = kick * a[SCALARS, GRAVITY]
     passed = False
-    if elastic == POWER:
+    if LONG_FORMULA:
         # Long formulas become vectors only where no force is carried from contact to contact.
         for i in range(np.uint64(low), np.uint64(high)):
-            a[IMPULSE_PER_SPEED, i] = dispatch.force(POWER, a, i, a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i])
+            d = a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i]
+            a[IMPULSE_PER_SPEED, i] = law.force(a, i, kernels.pressed(d))
     for i in range(np.uint64(low), np.uint64(high)):
-        d = a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i]
-        g = a[IMPULSE_PER_SPEED, i] if elastic == POWER else dispatch.force(elastic, a, i, d)
+        d = kernels.pressed(a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i])
+        g = a[IMPULSE_PER_SPEED, i] if LONG_FORMULA else law.force(a, i, d)
         v = a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)
         if falling:
             v += fall
@@ -122,7 +119,6 @@ def kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, lo
         a[there, i] = a[here, i] + drift * v
         f = g
         if watched:
-            d = 0.0 if d < SMALLEST_OVERLAP else d
             p = a[PEAK, i]
             a[PEAK, i] = d if d > p else p
             passed |= not (d <= a[LIMIT, i])
@@ -130,13 +126,9 @@ def kick_and_drift(elastic, falling, watched, a, here, there, kick, drift, f, lo
 
 
 @jit
-def stage_of_law(elastic, watched, a, here, there, kick, drift, f, low, high):
-    """`kick_and_drift` of any law. A function of its own, because short chains feel what lies in their loop."""
-    if elastic == HERTZ:
-        return kick_and_drift(HERTZ, True, watched, a, here, there, kick, drift, f, low, high)
-    if elastic == POWER:
-        return kick_and_drift(POWER, True, watched, a, here, there, kick, drift, f, low, high)
-    return kick_and_drift(PLASTIC, True, watched, a, here, there, kick, drift, f, low, high)
+def falling_stage(watched, a, here, there, kick, drift, f, low, high):
+    """Return `kick_and_drift` under gravity. A function of its own, because short chains feel what lies in their loop."""
+    return kick_and_drift(True, watched, a, here, there, kick, drift, f, low, high)
 
 
 @jit
@@ -163,11 +155,10 @@ def _watch(a, here, j):
 
 
 @jit
-def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edge, shift, damped, drifts, kicks, passed):
+def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edge, shift, drifts, kicks, passed):
     """Advance the grains from left_edge to right_edge - 1 by `ticks`, the range moving left by `shift` grains a stage."""
     n, stages = int(a[SCALARS, GRAINS]), len(kicks)
-    h, gravity, elastic = a[SCALARS, STEP], a[SCALARS, GRAVITY], int(a[SCALARS, ELASTIC])
-    plain = elastic == HERTZ and gravity == 0.0
+    h, gravity = a[SCALARS, STEP], a[SCALARS, GRAVITY]
     left_piston, left_free = a[SCALARS, LEFT_KIND] == PISTON, a[SCALARS, LEFT_KIND] == FREE
     right_piston, right_free = a[SCALARS, RIGHT_KIND] == PISTON, a[SCALARS, RIGHT_KIND] == FREE
     here, there = U, _OTHER_U
@@ -198,7 +189,7 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
             a[here, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, drifts[0])
         stage += 1
         for s in range(stages):
-            if damped and s == stages // 2:
+            if DISSIPATES and s == stages // 2:
                 # A damped chain is one tile. Prescribed grains move at the speed of the middle meanwhile.
                 first, last = a[V, 1], a[V, n]
                 if left_piston:
@@ -227,14 +218,14 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                         f = push
                     impulse_left = kernels.added(impulse_left, kick * f)
                     bad |= s == 0 and _watch(a, here, 0)
-                if not plain:
-                    f, over = stage_of_law(elastic, s == 0, a, here, there, kick, drift, f, low, min(high, n))
+                if gravity != 0.0:
+                    f, over = falling_stage(s == 0, a, here, there, kick, drift, f, low, min(high, n))
                     bad |= over
                 elif s == 0:
-                    f, over = kick_and_drift(HERTZ, False, True, a, here, there, kick, drift, f, low, min(high, n))
+                    f, over = kick_and_drift(False, True, a, here, there, kick, drift, f, low, min(high, n))
                     bad |= over
                 else:
-                    f, _ = kick_and_drift(HERTZ, False, False, a, here, there, kick, drift, f, low, min(high, n))
+                    f, _ = kick_and_drift(False, False, a, here, there, kick, drift, f, low, min(high, n))
                 if high == n + 1:
                     g, pull, last = kernels.contact(a, here, n), 0.0, a[V, n]
                     if right_free:
@@ -272,8 +263,8 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
             work_right = kernels.added(work_right, 0.5 * a[SCALARS, RIGHT_MASS] * (last - first) * (last + first))
             impulse_right = kernels.added(impulse_right, a[SCALARS, RIGHT_MASS] * (last - first))
             a[V, n] = last
-        if elastic == PLASTIC:
-            elastic_plastic.remember(a, here)
+        if REMEMBERS:
+            kernels.remember(a, here)
         # Velocities count as they are at the end of every step, however many steps a call makes.
         unsound |= _too_fast(a, fastest, low, max(low, high))
         done += 1
@@ -287,13 +278,13 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
 
 
 @jit
-def _advance(a, drive, left_pieces, left, right, tick, ticks, damped, drifts, kicks, passed):
+def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, passed):
     n, stages = int(a[SCALARS, GRAINS]), len(kicks)
-    swaps = stages - 1 if damped else stages
+    swaps = stages - 1 if DISSIPATES else stages
     a[_OTHER_U, 0], a[_OTHER_U, n + 1] = 0.0, 0.0
     done, bad, unsound = 0, False, False
     # A chain that fits the cache is one tile that stands still; so is one whose contacts tell of more than their overlaps.
-    tiled = n > TILED_ABOVE and not damped and a[SCALARS, ELASTIC] != PLASTIC
+    tiled = n > TILED_ABOVE and not DISSIPATES and not REMEMBERS
     block = max(1, _BLOCK_STAGES // (stages + 1)) if tiled else ticks
     tile = _TILE_GRAINS if tiled else n
     while done < ticks and not (bad or unsound):
@@ -301,9 +292,8 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, damped, drifts, ki
         last_edge = n + 1 + some * (stages + 1) if tiled else 2
         while edge < last_edge:
             advanced, over, fast = _sweep(
-                a, drive, left_pieces, left, right, tick + done, some, edge, edge + tile, int(tiled), damped,
-                drifts, kicks, passed,
-            )  # fmt: skip
+                a, drive, left_pieces, left, right, tick + done, some, edge, edge + tile, int(tiled), drifts, kicks, passed
+            )
             bad |= over
             unsound |= fast
             edge += tile
@@ -317,27 +307,18 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, damped, drifts, ki
 @jit
 def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
-    return _advance(a, drive, left_pieces, left, right, tick, ticks, False, PEFRL.drifts, PEFRL.kicks, PEFRL.passed)
-
-
-@jit
-def advance_damped_pefrl(a, drive, left_pieces, left, right, tick, ticks):
-    """`advance_pefrl` where contacts dissipate. A function of its own: each is compiled when it is wanted."""
-    return _advance(
-        a, drive, left_pieces, left, right, tick, ticks, True, DAMPED_PEFRL.drifts, DAMPED_PEFRL.kicks, DAMPED_PEFRL.passed
-    )
+    if DISSIPATES:
+        parts = DAMPED_PEFRL
+    else:
+        parts = PEFRL
+    return _advance(a, drive, left_pieces, left, right, tick, ticks, parts.drifts, parts.kicks, parts.passed)
 
 
 @jit
 def advance_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
     """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
-    return _advance(a, drive, left_pieces, left, right, tick, ticks, False, LEAPFROG.drifts, LEAPFROG.kicks, LEAPFROG.passed)
-
-
-@jit
-def advance_damped_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
-    """`advance_leapfrog` where contacts dissipate."""
-    return _advance(
-        a, drive, left_pieces, left, right, tick, ticks, True,
-        DAMPED_LEAPFROG.drifts, DAMPED_LEAPFROG.kicks, DAMPED_LEAPFROG.passed,
-    )  # fmt: skip
+    if DISSIPATES:
+        parts = DAMPED_LEAPFROG
+    else:
+        parts = LEAPFROG
+    return _advance(a, drive, left_pieces, left, right, tick, ticks, parts.drifts, parts.kicks, parts.passed)

@@ -5,7 +5,7 @@ of the inverse masses. Over a time t the impulse is the larger of G w and -F_e t
 x = c s t: of second order, never more than what stops the approach however large c is, and the same momentum for both grains.
 Contacts of even number act for half the step, those of odd number for all of it, and the even ones again: a symmetric sequence,
 and second order for all of it. T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267, splits dissipative particle dynamics so.
-A dashpot whose contact closes within the step acts from there on (`viscous.closed_time`).
+A dashpot whose contact closes within the step acts from there on (`closed_time`).
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ from __future__ import annotations
 import numpy as np
 
 from ...support.jit import inlined, jit
-from ..laws import dispatch, hertz, viscous
+from .. import kernels
+from ..laws import functions as law
+from ..laws.functions import JUMPS
 from ..layout import (
-    CONTACT,
     DISSIPATED,
-    DISSIPATION,
     GRAINS,
     IMPULSE_PER_SPEED,
     INVERSE_MASS,
-    KUWABARA_KONO,
     LEFT_KIND,
     MASS,
     MIN_IMPULSE,
@@ -31,57 +30,70 @@ from ..layout import (
     RIGHT_KIND,
     SCALARS,
     SMALLEST_OVERLAP,
-    STIFFNESS,
-    VISCOUS,
     V,
 )
 
 _ONE, _TWO = np.uint64(1), np.uint64(2)
 
 
+# A contact that closes where two steps meet, as round numbers make it, closes in the second: its slope is found there, once.
+_EDGE = 1e-3
+
+
 @inlined
-def _prepare_contact(kind, a, j, d, closed):
-    """Contact j with overlap d, closed for a time `closed` of the step."""
-    d = 0.0 if d < SMALLEST_OVERLAP else d
+def is_closing(d, w, h):
+    """Return whether a contact closes within a step of length h, d its overlap in the middle and w its speed of approach."""
+    reach = 0.5 * h * w
+    return reach > SMALLEST_OVERLAP and -(1.0 - _EDGE) * reach < d <= (1.0 + _EDGE) * reach
+
+
+@inlined
+def closed_time(d, w, h):
+    """Return the part of a step in which a contact is closed; from where it closes, if it does so within the step.
+
+    Without that the dashpot's impulse would jump wherever the closing passes from one step to the next, the order would be 1
+    where contacts close, and slopes of the run would be those between two jumps, which no step makes right.
+    """
+    whole = h if d >= SMALLEST_OVERLAP else 0.0
+    return 0.5 * h + d / w if is_closing(d, w, h) else whole
+
+
+@inlined
+def _prepare_contact(a, j, d, closed):
+    """Prepare contact j with overlap d, closed for a time `closed` of the step."""
+    d = kernels.pressed(d)
     time = closed * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
-    pull = (a[CONTACT, j] if kind == VISCOUS else dispatch.coefficient(kind, a, j, d)) * time
+    pull = law.coefficient(a, j, d) * time
     half = 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
     a[IMPULSE_PER_SPEED, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
-    a[MIN_IMPULSE, j] = -hertz.pressed_force(a[STIFFNESS, j], d) * time
-
-
-@inlined
-def _prepare_all(kind, a, u, h):
-    closing = False
-    for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
-        closed = h
-        if kind == VISCOUS:
-            closed = h if d >= SMALLEST_OVERLAP else 0.0
-            closing |= viscous.is_closing(d, a[V, j] - a[V, j + _ONE], h)
-        _prepare_contact(kind, a, j, d, closed)
-        a[OLD_VELOCITY, j] = a[V, j]
-    return closing
+    a[MIN_IMPULSE, j] = -law.force(a, j, d) * time
 
 
 @inlined
 def _prepare_closing(a, u, h):
-    """Contacts that close within the step, anew: in a loop of their own, for they are few and cost a division each."""
+    """Prepare contacts that close within the step: in a loop of their own, for they are few and cost a division each."""
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
         w = a[V, j] - a[V, j + _ONE]
-        if viscous.is_closing(d, w, h):
-            _prepare_contact(VISCOUS, a, j, d, 0.5 * h + d / w)
+        if is_closing(d, w, h):
+            _prepare_contact(a, j, d, 0.5 * h + d / w)
 
 
 @jit
 def prepare(a, u, h):
-    """Of each contact the impulse per speed of approach, and the one that leaves no pull; the velocities as they are."""
-    if a[SCALARS, DISSIPATION] == VISCOUS:
-        if _prepare_all(VISCOUS, a, u, h):
+    """Write of each contact the impulse per speed of approach, and the one that leaves no pull; the velocities as they are."""
+    closing = False
+    for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
+        d = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]
+        closed = h
+        if JUMPS:
+            closed = h if d >= SMALLEST_OVERLAP else 0.0
+            closing |= is_closing(d, a[V, j] - a[V, j + _ONE], h)
+        _prepare_contact(a, j, d, closed)
+        a[OLD_VELOCITY, j] = a[V, j]
+    if JUMPS:
+        if closing:
             _prepare_closing(a, u, h)
-    else:
-        _prepare_all(KUWABARA_KONO, a, u, h)
 
 
 @inlined

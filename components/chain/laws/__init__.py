@@ -1,7 +1,6 @@
-"""Contact laws, one a file: what they declare, and their formulas.
+"""Contact laws, one a file: parameters, formulas, their derivatives, sources. `functions.py` says what a law's file defines.
 
-A law is conservative, velocity-dependent or has a history, and says so. Elastic forces and dissipation are given to the kernels
-as kinds (`layout`), `dispatch` finds the functions.
+A law is conservative, velocity-dependent or has a history, and says so. A new law is a file and a line in `LAWS`.
 """
 
 from __future__ import annotations
@@ -15,10 +14,11 @@ from .elastic_plastic import ElasticPlastic
 from .hertz import Hertz
 from .kuwabara_kono import KuwabaraKono
 from .law import Dissipative, Law
+from .linear import Linear
 from .power import Power
 from .viscous import Viscous
 
-__all__ = ["LAWS", "ChosenLaw", "Dissipative", "ElasticPlastic", "Hertz", "KuwabaraKono", "Law", "Power", "Viscous"]
+__all__ = ["LAWS", "ChosenLaw", "Dissipative", "ElasticPlastic", "Hertz", "KuwabaraKono", "Law", "Linear", "Power", "Viscous"]
 
 LAWS: dict[str, type[Law]] = {
     "hertz": Hertz,
@@ -26,6 +26,7 @@ LAWS: dict[str, type[Law]] = {
     "viscous": Viscous,
     "kuwabara_kono": KuwabaraKono,
     "elastic_plastic": ElasticPlastic,
+    "linear": Linear,
 }
 
 ChosenLaw = Annotated[SerializeAsAny[Law], ByName(LAWS)]

@@ -13,32 +13,44 @@ import numpy as np
 
 from ...support.jit import inlined
 from ..fields import NotNegative, field
-from ..layout import HERTZ, KUWABARA_KONO, SMALLEST_OVERLAP
+from ..layout import LAW_CONSTANTS
+from .hertz import energy, energy_pullback, energy_root, energy_root_pullback, force, force_pullback, stiffness
 from .law import Dissipative, FloatArray
+
+__all__ = [
+    "KuwabaraKono", "coefficient", "coefficient_pullback", "energy", "energy_pullback", "energy_root", "energy_root_pullback",
+    "force", "force_pullback", "stiffness",
+]  # fmt: skip
 
 
 class KuwabaraKono(Dissipative):
     """F = k d^1.5 + dissipation x sqrt(d) dd/dt while d > 0, cut off at 0."""
 
     exponent: ClassVar[float] = 1.5
-    elastic, damping = HERTZ, KUWABARA_KONO
 
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
     dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one for each place", "N s/m^1.5")
 
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
-        """Gamma sqrt(d)."""
-        return constants * np.sqrt(overlap)
+        """Return gamma sqrt(d)."""
+        return constants[:, 0] * np.sqrt(overlap)
 
     def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """(coefficient / gamma)^2."""
+        """Return (coefficient / gamma)^2."""
         with np.errstate(divide="ignore", over="ignore"):
-            root = coefficients / constants
+            root = coefficients / constants[:, 0]
             return root * root
 
 
 @inlined
-def coefficient(gamma, d):
-    """Force per speed of approach: gamma sqrt(d) while they touch."""
-    d = 0.0 if d < SMALLEST_OVERLAP else d
-    return gamma * sqrt(d)
+def coefficient(a, j, d):
+    """Return gamma sqrt(d)."""
+    return a[LAW_CONSTANTS, j] * sqrt(d)
+
+
+@inlined
+def coefficient_pullback(a, bar, j, d, slope):
+    """Add slope sqrt(d) to the derivative by gamma; return slope gamma / (2 sqrt(d))."""
+    root = sqrt(d)
+    bar[LAW_CONSTANTS, j] += slope * root
+    return 0.5 * a[LAW_CONSTANTS, j] / root * slope if d > 0.0 else 0.0

@@ -1,8 +1,12 @@
-"""What a contact law declares of itself."""
+"""The base of all contact laws: what a law declares, and what a chain asks of it while it is built."""
 
 from __future__ import annotations
 
+import sys
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType, ModuleType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,65 +14,142 @@ import numpy.typing as npt
 
 from ...support.roots import two_thirds_power
 from ...support.tagged_union import Named
-from ..layout import HERTZ, NONE
+from ..layout import MOST_HISTORY_ROWS
+from . import functions
 
 FloatArray = npt.NDArray[np.float64]
 
+# A sphere begins to yield, under its surface, at a peak pressure of 1.6 times the yield strength (Johnson 1985, section 6.1).
+YIELD_PRESSURE = 1.6
+
 
 class Law(Named):
-    """A contact law, chosen by its `name`: parameters here, the formula in jitted functions beside it."""
+    """A contact law, chosen by its `name`: its parameters here, its formulas as jitted functions in the same file.
+
+    Which functions a law's file has to define, and with which arguments, says `functions.py`.
+    """
 
     exponent: ClassVar[float]
     """The exponent p with which the force grows with the overlap, F ~ d^p; a law may make a parameter of it."""
-    elastic: ClassVar[int] = HERTZ
-    """Which elastic force the kernels take."""
-    damping: ClassVar[int] = NONE
-    """Which dissipation beside it."""
-    has_history: ClassVar[bool] = False
-    """Whether the force depends on what the contact has been through."""
+    history_rows: ClassVar[int] = 0
+    """How many numbers tell what a contact has been through; 0 where the force does not depend on it."""
     needs_stiffness: ClassVar[bool] = False
     """Whether `contact_stiffness` has to be given, because radii and materials do not tell it."""
+    long_formula: ClassVar[bool] = False
+    """Whether its force is so long a formula that loops become vectors only where all forces are computed first."""
+    place_parameters: ClassVar[Mapping[str, bool]] = MappingProxyType({})
+    """The parameters that may be lists with a number for each contact -> whether that has to be above 0."""
 
     def contact_constants(
-        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, real: slice
+        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
     ) -> FloatArray:
-        """The one number that the law wants of each contact, in the table's row CONTACT, shape (contacts,).
+        """Return what the law wants to know of each contact beside its stiffness, shape (contacts, k).
 
         Args:
             stiffness: of each place, shape (n + 1,), as the other arrays.
             reduced_radius: R* [m].
             yield_strength: of the weaker side [Pa].
-            real: which places are contacts.
+            contacts: which places are contacts.
         """
-        return np.zeros(real.stop - real.start)
+        return np.zeros((contacts.stop - contacts.start, 0))
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """The overlap at which a contact that was never loaded before carries a force, shape (contacts,) [m]."""
+        """Return the overlap at which a contact that was never loaded before carries a force, shape (contacts,) [m]."""
         return two_thirds_power(force / stiffness)
+
+    def steepest(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+        """Return the k of F = k d^p where contacts are stiffest, which the step has to resolve, shape (contacts,)."""
+        return stiffness
+
+    def yield_pressures(self, stiffness: FloatArray, reduced_radius: FloatArray, constants: FloatArray) -> FloatArray | None:
+        """Return the pressures at which contacts yield by this law, shape (contacts,) [Pa]; None where it knows none."""
+        return None
+
+    @property
+    def has_history(self) -> bool:
+        """Whether the force depends on what the contact has been through."""
+        return self.history_rows > 0
 
     @property
     def conservative(self) -> bool:
         """Whether it gives back all energy."""
-        return self.damping == NONE and not self.has_history
+        return not isinstance(self, Dissipative) and not self.has_history
 
 
 class Dissipative(Law, ABC):
     """A law whose force depends on the speed of approach, by a coefficient for each contact."""
 
+    place_parameters: ClassVar[Mapping[str, bool]] = MappingProxyType({"dissipation": False})
     dissipation: Any
     jumps: ClassVar[bool] = False
     """Whether the force jumps where a contact closes."""
 
     def contact_constants(
-        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, real: slice
+        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
     ) -> FloatArray:
-        """The dissipation."""
-        return (np.zeros(len(stiffness)) + np.asarray(self.dissipation))[real]
+        """Return the dissipation, the first constant of every law that has one."""
+        return (np.zeros(len(stiffness)) + np.asarray(self.dissipation))[contacts, None]
 
     @abstractmethod
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
-        """Force per speed of approach at an overlap, shape (contacts,) [N s/m]."""
+        """Return the force per speed of approach at an overlap, shape (contacts,) [N s/m]."""
 
     @abstractmethod
     def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """The overlap beyond which force per speed is above `coefficients`; 0: at once, inf: never; shape (contacts,) [m]."""
+        """Return the overlap beyond which force per speed is above `coefficients`; 0: at once, inf: never; (contacts,) [m]."""
+
+
+def missing_functions(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
+    """Return the functions that a law's file lacks, for runs or for gradients."""
+    needed = functions.ELASTIC + (functions.ELASTIC_GRADIENT if gradient else ())
+    if issubclass(law, Dissipative):
+        needed += functions.DISSIPATIVE + (functions.DISSIPATIVE_GRADIENT if gradient else ())
+    if law.history_rows:
+        needed += functions.HISTORY
+    return lacks(law, needed)
+
+
+def lacks(law: type[Law], names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return those of the functions that a law's file does not define."""
+    return tuple(name for name in names if not callable(getattr(sys.modules[law.__module__], name, None)))
+
+
+def refuse_incomplete(law: type[Law], name: str) -> None:
+    """Refuse a law that no loop could run.
+
+    Raises:
+        ValueError: names what it lacks.
+    """
+    missing = missing_functions(law)
+    if missing:
+        raise ValueError(
+            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/functions.py` describes, or "
+            "choose another law"
+        )
+    if issubclass(law, Dissipative) and law.history_rows:
+        raise ValueError(f"law {name!r} has a history and a dissipation; no integrator combines them: expected one of the two")
+    if law.history_rows > MOST_HISTORY_ROWS:
+        raise ValueError(f"law {name!r} has {law.history_rows} history rows, expected at most {MOST_HISTORY_ROWS}")
+
+
+@cache
+def law_functions(law: Any) -> ModuleType:
+    """Return a law's functions and properties under the names of `functions.py`, for the loops."""
+    own = sys.modules[law.__module__]
+    space = ModuleType(own.__name__)
+    for name in (
+        functions.ELASTIC
+        + functions.ELASTIC_GRADIENT
+        + functions.DISSIPATIVE
+        + functions.DISSIPATIVE_GRADIENT
+        + (functions.HISTORY + functions.ENERGY_ROOT)
+    ):
+        if hasattr(own, name):
+            setattr(space, name, getattr(own, name))
+    vars(space).update(
+        DISSIPATES=issubclass(law, Dissipative),
+        JUMPS=issubclass(law, Dissipative) and law.jumps,
+        REMEMBERS=law.history_rows > 0,
+        LONG_FORMULA=law.long_formula,
+    )
+    return space

@@ -6,22 +6,22 @@ their width depends on p alone.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from ...support.jit import inlined
 from ...support.powers import power
 from ..fields import field
-from ..layout import POWER, SMALLEST_OVERLAP
+from ..layout import EXPONENT, SCALARS, SMALLEST_OVERLAP, STIFFNESS
 from .law import FloatArray, Law
 
 
 class Power(Law):
     """F = k d^exponent, k the parameter `contact_stiffness` in N/m^exponent, which has to be given."""
 
-    elastic = POWER
-    needs_stiffness = True
+    needs_stiffness: ClassVar[bool] = True
+    long_formula: ClassVar[bool] = True
 
     name: Literal["power"] = field("power", "a general exponent", "1")
     exponent: float = field(  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -29,20 +29,46 @@ class Power(Law):
     )
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """(F / k)^(1/p)."""
+        """Return (F / k)^(1/p)."""
         ratio = force / stiffness
         return np.array([power(value, 1.0 / self.exponent) if value > SMALLEST_OVERLAP else 0.0 for value in ratio])
 
 
 @inlined
-def force(k, d, p):
-    """F = k d^p for d > 0, else 0."""
+def _raised(d, p):
+    """Return d^p, 0 where the contact is open."""
     pressed = d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP
-    return k * power(pressed, p) if d > SMALLEST_OVERLAP else 0.0 * d
+    return power(pressed, p) if d > SMALLEST_OVERLAP else 0.0 * d
 
 
 @inlined
-def energy(k, d, p):
-    """Its work up to the overlap d: k d^(p + 1) / (p + 1)."""
-    pressed = d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP
-    return k * (d * power(pressed, p)) / (p + 1.0) if d > SMALLEST_OVERLAP else 0.0 * d
+def force(a, j, d):
+    """Return F = k d^p."""
+    return a[STIFFNESS, j] * _raised(d, a[SCALARS, EXPONENT])
+
+
+@inlined
+def energy(a, j, d):
+    """Return E = k d^(p + 1) / (p + 1)."""
+    p = a[SCALARS, EXPONENT]
+    return a[STIFFNESS, j] * (d * _raised(d, p)) / (p + 1.0)
+
+
+@inlined
+def stiffness(a, j, d):
+    """Return p k d^(p - 1)."""
+    p = a[SCALARS, EXPONENT]
+    return a[STIFFNESS, j] * (p * _raised(d, p - 1.0))
+
+
+@inlined
+def force_pullback(a, bar, j, d, slope):
+    """Add slope dF/dk."""
+    bar[STIFFNESS, j] += _raised(d, a[SCALARS, EXPONENT]) * slope
+
+
+@inlined
+def energy_pullback(a, bar, j, d, slope):
+    """Add slope dE/dk."""
+    p = a[SCALARS, EXPONENT]
+    bar[STIFFNESS, j] += (d * _raised(d, p)) / (p + 1.0) * slope

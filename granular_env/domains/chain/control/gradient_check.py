@@ -16,7 +16,9 @@ from granular_env.components.support.jit import current
 
 FloatArray = npt.NDArray[np.float64]
 
-_ROWS = {name: getattr(layout, name) for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "CONTACT", "U", "V")}
+_ROWS = {
+    name: getattr(layout, name) for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "LAW_CONSTANTS", "U", "V")
+}
 _STEP = 1e-5
 _SEED = 20
 # Derivatives so much smaller than the value, in units of their entry, are lost in its differences.

@@ -168,7 +168,7 @@ class ChainEnv(ComponentEnv):
         """An environment like this one, before its first reset, whose chain and episode live in the memory given."""
         twin = object.__new__(type(self))
         vars(twin).update(vars(self))
-        twin.component = self.component.twin(table)
+        twin.component = self.component.clone(table)
         twin._np_random = twin._np_random_seed = twin._random_state = None
         twin._action = np.zeros_like(self._action)
         twin._home, twin._drawn = table, {}
@@ -251,7 +251,7 @@ class ChainEnv(ComponentEnv):
                 f"state: it has {', '.join(sorted(drawn)) or 'nothing'} drawn, this environment draws "
                 f"{', '.join(sorted(self.randomization.parameters)) or 'nothing'}; make it with that randomise"
             )
-        if self.component._observers:
+        if self.component.is_observed:
             raise ParameterError(
                 "randomise: a chain is drawn for each episode, but the present one is recorded, and its log holds one chain; "
                 "record with RecordEnv, which gives each episode a log of its own"
@@ -270,7 +270,7 @@ class ChainEnv(ComponentEnv):
             return
         assert isinstance(component, Chain)
         self._fit(component, task)
-        self.component = component if self._home is None else component.twin(self._home)
+        self.component = component if self._home is None else component.clone(self._home)
         self.task, self._drawn = task, drawn
         if self.on_new_chain is not None:
             self.on_new_chain()

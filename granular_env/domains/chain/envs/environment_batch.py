@@ -140,11 +140,9 @@ class Lanes:
         chain = lane.component
         if _goes_alone(lane):
             return lane
-        chain._tick = int(memory[START] + memory[ELAPSED] * lane.internal_steps)
+        tick = int(memory[START] + memory[ELAPSED] * lane.internal_steps)
         applied = memory[LEFT:COUNTERS].tolist()
-        driven = {name: applied[side] for name, side in zip(self._names, self._sides, strict=True)}
-        if any(chain._held.get(name) != value for name, value in driven.items()):
-            chain._held = {**chain._held, **driven}
+        chain.adopt(tick, {name: applied[side] for name, side in zip(self._names, self._sides, strict=True)})
         return lane
 
     def lent(self, k: int) -> ChainEnv:
@@ -194,7 +192,7 @@ class Lanes:
 
 def _goes_alone(lane: ChainEnv) -> bool:
     """Whether its chain does what the batch knows nothing of."""
-    return bool(lane.component._observers) or lane.component._profiled
+    return lane.component.is_observed or lane.component.follows_profile
 
 
 def _make_lanes(

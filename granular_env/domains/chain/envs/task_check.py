@@ -25,7 +25,7 @@ FloatArray = npt.NDArray[np.float64]
 # The rows of the table with a number for each grain or contact.
 _GRAIN_ROWS = {
     getattr(layout, name): name
-    for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "LIMIT", "CONTACT", "DISSIPATED", "U", "V", "PEAK")
+    for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "LIMIT", "LAW_CONSTANTS", "DISSIPATED", "U", "V", "PEAK")
 }
 # Looking at each index of longer chains would take seconds; numpy's own look at the bounds remains.
 _LONGEST_LOOKED_AT = 2000

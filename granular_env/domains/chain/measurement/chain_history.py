@@ -37,7 +37,7 @@ class History:
         recorded_overlap: shape (T, n + 1) [m], where it is known without the displacement.
         recorded_force: shape (T, n + 1) [N], where the contact forces themselves are known.
         law: of the contacts.
-        contact: what the law wants of each contact, such as its dissipation, shape (n + 1,); None for nothing.
+        law_constants: what the law wants to know of each contact, such as its dissipation, shape (n + 1, k); None for nothing.
     """
 
     time: FloatArray
@@ -51,7 +51,7 @@ class History:
     recorded_overlap: FloatArray | None = None
     recorded_force: FloatArray | None = None
     law: Law = Hertz()
-    contact: FloatArray | None = None
+    law_constants: FloatArray | None = None
 
     def __post_init__(self) -> None:
         frames, grains = len(np.atleast_1d(self.time)), len(np.atleast_1d(self.mass))
@@ -63,11 +63,13 @@ class History:
         for name, shape in (
             ("time", (frames,)), ("velocity", (frames, grains)), ("mass", (grains,)), ("stiffness", (places,)),
             ("rest_overlap", (places,)), ("position", (grains,)), ("displacement", (frames, grains)), ("piston", (grains,)),
-            ("recorded_overlap", (frames, places)), ("recorded_force", (frames, places)), ("contact", (places,)),
+            ("recorded_overlap", (frames, places)), ("recorded_force", (frames, places)), 
         ):  # fmt: skip
             value = getattr(self, name)
             if value is not None and np.shape(value) != shape:
                 raise ParameterError(f"history: {name} has shape {np.shape(value)}, expected {shape}")
+        if self.law_constants is not None and (np.ndim(self.law_constants) != 2 or len(self.law_constants) != places):
+            raise ParameterError(f"history: law_constants has shape {np.shape(self.law_constants)}, expected ({places}, k)")
         for name in ("time", "velocity"):
             if not np.isfinite(getattr(self, name)).all():
                 raise ParameterError(f"history: {name} holds a value that is not finite")
@@ -148,7 +150,7 @@ class History:
         return force[0], energy[0]
 
     def _by_law(self, overlap: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
-        constants = np.zeros(self.grains + 1) if self.contact is None else self.contact
+        constants = np.zeros((self.grains + 1, 0)) if self.law_constants is None else self.law_constants
         return forces_and_energies(self.law, self.stiffness, constants, overlap, velocity)
 
     def frame(self, time: float) -> int:

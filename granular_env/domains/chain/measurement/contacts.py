@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from granular_env.components.chain import kernels, layout
-from granular_env.components.chain.laws import Law, dispatch, elastic_plastic
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.chain.laws import LAWS, Law
+from granular_env.components.chain.laws import functions as law_functions
+from granular_env.components.chain.specialisation import specialise
+from granular_env.components.contract import FloatArray
 from granular_env.components.support.jit import jit
 
 
@@ -20,13 +22,13 @@ def forces_and_energies(
     Args:
         law: the contact law.
         stiffness: shape (n + 1,), 0 where there is no contact.
-        constants: what the law wants of each contact, shape (n + 1,).
+        constants: what the law wants to know of each contact, shape (n + 1, k).
         overlap: shape (T, n + 1), 0 where there is no contact [m].
         velocity: of the grains, shape (T, n) [m/s].
     """
     a = _chain(law, stiffness, constants)
     force, energy = np.empty_like(overlap), np.empty_like(overlap)
-    _fill(a, overlap, velocity, force, energy)
+    specialise(_fill, type(law))(a, overlap, velocity, force, energy)
     return force, energy
 
 
@@ -34,24 +36,25 @@ def _chain(law: Law, stiffness: FloatArray, constants: FloatArray) -> FloatArray
     """The kernels' table of a chain, as far as contacts need it."""
     places = slice(0, len(stiffness))
     a = np.zeros((layout.FREE_ROW, layout.row_width(len(stiffness) - 1)))
-    a[layout.STIFFNESS, places], a[layout.CONTACT, places] = stiffness, constants
+    a[layout.STIFFNESS, places] = stiffness
+    a[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + constants.shape[1], places] = constants.T
     for name, value in (
-        (layout.GRAINS, len(stiffness) - 1), (layout.ELASTIC, law.elastic), (layout.DISSIPATION, law.damping),
+        (layout.GRAINS, len(stiffness) - 1), (layout.LAW, list(LAWS).index(law.name)),
         (layout.EXPONENT, law.exponent),
     ):  # fmt: skip
         a[layout.SCALARS, name] = value
     if law.has_history:
-        elastic_plastic.begin(a)
+        specialise(kernels.begin_histories, type(law))(a)
     return a
 
 
 @jit
 def _fill(a, overlap, velocity, force, energy):
     """Displacements stay 0: the overlaps of a frame are those of a chain that rests so."""
-    kind, grains = int(a[layout.SCALARS, layout.ELASTIC]), velocity.shape[1]
+    grains = velocity.shape[1]
     for t in range(len(overlap)):
         a[layout.REST_OVERLAP, : grains + 1] = overlap[t]
         a[layout.V, 1 : grains + 1] = velocity[t]
         kernels.contact_forces(a, layout.U, layout.V, force[t])
         for j in range(grains + 1):
-            energy[t, j] = dispatch.energy(kind, a, j, overlap[t, j])
+            energy[t, j] = law_functions.energy(a, j, kernels.pressed(overlap[t, j]))

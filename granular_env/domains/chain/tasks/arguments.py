@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain import Chain, layout
+from granular_env.components.chain import Chain
+from granular_env.components.chain.laws.functions import ENERGY_ROOT
+from granular_env.components.chain.laws.law import lacks
 from granular_env.components.errors import ParameterError, nearest, shortened
 from granular_env.components.support.validation import positive_number
 
@@ -89,7 +91,7 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
         ParameterError: the contacts are not Hertz's, with or without dissipation, or there is none between grains.
     """
     law, geometry = chain.parameters.law, chain.geometry
-    if law.elastic != layout.HERTZ or chain.parameters.grains < 2:
+    if lacks(type(law), ENERGY_ROOT) or chain.parameters.grains < 2:
         raise ParameterError(f"chain: task {task!r} wants at least 2 grains and Hertz contacts, got law {law.name!r}")
     inner = slice(1, chain.parameters.grains)
     # Overlaps at rest that differ from contact to contact (gravity, gaps) have no wave of their own: their mean stands for

@@ -9,31 +9,31 @@ _MOST = 20
 _LONGEST = 1000
 
 
-def told_events(log: Any) -> list[str]:
-    """A sentence for each event of a log that its reader should know of, and one for its segments if they are several."""
-    sentences = [text for event in log.metadata["events"] if (text := _told(event))]
+def incident_sentences(log: Any) -> list[str]:
+    """Return a sentence for each incident that a reader should know of, and one for the segments if they are several."""
+    sentences = [text for incident in log.metadata["incidents"] if (text := _sentence(incident))]
     if len(sentences) > _MOST:
-        sentences = [*sentences[:_MOST], f"{len(sentences) - _MOST} more events are in the log"]
+        sentences = [*sentences[:_MOST], f"{len(sentences) - _MOST} more incidents are in the log"]
     if (count := len(log.segments)) > 1:
         why = "the component was reset, restored or put back in between"
         sentences.append(f"The log has {count} segments, laid end to end in time: {why}.")
     return sentences
 
 
-def _told(event: Mapping[str, Any]) -> str | None:
-    kind = event.get("event")
+def _sentence(incident: Mapping[str, Any]) -> str | None:
+    kind = incident.get("incident")
     if kind == "recovered":
-        return f"Recovered from another log; lost: {_cut(event.get('lost'))}."
+        return f"Recovered from another log; lost: {_cut(incident.get('lost'))}."
     if kind not in ("failed", "interrupted"):
         return None
-    told = ": ".join(_cut(event[key]) for key in ("kind", "message") if event.get(key))
+    told = ": ".join(_cut(incident[key]) for key in ("kind", "message") if incident.get(key))
     if kind == "failed":
-        return f"A step failed: {told}" + _undone(event)
-    return "A step was interrupted" + (f" ({told})" if told else "") + _undone(event)
+        return f"A step failed: {told}" + _undone(incident)
+    return "A step was interrupted" + (f" ({told})" if told else "") + _undone(incident)
 
 
-def _undone(event: Mapping[str, Any]) -> str:
-    ticks = event.get("undone_ticks")
+def _undone(incident: Mapping[str, Any]) -> str:
+    ticks = incident.get("undone_ticks")
     if not isinstance(ticks, int) or ticks <= 0:
         return ""
     written = "1 internal step of it, which had been written already, was" if ticks == 1 else (

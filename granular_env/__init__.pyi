@@ -1,0 +1,54 @@
+from . import domains, viewing
+from .atlas import run_atlas
+from .components.catalogue import make
+from .components.chain import Chain
+from .components.component import Component
+from .components.contract import Variable
+from .components.errors import (
+    ExperimentError,
+    FmuError,
+    GranularError,
+    GranularWarning,
+    LogError,
+    MissingExtraError,
+    ParameterError,
+    StepError,
+    SweepError,
+)
+from .components.materials.elastic import Material
+from .components.profiles import Profile
+from .components.snapshot import Snapshot
+from .control.study.running import run_study
+from .recording import open_log, record, recover, verify
+from .running import run
+from .sweep import open_sweep, run_sweep
+
+__all__ = [
+    "Chain",
+    "Component",
+    "ExperimentError",
+    "FmuError",
+    "GranularError",
+    "GranularWarning",
+    "LogError",
+    "Material",
+    "MissingExtraError",
+    "ParameterError",
+    "Profile",
+    "Snapshot",
+    "StepError",
+    "SweepError",
+    "Variable",
+    "domains",
+    "make",
+    "open_log",
+    "open_sweep",
+    "record",
+    "recover",
+    "run",
+    "run_atlas",
+    "run_study",
+    "run_sweep",
+    "verify",
+    "viewing",
+]

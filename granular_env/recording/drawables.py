@@ -1,0 +1,89 @@
+"""What viewers draw of a component, in the header of a log and out of it again."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..components.drawables import Cells, Curve, Drawable, Links, Points
+from ..components.errors import LogError
+
+_KINDS = {"points": Points, "links": Links, "cells": Cells, "curve": Curve}
+# Arrays of a drawable -> dtype and number of dimensions.
+_ARRAYS = {
+    "reference": (np.float64, 2), "radius": (np.float64, 1), "pairs": (np.int64, 2), "nodes": (np.float64, 2),
+    "connectivity": (np.int64, 2), "coordinate": (np.float64, 1),
+}  # fmt: skip
+# The arrays that have one row for each of the things drawn, and where their numbers point to.
+_COUNTED = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}
+
+
+def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]], dict[str, np.ndarray]]:
+    """Return the header's JSON values and arrays; array 1.radius is that of the second drawable."""
+    facts, arrays = [], {}
+    for place, drawable in enumerate(drawables):
+        texts = {"kind": next(kind for kind, one in _KINDS.items() if type(drawable) is one)}
+        for field in dataclasses.fields(drawable):
+            value = getattr(drawable, field.name)
+            if field.name in _ARRAYS:
+                arrays[f"{place}.{field.name}"] = np.asarray(value, _ARRAYS[field.name][0])
+            else:
+                texts[field.name] = value
+        facts.append(texts)
+    return facts, arrays
+
+
+def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray]) -> tuple[Drawable, ...]:
+    """Return the drawables from what `drawable_facts` gave; `LogError` for anything else."""
+    if not isinstance(facts, list):
+        raise LogError("the log's header does not say what can be drawn")
+    found: list[Drawable] = []
+    for place, texts in enumerate(facts):
+        found.append(_drawable(place, texts, arrays))
+        if isinstance(found[-1], Links) and not _has_ends(found[-1], found):
+            raise LogError(f"the log's header describes drawable {place} wrongly: its pairs join points that there are not")
+    return tuple(found)
+
+
+def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawable:
+    kind = _KINDS.get(str(texts.get("kind"))) if isinstance(texts, dict) else None
+    if kind is None:
+        raise LogError(f"the log's header describes drawable {place} wrongly: it is of no known kind")
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(kind):
+        name = f"{place}.{field.name}"
+        value = arrays.get(name) if field.name in _ARRAYS else texts.get(field.name)
+        if field.name in _ARRAYS:
+            dtype, dimensions = _ARRAYS[field.name]
+            sound = value is not None and value.dtype == dtype and value.ndim == dimensions
+        else:
+            sound = isinstance(value, str)
+        if not sound:
+            raise LogError(f"the log's header describes drawable {place} wrongly: {field.name!r} is not what it should be")
+        values[field.name] = value
+    drawable = kind(**values)
+    if not _is_consistent(drawable):
+        raise LogError(f"the log's header describes drawable {place} wrongly: its arrays do not fit together")
+    return drawable
+
+
+def _is_consistent(drawable: Drawable) -> bool:
+    arrays = [getattr(drawable, name) for name in _COUNTED[type(drawable)]]
+    if len({len(array) for array in arrays}) != 1 or not all(np.isfinite(array).all() for array in arrays):
+        return False
+    if isinstance(drawable, Points):
+        return 1 <= drawable.reference.shape[1] <= 3
+    if isinstance(drawable, Links):
+        return drawable.pairs.shape[1] == 2
+    if isinstance(drawable, Cells):
+        inside = (drawable.connectivity >= 0) & (drawable.connectivity < len(drawable.nodes))
+        return 1 <= drawable.nodes.shape[1] <= 3 and bool(inside.all())
+    return True
+
+
+def _has_ends(links: Links, known: Iterable[Drawable]) -> bool:
+    points = next((one for one in known if isinstance(one, Points) and one.name == links.points), None)
+    return points is not None and bool(((links.pairs >= 0) & (links.pairs < len(points.radius))).all())

@@ -1,0 +1,297 @@
+"""Every law with every integrator against plain Python: forces, one step, balances, derivatives; and what is refused."""
+
+from __future__ import annotations
+
+import ast
+import math
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import pytest
+
+import granular_env as ge
+from granular_env.components.chain import kernels, quantities
+from granular_env.components.chain.adjoint import evaluate, parameter_gradient, value_and_adjoint
+from granular_env.components.chain.adjoint.gradient import has_gradient
+from granular_env.components.chain.laws import LAWS, Dissipative, Hertz, Law, Power, functions
+from granular_env.components.chain.laws.law import lacks
+from granular_env.components.chain.layout import (
+    LAW_CONSTANTS,
+    REST_OVERLAP,
+    STIFFNESS,
+    U,
+    V,
+)
+from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.specialisation import specialise
+from granular_env.components.errors import ParameterError
+from granular_env.components.support.jit import inlined, jit
+
+pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+
+INTEGRATORS = ("pefrl", "leapfrog", "rk4", "hamming", "dop853")
+SPHERES = {"contact_stiffness": 5e9}
+CASES: dict[str, dict[str, Any]] = {
+    "hertz": {"law": "hertz", **SPHERES},
+    "power": {"law": {"name": "power", "exponent": 1.8}, "contact_stiffness": 2e11},
+    "viscous": {"law": {"name": "viscous", "dissipation": 20.0}, **SPHERES},
+    "kuwabara_kono": {"law": {"name": "kuwabara_kono", "dissipation": 4e3}, **SPHERES},
+    "elastic_plastic": {"law": {"name": "elastic_plastic", "yield_pressure": 2e9}, **SPHERES},
+    "linear": {"law": {"name": "linear", "dissipation": 20.0}, "contact_stiffness": 1e7},
+}
+
+
+def plain_force(chain: ge.Chain, j: int, d: float, w: float) -> float:
+    """Return the force of a contact that is loaded for the first time: the formula of its docs page."""
+    law: Any = chain.parameters.law
+    k = float(chain.geometry.stiffness[j])
+    if d <= 0.0:
+        return 0.0
+    elastic = k * d**law.exponent
+    if law.name == "elastic_plastic":
+        reduced = float(chain.geometry.reduced_radius[j])
+        root = math.pi * law.yield_pressure * reduced / (1.5 * k)
+        tangent = k * root**3 + math.pi * law.yield_pressure * reduced * (d - root**2)
+        return elastic if d < root**2 else tangent
+    if law.name == "kuwabara_kono":
+        return max(0.0, elastic + law.dissipation * math.sqrt(d) * w)
+    return max(0.0, elastic + getattr(law, "dissipation", 0.0) * w)
+
+
+def forces_on(chain: ge.Chain) -> np.ndarray:
+    """Return what the plain formulas push each grain with."""
+    velocity = np.concatenate([[0.0], chain.get("velocity"), [0.0]])
+    speeds = velocity[:-1] - velocity[1:]
+    force = [plain_force(chain, j, d, w) for j, (d, w) in enumerate(zip(chain.get("overlap"), speeds, strict=True))]
+    return -np.diff(force)
+
+
+def shaken(name: str, **parameters: Any) -> ge.Chain:
+    """Return a chain between walls with pressed and open contacts, some of them in fast approach or parting."""
+    chain = ge.Chain(**({"grains": 7, "left": "plane", "right": "plane"} | CASES[name] | parameters))
+    random = np.random.default_rng(3)
+    chain.reset(velocity=random.uniform(-2.0, 2.0, 7), displacement=random.uniform(-8e-6, 8e-6, 7))
+    return chain
+
+
+def test_every_law_is_a_case() -> None:
+    assert list(CASES) == list(LAWS)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_forces_are_those_of_the_formulas(name: str) -> None:
+    chain = shaken(name, step_size=1e-8)
+    overlap = chain.get("overlap")
+    assert (overlap > 0.0).any() and (overlap < 0.0).any()
+    velocity = np.concatenate([[0.0], chain.get("velocity"), [0.0]])
+    expected = [plain_force(chain, j, overlap[j], velocity[j] - velocity[j + 1]) for j in range(8)]
+    if chain.parameters.law.has_history:  # the start is its deepest, and the unloading curve meets the loading one there
+        assert chain.get("contact_force") == pytest.approx(np.array(expected), rel=1e-12)
+    else:
+        np.testing.assert_allclose(chain.get("contact_force"), expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("name", CASES)
+def test_a_step_is_force_times_time_over_mass(name: str, integrator: str) -> None:
+    """The step is so short that overlaps change by 1e-5 of themselves; rounding is 1e-9 of the change of velocity."""
+    chain = shaken(name, integrator=integrator, step_size=1e-11)
+    before, expected = chain.get("velocity"), forces_on(chain) * chain.step_size / chain.geometry.mass
+    chain.step()
+    assert np.abs(expected).max() > 1e-7
+    np.testing.assert_allclose(chain.get("velocity") - before, expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("name", CASES)
+def test_balances_close(name: str, integrator: str) -> None:
+    """While contacts open, close and yield: energy to the step's error, which falls with the step, momentum to rounding."""
+    chain = shaken(name, integrator=integrator, step_size=1e-8)
+    energy = chain.get("kinetic_energy") + chain.get("potential_energy")
+    chain.step(2e-5)
+    assert abs(chain.get("energy_residual")) < 1e-5 * energy
+    assert (chain.get("dissipated_energy") > 1e-4 * energy) == (not chain.parameters.law.conservative)
+    assert abs(chain.get("momentum_residual")) < 1e-12 * float(np.abs(chain.geometry.mass * chain.get("velocity")).sum())
+
+
+# -- derivatives --------------------------------------------------------------------------------------------------------
+
+WITH_GRADIENT = [name for name, law in LAWS.items() if has_gradient(law)]
+
+
+def differences(function: Any, a: np.ndarray, entries: list[tuple[int, int]]) -> np.ndarray:
+    """Return the central differences of function(a) by entries of the table."""
+    found = []
+    for row, column in entries:
+        whole, h = a[row, column], 1e-6 * (abs(a[row, column]) or 1e-6)
+        values = []
+        for sign in (1.0, -1.0):
+            a[row, column] = whole + sign * h
+            values.append(function(a))
+        a[row, column] = whole
+        found.append((values[0] - values[1]) / (2.0 * h))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("quantity", ["contact_force", "contact_energy", "energy_root"])
+@pytest.mark.parametrize("name", WITH_GRADIENT)
+def test_pullbacks_are_the_slopes_of_their_quantities(name: str, quantity: str) -> None:
+    if quantity == "energy_root" and lacks(LAWS[name], functions.ENERGY_ROOT):
+        pytest.skip("this law has none")
+    chain = shaken(name, precompression=200.0, step_size=1e-8)
+    a = chain.detached_table()
+    j = int(np.argmax(chain.get("contact_force")[1:-1])) + 1
+    bar = np.zeros_like(a)
+    getattr(quantities, f"{quantity}_pullback")(a, bar, j, 0.7)
+    entries = [(STIFFNESS, j), (REST_OVERLAP, j), (U, j), (U, j + 1), (V, j), (V, j + 1)]
+    entries += [(LAW_CONSTANTS, j)] if isinstance(chain.parameters.law, Dissipative) else []
+    value = getattr(quantities, quantity)
+    expected = 0.7 * differences(lambda table: value(table, j), a, entries)
+    np.testing.assert_allclose([bar[entry] for entry in entries], expected, rtol=1e-6, atol=1e-12 * np.abs(expected).max())
+    others = bar.copy()
+    for entry in entries:
+        others[entry] = 0.0
+    assert not others.any()
+
+
+@jit
+def _note(a, step, steps, inputs, constants, sums):
+    if step == steps - 1:
+        sums[0] += a[V, 3] * a[V, 3]
+
+
+@jit
+def _value(sums, constants, slopes):
+    slopes[0] = 1.0
+    return sums[0]
+
+
+@jit
+def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+    if step == steps - 1:
+        bar[V, 3] += slopes[0] * 2.0 * a[V, 3]
+
+
+@pytest.mark.parametrize("integrator", ["pefrl", "leapfrog"])
+@pytest.mark.parametrize("name", WITH_GRADIENT)
+def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> None:
+    """By the drive, the stiffness and, where there is one, the dissipation, of a pressed chain that a push runs through."""
+    shape = {"grains": 6, "right": "plane", "precompression": 100.0, "integrator": integrator, "step_size": 4e-7}
+    objective, drive = Objective(_note, _value, _pull), np.zeros((30, 2))
+    drive[:10, 0] = 60.0 * np.sin(np.pi * np.arange(10) / 10.0)
+
+    def value(change: dict[str, float], push: float = 1.0) -> float:
+        case = dict(CASES[name])
+        case["contact_stiffness"] *= change.get("contact_stiffness", 1.0)
+        if "dissipation" in change:
+            case["law"] = {**case["law"], "dissipation": case["law"]["dissipation"] * change["dissipation"]}
+        return float(evaluate(ge.Chain(**shape, **case), push * drive[None], 3, objective)[0])
+
+    chain = ge.Chain(**shape, **CASES[name])
+    found = value_and_adjoint(chain, drive, 3, objective)
+    h = 1e-5
+    names = ["contact_stiffness"] + (["dissipation"] if isinstance(chain.parameters.law, Dissipative) else [])
+    for key in names:
+        holder = chain.parameters if key == "contact_stiffness" else chain.parameters.law
+        slope = (value({key: 1.0 + h}) - value({key: 1.0 - h})) / (2.0 * h * getattr(holder, key))
+        assert parameter_gradient(chain, found, key) == pytest.approx(slope, rel=1e-6), key
+    slope = (value({}, 1.0 + h) - value({}, 1.0 - h)) / (2.0 * h)
+    assert float((found.inputs * drive).sum()) == pytest.approx(slope, rel=1e-6)
+
+
+# -- specialisation -----------------------------------------------------------------------------------------------------
+
+
+def test_a_law_has_loops_of_its_own_and_others_are_shared() -> None:
+    assert specialise(kernels.energies, Hertz) is specialise(kernels.energies, Hertz)
+    assert specialise(kernels.energies, Hertz) is not specialise(kernels.energies, Power)
+    assert specialise(kernels.added, Hertz) is kernels.added
+
+
+def test_loops_without_a_law_do_not_run() -> None:
+    chain = ge.Chain(grains=3)
+    with pytest.raises(Exception, match="force|no contact law"):
+        kernels.contact_forces(chain.table.copy(), U, V, np.zeros(4))
+
+
+# -- what is refused ----------------------------------------------------------------------------------------------------
+
+
+@inlined
+def force(a, j, d):
+    """Return a spring's force; the laws below have this file's functions, and no others."""
+    return a[STIFFNESS, j] * d
+
+
+class Unfinished(Law):
+    """A law without an energy."""
+
+    exponent: ClassVar[float] = 1.0
+    name: Literal["unfinished"] = "unfinished"
+
+
+class Forgetful(Dissipative):
+    """A law with a history and a dissipation."""
+
+    exponent: ClassVar[float] = 1.0
+    history_rows: ClassVar[int] = 1
+    name: Literal["forgetful"] = "forgetful"
+    dissipation: float = 1.0
+
+    def coefficients(self, constants: np.ndarray, overlap: np.ndarray) -> np.ndarray:
+        return constants[:, 0]
+
+    def overlap_of(self, constants: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        return np.full(len(constants), np.inf)
+
+
+def test_a_law_that_lacks_a_function_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(LAWS, "unfinished", Unfinished)
+    with pytest.raises(ParameterError, match=r"law 'unfinished' lacks energy in .*test_chain_law_functions"):
+        ge.Chain(grains=3, law="unfinished")
+
+
+def test_what_no_integrator_combines_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(LAWS, "forgetful", Forgetful)
+    for name in ("energy", "coefficient", "begin", "remember"):
+        monkeypatch.setitem(globals(), name, force)
+    with pytest.raises(ParameterError, match="law 'forgetful' has a history and a dissipation"):
+        ge.Chain(grains=3, law="forgetful")
+
+
+def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(LAWS, "unfinished", Unfinished)
+    monkeypatch.setitem(globals(), "energy", force)
+    chain = ge.Chain(grains=3, law="unfinished", contact_stiffness=1e9)
+    said = "no gradients of 'unfinished', which lacks stiffness, force_pullback, energy_pullback; use hertz, "
+    with pytest.raises(ParameterError, match=said):
+        value_and_adjoint(chain, np.zeros((3, 2)), 1, Objective(_note, _value, _pull))
+
+
+# -- one law a file -----------------------------------------------------------------------------------------------------
+
+
+def _names(path: Path) -> set[str]:
+    """Return the classes, imported modules and texts of a file."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            of_laws = node.module is None or node.module.endswith("laws")
+            found |= {node.module or "", *(one.name for one in node.names if of_laws)}
+        elif isinstance(node, ast.Name) and node.id[0].isupper():
+            found.add(node.id)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found.add(node.value)
+    return found
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_few_files_name_a_law(name: str) -> None:
+    """Its own, the table and the parameters, whose default one law is; and the laws that extend it, which import it."""
+    root = Path(__file__).resolve().parents[1] / "components" / "chain"
+    wanted = {name, LAWS[name].__name__, f"laws.{name}"}
+    naming = {path.relative_to(root).as_posix() for path in root.rglob("*.py") if wanted & _names(path)}
+    extending = {f"laws/{other}.py" for other in LAWS if other != name and name in _names(root / f"laws/{other}.py")}
+    assert naming - extending <= {f"laws/{name}.py", "laws/__init__.py", "parameters.py", "__init__.py"}
+    assert name == "hertz" or not extending
