@@ -243,7 +243,7 @@ def test_a_wrong_override_is_named(good, override, said):
         ("duration=fast", "override 'duration=fast': duration: got 'fast'"),
         ("duration=0.0123", "override 'duration=0.0123': duration: 0.0123 s is 1.23 internal steps"),
         ("record.variables=['positon']", "override \"record.variables=['positon']\": record.variables: 'positon'"),
-        ("start.velocity=nan", "override 'start.velocity=nan': start.velocity: got NaN"),
+        ("start.velocity=nan", "override 'start.velocity=nan': start.velocity: got nan"),
         ("input.forse=1", "override 'input.forse=1': input.forse: unknown"),
         (
             'input.force={profile="constant", valu=1}',

@@ -10,9 +10,9 @@ from typing import Any
 
 from granular_env.progress import Progress
 
+from . import papers
 from .building import Atlas, chosen, compute
 from .model import Paper
-from .papers import paper as find_paper
 from .telling import telling
 from .writing import write
 
@@ -48,7 +48,7 @@ def run_atlas(
         ParameterError: no such paper, constant or entry, or a value out of its range.
         GranularError: the folder cannot be written, another process computes there, or its `atlas.json` is not an atlas's.
     """
-    found = find_paper(paper) if isinstance(paper, str) else paper
+    found = papers.paper(paper) if isinstance(paper, str) else paper
     where, names = Path(folder) if folder is not None else Path("atlas") / found.name, list(only)
     with telling(chosen(found, names), found.name, progress) as told:
         done = compute(found, where, overrides, only=names, processes=processes, refinement=refinement, told=told)
