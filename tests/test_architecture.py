@@ -113,12 +113,12 @@ def test_only_the_domains_name_a_physical_system():
     package = ROOT / "granular_env"
     found = {
         str(path.relative_to(package))
-        for path in package.rglob("*.py")
+        for path in [*package.rglob("*.py"), *package.rglob("*.pyi")]
         if "components" not in path.parts and named.search(path.read_text())
     }
     own = {name for name in found if name.split("/")[0] == "domains" and len(name.split("/")) > 2}
-    # The table of domains; the public names stand in __init__.pyi.
-    assert found - own == {"domains/__init__.py"}
+    # The table of domains, and the public names.
+    assert found - own == {"domains/__init__.py", "__init__.pyi"}
     for name in own:
         others = {match[2] for match in named.finditer((package / name).read_text()) if match[1] == "domains"}
         assert others <= {name.split("/")[1]}, name

@@ -1,12 +1,21 @@
 """A task as a study sees it: the batch, the single environment and the objective agree."""
 
+import sys
+from types import ModuleType
+
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.vector import SyncVectorEnv
+from support.env_toys import Swing
 
 from granular_env.components.errors import ParameterError
+from granular_env.components.oscillator import Oscillator
 from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.task_names import task_names
 from granular_env.control.task_problem import TaskProblem
+from granular_env.domains.chain import ChainVectorEnv
+from granular_env.envs import ComponentEnv
 
 SMALL = {"grains": 12, "deadline": 80, "place": 6.0, "amplitude": 4.0}
 SEEDS = [7, 11, 40]
@@ -80,3 +89,41 @@ def test_every_environment_has_a_short_name():
 def test_a_task_without_a_deadline_is_refused():
     with pytest.raises(ParameterError, match="deadline: got none, expected a number of control steps"):
         TaskProblem("protection", {"deadline": None})
+
+
+def make_swing(deadline: int = 40, **options) -> ComponentEnv:
+    return ComponentEnv(Oscillator(step_size=0.01), Swing(), internal_steps=5, deadline=deadline, **options)
+
+
+@pytest.fixture
+def swing(monkeypatch, tmp_path):
+    """A task of a component whose domain has no batch and no gradients."""
+    module = ModuleType("swing_of_my_own")
+    module.make = make_swing
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    return TaskProblem(f"{module.__name__}:make", {})
+
+
+def test_without_a_native_batch_gymnasiums_own_gives_the_single_returns(swing):
+    assert isinstance(swing.vector(2), SyncVectorEnv) and not swing.is_native
+    chosen = drives(swing, 3)
+    found, steps = swing.returns(chosen, SEEDS)
+    for member in range(3):
+        episodes = [swing.play(Drive(chosen[member]), seed) for seed in SEEDS]
+        assert found[member] == np.mean([episode.value for episode in episodes])
+        assert steps[member] == sum(len(episode.actions) for episode in episodes)
+
+
+def test_without_gradients_a_method_that_wants_them_is_refused_by_name(swing):
+    with pytest.raises(ParameterError, match="task 'swing' has no objective with a gradient; use a method that needs none"):
+        swing.value_and_grad(drives(swing, 1)[0], SEEDS)
+
+
+def test_make_vec_takes_gymnasiums_own_batch_where_there_is_no_native_one():
+    gymnasium.register("own/Swing-v0", entry_point=make_swing)
+    try:
+        batch = gymnasium.make_vec("own/Swing-v0", num_envs=2)
+        assert isinstance(batch, SyncVectorEnv)
+        assert isinstance(gymnasium.make_vec("granular_env/Protection-v1", num_envs=2, grains=4), ChainVectorEnv)
+    finally:
+        del gymnasium.registry["own/Swing-v0"]

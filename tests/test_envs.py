@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import gymnasium
@@ -14,6 +14,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
+from granular_env.components.contract import Variable
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain.tasks import ENVIRONMENTS
@@ -134,6 +135,41 @@ def test_observations_are_scaled_and_clipped(make: Callable[..., ComponentEnv]) 
         np.testing.assert_allclose(observation, expected, rtol=2e-7, atol=2e-38)
     wild, _ = MAKERS["swing"]().reset(options={"position": 100.0, "velocity": -100.0})
     assert wild.tolist() == [3.0, -3.0]
+
+
+class Pair(Oscillator):
+    """Two bodies in a plane, of which one moves: outputs of shape (2, 2)."""
+
+    name = "pair"
+
+    def _declare(self) -> Iterable[Variable]:
+        yield from super()._declare()
+        yield Variable("place", "output", "m", (2, 2), "x and y of each body")
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        place = lambda: np.array([[float(self._block["position"]), 1.0], [2.0, -20.0]])  # noqa: E731
+        return {**super()._outputs(), "place": place}
+
+
+class Reach(Swing):
+    """The toy's task, which sees an array in a plane."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.observations = {"velocity": 1.0, "place": 4.0, "position": 0.5}
+
+
+def test_outputs_of_any_shape_are_observed_row_by_row() -> None:
+    env = ComponentEnv(Pair(step_size=0.01), Reach(), internal_steps=5, deadline=20, render_mode="rgb_array")
+    observation, info = env.reset(seed=3)
+    assert env.observation_space.shape == (6,) and info["place"].shape == (2, 2)
+    for action in actions(10):
+        observation, *_, info = env.step(action)
+        x, v = float(info["position"]), float(info["velocity"])
+        expected = np.clip([v, x / 4.0, 0.25, 0.5, -5.0, x / 0.5], -3.0, 3.0)
+        np.testing.assert_allclose(observation, expected, rtol=2e-7, atol=2e-38)
+    assert env.render().shape == (360, 960, 3)
+    check_env(env, skip_render_check=True)
 
 
 def test_observations_and_info_are_fresh(make: Callable[..., ComponentEnv]) -> None:

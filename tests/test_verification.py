@@ -14,6 +14,7 @@ from support.recording_helpers import CHAIN, chain_log, changed, oscillator_log,
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
+from granular_env.components.errors import StepError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.format import CLOSED, HASHES, HEADER, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record
@@ -119,6 +120,20 @@ def test_a_changed_declaration_is_named(tmp_path: Path, key: str, value: Any) ->
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and result.variable == "variables"
+
+
+def test_incidents_that_cannot_be_compared_are_named(tmp_path: Path) -> None:
+    """The run after a step that failed is the same without it, so a re-run cannot tell whether there was one."""
+    component = catalogue.make("chain", grains=8)
+    with record(component, tmp_path / "a.mcap", every=1e-6):
+        component.step(1e-5)
+        with pytest.raises(StepError):
+            component.step(1e-4, left_force=1e9)
+    result = verify(tmp_path / "a.mcap")
+    assert result.identical and result.incidents == ["failed"]
+    assert "not compared, since nothing tells of them: incidents of the recording (failed)" in result.message
+    chain_log(tmp_path / "b.mcap")
+    assert "incidents" not in verify(tmp_path / "b.mcap").message
 
 
 def _without_digests(old: Record) -> Record:

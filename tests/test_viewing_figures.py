@@ -8,12 +8,12 @@ import pytest
 
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
+from granular_env.domains.chain.viewing.space_time import space_time_picture
 from granular_env.recording import open_log, record
 from granular_env.recording.exaggeration import chosen_exaggeration
 from granular_env.viewing import colours, figures, report
 from granular_env.viewing.footage import from_component, from_log
 from granular_env.viewing.incidents import incident_sentences
-from granular_env.viewing.space_time import space_time_picture
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -8,15 +8,14 @@ import pytest
 from granular_env.cli import main
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
+from granular_env.domains.chain.viewing.space_time import GrowingPicture
 from granular_env.running import run
 from granular_env.viewing import LiveViewer, pacing
 from granular_env.viewing.colours import rgb
 from granular_env.viewing.drawing import NOT_SAMPLED, nearest_frames
 from granular_env.viewing.footage import from_component
-from granular_env.viewing.live import _grown
 from granular_env.viewing.pacing import Pacing
-from granular_env.viewing.scene import scales_of
-from granular_env.viewing.space_time import GrowingPicture
+from granular_env.viewing.scene import grown_scales, scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
@@ -119,7 +118,9 @@ def test_what_is_received_are_twenty_frames_of_each_second_of_a_paced_run(tmp_pa
         live._send = timed
         chain.step(1e-4, left_velocity=5.0)
     found = columns(tmp_path / "live.rrd")
-    received = np.array([time.value for time in found["scene/grains"]["time"] if time is not None and time.value >= 0]) * 1e-9
+    received = (
+        np.array([time.value for time in found["scene/particles"]["time"] if time is not None and time.value >= 0]) * 1e-9
+    )
     assert len(set(received)) == pytest.approx(61, abs=1) and received[-1] == pytest.approx(1e-4)
     wall, simulated = np.array(times).T
     np.testing.assert_allclose(wall, simulated / 1e-4 * 3.0, atol=0.03)
@@ -133,7 +134,7 @@ def test_a_live_viewer_changes_no_bit_and_sends_frames(tmp_path):
             chain.step(1e-4, left_velocity=5.0)
     assert plain.save().to_bytes() == seen.save().to_bytes()
     found = columns(tmp_path / "live.rrd")
-    drawn = [row for row in found["scene/grains"]["positions"] if row is not None]
+    drawn = [row for row in found["scene/particles"]["positions"] if row is not None]
     assert live.frames == len(drawn) >= 2 and {len(row) for row in drawn} == {60}
     assert "caption" in found and "inputs/left_velocity" in found
 
@@ -208,10 +209,10 @@ def test_live_scales_only_grow_to_hold_what_comes():
     chain = make("chain", grains=20, left="piston")
     chain.step(5e-5, left_velocity=5.0)
     motion = from_component(chain).motion
-    scales = _grown(scales_of(motion), motion, None)
+    scales = grown_scales(scales_of(motion), motion, None)
     assert scales == scales_of(motion)
     louder = type(motion)(**{**vars(motion), "colour": 3.0 * motion.colour})
-    assert _grown(scales, louder, None).colour_limit >= float(np.abs(louder.colour).max())
+    assert grown_scales(scales, louder, None).colour_limit >= float(np.abs(louder.colour).max())
 
 
 def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):

@@ -46,21 +46,22 @@ def test_a_saved_scene_holds_grains_of_true_size_stretched_by_the_stated_factor(
     motion = from_log(chain_log).motion
     factor = scales_of(motion).exaggeration
     found, timelines = columns(path)
-    grains = found[f"scene/grains_displacement_x{factor:g}"]
+    grains = found[f"scene/particles_displacement_x{factor:g}"]
     radii = next(row for row in grains["radii"] if row is not None)
     np.testing.assert_array_equal(np.float32(radii), np.float32(motion.radius))
     drawn = np.array([row for row in grains["positions"] if row is not None])
     assert drawn.shape == (len(motion.times), 60, 3)
     # Single precision of positions up to .4 m.
     np.testing.assert_allclose(drawn, motion.reference + factor * motion.displacement, atol=1e-7)
-    assert {"time", "tick"} <= timelines[f"scene/grains_displacement_x{factor:g}"]
+    assert {"time", "tick"} <= timelines[f"scene/particles_displacement_x{factor:g}"]
     assert len(RrdReader(path).blueprints()) == 1
 
 
 def test_a_saved_scene_has_all_its_parts_and_says_what_they_are(chain_log, tmp_path):
     found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd"))
     assert {
-        "caption", "scene/profile", "scene/contacts", "closeup/grains", "closeup/grain_numbers", "eyes/whole", "eyes/closeup",
+        "caption", "scene/profile", "scene/contacts", "closeup/grains", "closeup/grain_numbers",
+        "cameras/whole", "cameras/closeup",
         "space_time/picture", "space_time/now", "energy/kinetic_energy", "energy_residual/energy_residual",
         "inputs/left_velocity",
     } <= set(found)  # fmt: skip
@@ -78,7 +79,7 @@ def test_every_frame_of_the_force_bars_has_one_for_each_contact(chain_log, tmp_p
 
 def test_a_given_exaggeration_is_taken_and_a_wrong_one_refused(chain_log, tmp_path):
     found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd", exaggerate=7.0))
-    assert "scene/grains_displacement_x7" in found
+    assert "scene/particles_displacement_x7" in found
     with pytest.raises(ParameterError, match="exaggerate"):
         save_rrd(chain_log, tmp_path / "other.rrd", exaggerate=-1.0)
     assert not list(tmp_path.glob("*other*"))

@@ -124,13 +124,13 @@ class TaskProblem:
         """
         from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-        arguments = {**self._arguments, "hold": hold, "clock": clock, "info": "brief"}
+        arguments = {**self._arguments, "hold": hold, "clock": clock}
 
         def make(**arguments: Any) -> Any:
             return make_environment(self._make, arguments, self.name)
 
         if self.is_native:
-            return self._domain.load("batch")(make, count, autoreset_mode=AutoresetMode.SAME_STEP, **arguments)
+            return self._domain.load("batch")(make, count, autoreset_mode=AutoresetMode.SAME_STEP, info="brief", **arguments)
         return SyncVectorEnv([partial(make, **arguments)] * count, autoreset_mode=AutoresetMode.SAME_STEP)
 
     @property

@@ -42,7 +42,7 @@ class Domain:
         watch: a class of observers with a `history`, made with the time between two frames [s].
         columns: a module with what a sweep can take of such a history: `MEASUREMENTS` (measurement -> what is taken of it ->
             taken(history, which, arguments)), `UNITS` of what is taken, and `function`, which gives a measurement by name.
-        views: a module with the domain's own views of a run beside the generic ones.
+        views: a subclass of `viewing.views.Views`: what a scene shows beside the generic parts.
         papers: name of a paper -> its atlas.
     """
 
@@ -69,7 +69,7 @@ DOMAINS: dict[str, Domain] = {
         gradients="granular_env.domains.chain.control.drive_gradient",
         watch="granular_env.domains.chain.measurement.observer:Watch",
         columns="granular_env.domains.chain.measurement.columns",
-        views=None,
+        views="granular_env.domains.chain.viewing.views:ChainViews",
         papers={"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983:PAPER"},
     ),
 }

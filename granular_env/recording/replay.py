@@ -71,7 +71,8 @@ class _Replay:
         self._segment: Segment | None = None
         self._framed = -1
         self._film = FilmMaker(log, self.component)
-        self.result = Verification(str(log.path), log.complete)
+        incidents = [str(event.get("event")) for event in log.metadata["events"]]
+        self.result = Verification(str(log.path), log.complete, incidents=incidents)
 
     def run(self) -> Verification:
         log, result = self.log, self.result

@@ -29,6 +29,7 @@ class Verification:
         interval: times between which the difference arose: last agreeing, first differing [s]; None for what has no time.
         notes: one sentence for each difference, then what may explain them.
         missing: parts that every closed log has and this one does not, so that they could not be compared.
+        incidents: what happened to the recording, such as "failed" or "recovered"; nothing tells whether that is true.
     """
 
     path: str
@@ -43,6 +44,7 @@ class Verification:
     interval: tuple[float, float] | None = None
     notes: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
+    incidents: list[str] = field(default_factory=list)
 
     @property
     def outcome(self) -> Outcome:
@@ -70,6 +72,10 @@ class Verification:
             if self.missing:
                 lines.append(f"not compared, since the log does not have them: {', '.join(self.missing)}")
             lines.append(f"compared with digests, since no re-run gives them: {_DIGESTED}")
+            if self.incidents:
+                lines.append(
+                    f"not compared, since nothing tells of them: incidents of the recording ({', '.join(self.incidents)})"
+                )
         return "\n".join(lines)
 
     def _summary(self, size: str, kinds: str) -> str:

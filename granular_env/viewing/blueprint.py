@@ -1,14 +1,14 @@
-"""How a scene is laid out in rerun: the chain and its close-up above, the x-t diagram, the plots and the caption below."""
+"""How a scene is laid out in rerun: the particles above, the domain's own views, the plots and the caption below."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from .closeup import WINDOW, closeup_eye, has_closeup
 from .extras import needed
 from .footage import Footage, Motion
 from .plots import Plot, shown_plots
-from .scene import TIMELINE, Scales, whole_eye
+from .scene import TIMELINE, Scales, is_plane, whole_camera
+from .views import Views
 
 # A run is played back in about this wall time [s].
 _PLAYBACK_SECONDS = 10.0
@@ -16,12 +16,13 @@ _PLAYBACK_SECONDS = 10.0
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
 
 
-def blueprint(footage: Footage, scales: Scales | None, duration: float | None) -> Any:
-    """The layout of a scene.
+def blueprint(footage: Footage, scales: Scales | None, views: Views | None, duration: float | None) -> Any:
+    """Return the layout of a scene.
 
     Args:
         footage: what is shown.
         scales: None where there are no particles.
+        views: of the component's domain; None where there are no particles.
         duration: of the run [s], which sets the playback speed; None for a run that is still going on.
     """
     rrb = needed("rerun.blueprint", "the viewer")
@@ -30,16 +31,13 @@ def blueprint(footage: Footage, scales: Scales | None, duration: float | None) -
     if scalars:
         shown.insert(0, rrb.Vertical(*(_plot(rrb, plot) for plot in scalars)))
     motion = footage.motion
-    if motion is not None and motion.colour is not None and (duration is None or len(motion.times) > 1):
-        shown.insert(0, rrb.Spatial2DView(origin="space_time", name="x-t diagram"))
-    rows: list[Any] = [rrb.Horizontal(*shown, column_shares=[4.0, 4.0, 3.0][-len(shown) :])]
-    shares = [6.0]
-    if motion is not None and scales is not None:
-        if has_closeup(motion):
-            rows, shares = [_closeup(motion, scales), *rows], [1.2, *shares]
-        rows, shares = [_whole(rrb, motion, scales), *rows], [3.6, *shares]
+    rows: list[tuple[Any, float]] = []
+    if motion is not None and scales is not None and views is not None:
+        shown = [*views.panes(motion, scales), *shown]
+        rows = [(_whole(rrb, motion, scales, views), 3.6), *views.rows(motion, scales)]
+    rows.append((rrb.Horizontal(*shown, column_shares=[4.0, 4.0, 3.0][-len(shown) :]), 6.0))
     return rrb.Blueprint(
-        rrb.Vertical(*rows, row_shares=shares),
+        rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows]),
         _time_panel(rrb, duration),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
@@ -61,24 +59,18 @@ def _plot(rrb: Any, plot: Plot) -> Any:
     return rrb.TimeSeriesView(contents=list(plot.paths), name=title, plot_legend=legend)
 
 
-def _closeup(motion: Motion, scales: Scales) -> Any:
-    name = f"Close-up: the {WINDOW} grains around the one of largest {motion.colour_variable.name}"
-    drawn = f"overlaps drawn {scales.stretch}" if motion.located else "positions at the start"
-    return closeup_eye(motion).view(f"{name}; {drawn}", ["closeup/**"])
-
-
-def _whole(rrb: Any, motion: Motion, scales: Scales) -> Any:
-    """From the side, and in a second tab as a space to turn around in."""
+def _whole(rrb: Any, motion: Motion, scales: Scales, views: Views) -> Any:
+    """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in."""
     drawn = f"displacements drawn {scales.stretch}" if motion.located else "positions at the start"
-    name = f"The chain from the side; {drawn}, grains to scale"
+    name = f"{'From above' if is_plane(motion) else 'From the side'}; {drawn}, particles to scale"
     return rrb.Tabs(
-        whole_eye(scales).view(name, ["scene/**"]),
+        whole_camera(motion, scales, views).view(name, ["scene/**"]),
         rrb.Spatial3DView(origin="scene", name="The same in 3D", line_grid=False, eye_controls=_oblique(rrb, scales)),
         active_tab=0,
     )
 
 
 def _oblique(rrb: Any, scales: Scales) -> Any:
-    middle = 0.5 * (scales.low + scales.high)
-    position = [middle - 0.35 * scales.length, -0.55 * scales.length, 0.3 * scales.length]
-    return rrb.EyeControls3D(kind="Orbital", position=position, look_target=[middle, 0.0, 0.0], eye_up=[0.0, 0.0, 1.0])
+    x, y, z = (0.5 * (low + high) for low, high in zip(scales.low, scales.high, strict=True))
+    position = [x - 0.35 * scales.length, y - 0.55 * scales.length, z + 0.3 * scales.length]
+    return rrb.EyeControls3D(kind="Orbital", position=position, look_target=[x, y, z], eye_up=[0.0, 0.0, 1.0])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .closeup import WINDOW, has_closeup
 from .footage import Footage, Motion
 
 if TYPE_CHECKING:
     from .scene import Scales
+    from .views import Views
 
 _MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|!~"})
 
@@ -18,12 +18,15 @@ def plain(text: str) -> str:
     return " ".join(str(text).split()).translate(_MARKUP)
 
 
-def caption(footage: Footage, scales: Scales | None) -> str:
-    """A markdown text that lets a stranger read the scene."""
+def caption(footage: Footage, scales: Scales | None, views: Views | None) -> str:
+    """Return a markdown text that lets a stranger read the scene."""
     lines = [f"# {plain(footage.title)}", ""]
     motion = footage.motion
     if motion is not None and scales is not None:
         lines += _motion_lines(motion, scales)
+        for words in [] if views is None else views.words(motion, scales):
+            lines += [words, ""]
+        lines += _frame_lines(motion)
     elif not footage.notes:
         lines += ["This component has no particles; its outputs and its balances are plotted.", ""]
     if any(footage.group(balance.entries) for balance in footage.balances):
@@ -41,7 +44,7 @@ def _motion_lines(motion: Motion, scales: Scales) -> list[str]:
     radii = f"{motion.radius.min() * 1e3:.4g}"
     if motion.radius.max() > motion.radius.min():
         radii += f" to {motion.radius.max() * 1e3:.4g}"
-    lines = [f"**{motion.total} grains**, radius {radii} mm (true to scale), seen from the side.", ""]
+    lines = [f"**{motion.total} particles**, radius {radii} mm (true to scale).", ""]
     if motion.located:
         lines += [
             f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.** The overlaps you see are stretched "
@@ -51,22 +54,14 @@ def _motion_lines(motion: Motion, scales: Scales) -> list[str]:
     if motion.colour is not None:
         lines += [
             f"**Colour: {name}**, from -{scales.colour_limit:g} {unit} (blue) through 0 (white) "
-            f"to +{scales.colour_limit:g} {unit} (red); positive is to the right.",
-            "",
-            f"**White curve above:** {name} of each grain, full height {scales.colour_limit:g} {unit}.",
-            "",
-        ]
-    if motion.contact is not None:
-        limit = f"{scales.contact_limit:g} {motion.contact_unit}"
-        lines += [f"**Bars below:** {motion.contact_name} of each contact, full length {limit}.", ""]
-    if has_closeup(motion):
-        lines += [f"**Close-up:** the {WINDOW} grains around the one of largest {name}, numbered from 0 at the left.", ""]
-    if len(motion.times) > 1 or not scales.settled:
-        lines += [f"**x-t diagram:** {name} of every grain; grey: instants of which there is no frame.", ""]
-    if len(motion.times) > 1:
-        lines += [
-            f"The orange line is now. {len(motion.times)} frames from "
-            f"{motion.times[0] * 1e6:.6g} to {motion.times[-1] * 1e6:.6g} \u00b5s.",
+            f"to +{scales.colour_limit:g} {unit} (red).",
             "",
         ]
     return lines
+
+
+def _frame_lines(motion: Motion) -> list[str]:
+    if len(motion.times) < 2:
+        return []
+    first, last = motion.times[0] * 1e6, motion.times[-1] * 1e6
+    return [f"{len(motion.times)} frames from {first:.6g} to {last:.6g} \u00b5s.", ""]

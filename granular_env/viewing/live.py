@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from time import perf_counter
 from typing import Any, Self
 
-import numpy as np
-
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError
 from granular_env.components.inputs import Held
@@ -23,14 +21,14 @@ from .footage import Footage, Motion, from_component
 from .pacing import Pacing
 from .rerun_file import rerun_target
 from .rerun_process import RerunProcess, require_screen
-from .scene import APPLICATION, BAR_LENGTH, Scales, scales_of, send_curves, send_motion, send_picture, send_static
-from .space_time import GrowingPicture
+from .scene import APPLICATION, Scales, grown_scales, scales_of, send_curves, send_motion, send_static
+from .views import Views, make_views
 from .web_page import WebPage, web_arguments
 
-# Wall time between two x-t diagrams [s].
+# Wall time between two pictures that take long to draw [s].
 _PICTURE_SECONDS = 0.25
 _NEVER = 1 << 62
-# Room beside the chain at rest, left and right, in its lengths.
+# Room beside the particles at rest, at low and high x, in their extent.
 _ROOM = (0.1, 0.3)
 # Older frames are dropped by the viewer beyond this.
 _MEMORY = ("--memory-limit", "2GB", "--server-memory-limit", "512MB")
@@ -83,9 +81,9 @@ class LiveViewer:
         self._component, self._title, self._exaggerate = component, title, exaggerate
         self._pacing = Pacing(_ticks_per_second(component, duration, pace))
         self._elapsed, self._last_tick, self._sent_tick, self._working = 0, 0, -1, True
-        self._picture = GrowingPicture(component.time, None if duration is None else component.time + duration)
         self._drawn_at = -math.inf
         self._scales: Scales | None = None
+        self._views: Views | None = None
         self._process: RerunProcess | None = None
         self._page: WebPage | None = None
         rr = needed("rerun", "the live viewer")
@@ -93,8 +91,9 @@ class LiveViewer:
         footage = from_component(component, title)
         if footage.motion is not None:
             self._scales = _first_scales(footage.motion, exaggerate)
-            self._picture.prepare(footage.motion, self._scales.colour_limit)
-        self._connect(blueprint(footage, self._scales, None), web, save)
+            end = None if duration is None else component.time + duration
+            self._views = make_views(component.name, footage.motion, self._scales, component.time, end)
+        self._connect(blueprint(footage, self._scales, self._views, None), web, save)
         component.observe(self)
 
     def _connect(self, layout: Any, web: bool, save: str | os.PathLike[str] | None) -> None:
@@ -163,7 +162,7 @@ class LiveViewer:
             self._send(self._component, anew=False)
         with contextlib.suppress(Exception):
             if self._working:
-                self._draw_picture()
+                self._draw_pictures()
             self._recording.flush()
             self._recording.disconnect()
         if self._page is not None and self._process is not None:
@@ -197,27 +196,26 @@ class LiveViewer:
 
     def _send_frame(self, component: Component, anew: bool) -> None:
         footage = self._shifted(from_component(component, self._title))
-        if footage.motion is not None and self._scales is not None:
-            scales = _grown(self._scales, footage.motion, self._exaggerate)
-            anew, self._scales = anew or scales != self._scales, scales
-            self._picture.keep(footage.motion)
+        if footage.motion is not None and self._scales is not None and self._views is not None:
+            scales = grown_scales(self._scales, footage.motion, self._exaggerate)
+            anew = self._views.grow(footage.motion) or anew or scales != self._scales
+            self._scales = scales
         if anew:
-            send_static(self._recording, footage, self._scales)
-        if footage.motion is not None and self._scales is not None:
-            send_motion(self._recording, footage.motion, self._scales)
+            send_static(self._recording, footage, self._scales, self._views)
+        if footage.motion is not None and self._scales is not None and self._views is not None:
+            send_motion(self._recording, footage.motion, self._scales, self._views)
             if perf_counter() >= self._drawn_at + _PICTURE_SECONDS:
-                self._draw_picture(footage.motion)
+                self._draw_pictures(footage.motion)
         send_curves(self._recording, footage)
         self._sent_tick = self._elapsed + component.tick
         self.frames += 1
 
-    def _draw_picture(self, motion: Motion | None = None) -> None:
-        """Send the x-t diagram as far as the run has come."""
+    def _draw_pictures(self, motion: Motion | None = None) -> None:
+        """Send what takes long to draw, as far as the run has come."""
         motion = motion or from_component(self._component).motion
-        if motion is None or self._scales is None or not self._picture.is_drawable:
-            return
-        send_picture(self._recording, self._picture.draw(motion, self._scales.colour_limit))
-        self._drawn_at = perf_counter()
+        if motion is not None and self._scales is not None and self._views is not None:
+            self._views.send_pictures(self._recording, motion, self._scales)
+            self._drawn_at = perf_counter()
 
     def _shifted(self, footage: Footage) -> Footage:
         """The footage in the viewer's time."""
@@ -249,34 +247,8 @@ def _ticks_per_second(component: Component, duration: float | None, pace: float 
 
 
 def _first_scales(motion: Motion, exaggerate: float | None) -> Scales:
-    """Scales with room for what may come: the chain at rest, and beside it where it may go."""
+    """Return scales with room for what may come: the particles at rest, and beside them where they may go."""
     first = scales_of(motion, exaggerate)
-    low, high = first.low - _ROOM[0] * first.length, first.high + _ROOM[1] * first.length
-    height = BAR_LENGTH * (high - low)
-    level = first.profile_level + height
-    return dataclasses.replace(first, low=low, high=high, height=height, profile_level=level, settled=False)
-
-
-def _grown(scales: Scales, motion: Motion, exaggerate: float | None) -> Scales:
-    """The same scene, with limits that hold this frame too; unchanged while they hold."""
-    now = scales_of(motion, exaggerate)
-    moves = bool(np.any(motion.displacement))
-    factor = scales.exaggeration
-    if moves and (factor == 1.0 or now.exaggeration < factor):
-        factor = now.exaggeration
-    colour = motion.colour if motion.colour is not None else np.zeros(1)
-    contact = motion.contact if motion.contact is not None else np.zeros(1)
-    return dataclasses.replace(
-        scales,
-        exaggeration=factor,
-        colour_limit=_roomy(scales.colour_limit, float(np.abs(colour).max())),
-        contact_limit=_roomy(scales.contact_limit, float(contact.max(initial=0.0))),
-    )
-
-
-def _roomy(limit: float, value: float) -> float:
-    """Return the limit while it holds the value, else the next 1, 2 or 5 x 10^k: few changes while a wave grows."""
-    if value <= limit or not math.isfinite(value):
-        return limit
-    decade = 10.0 ** math.floor(math.log10(value))
-    return next(float(f"{step * decade:.6g}") for step in (1, 2, 5, 10) if step * decade >= value * (1.0 - 1e-12))
+    extent = first.high[0] - first.low[0]
+    low, high = (first.low[0] - _ROOM[0] * extent, *first.low[1:]), (first.high[0] + _ROOM[1] * extent, *first.high[1:])
+    return dataclasses.replace(first, low=low, high=high, settled=False)

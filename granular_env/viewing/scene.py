@@ -1,44 +1,36 @@
 """A rerun scene: what is sent, entity by entity. The same functions send a whole log or the one frame of a live component.
 
-scene/grains_...        spheres with their true radii, coloured by velocity, displacements stretched by a stated factor
-scene/profile           the colouring quantity drawn as a curve over the grains
-scene/contacts          contact forces (or overlaps) as bars under the contacts
-closeup/...             the grains around the fastest one, large
-space_time/...          the x-t diagram and the present instant on it
+scene/particles_...     spheres with their true radii, coloured by a variable, displacements stretched by a stated factor
+scene/..., closeup/...  what the component's domain adds (`views.Views`)
 energy, inputs, ...     scalar plots
 caption                 what is seen, in words: units, factors, limits
 """
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from granular_env.recording.exaggeration import chosen_exaggeration
 
+from .camera import Camera
 from .caption import caption
-from .closeup import closeup_eye, has_closeup, send_closeup
-from .colours import PALETTE, diverging, rgb, sequential, symmetric_limit
+from .colours import PALETTE, diverging, rgb, symmetric_limit
 from .extras import needed
-from .eye import Eye
 from .footage import Footage, Motion
 from .plots import plots
-
-if TYPE_CHECKING:
-    from .space_time import Picture
+from .views import Views
 
 FloatArray = npt.NDArray[np.float64]
 
 APPLICATION = "granular-env"
 TIMELINE, TICKS = "time", "tick"
-_REST_COLOUR = (150, 150, 150)
-# Where the words of a zero line stand, in lengths of the longest bar.
-_WORDS = 1.25
-# The longest bar, in lengths of the scene.
-BAR_LENGTH = 0.05
+REST_COLOUR = (150, 150, 150)
 
 
 @dataclass(frozen=True)
@@ -48,33 +40,25 @@ class Scales:
     Attributes:
         exaggeration: displacements are drawn this many times larger.
         colour_limit: magnitude at the ends of the colour map, in the unit of the colouring variable.
-        contact_limit: contact force or overlap whose bar is `height` long.
-        low, high: ends of the chain, everything that moves included, along x [m].
-        height: length of the longest bar and of half the profile's span [m].
-        profile_level: height of the profile's zero line [m].
-        contact_level: height from which the contacts' bars hang down [m].
+        low, high: corners of the box that holds the particles, everything that moves included; x, y, z [m].
         settled: whether factor and limits hold for the whole scene, or may change while a run goes on.
     """
 
     exaggeration: float
     colour_limit: float
-    contact_limit: float
-    low: float
-    high: float
-    height: float
-    profile_level: float
-    contact_level: float
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
     settled: bool = True
 
     @property
     def length(self) -> float:
-        """Extent along x [m]."""
-        return self.high - self.low
+        """Largest extent [m]."""
+        return max(high - low for low, high in zip(self.low, self.high, strict=True))
 
     @property
-    def grains_entity(self) -> str:
+    def particles_entity(self) -> str:
         """Path of the particles; it says the factor, where that is settled."""
-        return f"scene/grains_displacement_x{self.exaggeration:g}" if self.settled else "scene/grains"
+        return f"scene/particles_displacement_x{self.exaggeration:g}" if self.settled else "scene/particles"
 
     @property
     def stretch(self) -> str:
@@ -83,55 +67,68 @@ class Scales:
 
 
 def scales_of(motion: Motion, exaggerate: float | None = None) -> Scales:
-    """Scales that fit a motion; `exaggerate` overrides the automatic factor."""
+    """Return scales that fit a motion; `exaggerate` overrides the automatic factor."""
     factor = exaggerate or chosen_exaggeration(motion.reference, motion.radius, motion.displacement)
-    drawn = motion.reference[:, 0] + factor * motion.displacement[:, :, 0]
-    low, high = float((drawn - motion.radius).min()), float((drawn + motion.radius).max())
+    drawn, radius = motion.reference + factor * motion.displacement, motion.radius[:, None]
+    low, high = (drawn - radius).min(axis=(0, 1)), (drawn + radius).max(axis=(0, 1))
     colour = np.zeros(1) if motion.colour is None else motion.colour
-    colour_limit = symmetric_limit(colour)
-    height, margin = BAR_LENGTH * (high - low), 0.015 * (high - low) + float(motion.radius.max())
-    # Room under the profile's zero line for as much as goes below it.
-    below = height * max(0.0, -float(colour.min())) / colour_limit
-    return Scales(
-        factor,
-        colour_limit,
-        symmetric_limit([0.0] if motion.contact is None else motion.contact),
-        low, high, height,
-        profile_level=float(motion.reference[:, 2].max()) + margin + below,
-        contact_level=float(motion.reference[:, 2].min()) - margin,
-    )  # fmt: skip
+    return Scales(factor, symmetric_limit(colour), tuple(low.tolist()), tuple(high.tolist()))
 
 
-def whole_eye(scales: Scales) -> Eye:
-    """The eye that sees the whole chain, the profile above and the bars below."""
-    reach = (_WORDS + 0.18) * scales.height
-    top, bottom = scales.profile_level + reach, scales.contact_level - reach
-    return Eye(
-        "eyes/whole", (0.5 * (scales.low + scales.high), 0.5 * (top + bottom)), 1.03 * scales.length, 1.08 * (top - bottom)
-    )
+def grown_scales(scales: Scales, motion: Motion, exaggerate: float | None = None) -> Scales:
+    """Return the same scene's scales with limits that hold this frame too; unchanged while they hold."""
+    now = scales_of(motion, exaggerate)
+    factor = scales.exaggeration
+    if bool(np.any(motion.displacement)) and (factor == 1.0 or now.exaggeration < factor):
+        factor = now.exaggeration
+    colour = motion.colour if motion.colour is not None else np.zeros(1)
+    limit = roomy_limit(scales.colour_limit, float(np.abs(colour).max()))
+    return dataclasses.replace(scales, exaggeration=factor, colour_limit=limit)
 
 
-def send(recording: Any, footage: Footage, scales: Scales | None) -> None:
-    """Everything of a log: first what never changes, then every frame, then the plots."""
-    send_static(recording, footage, scales)
-    if footage.motion is not None and scales is not None:
-        send_motion(recording, footage.motion, scales)
-        _send_space_time(recording, footage.motion, scales)
+def roomy_limit(limit: float, value: float) -> float:
+    """Return the limit while it holds the value, else the next 1, 2 or 5 x 10^k: few changes while a wave grows."""
+    if value <= limit or not math.isfinite(value):
+        return limit
+    decade = 10.0 ** math.floor(math.log10(value))
+    return next(float(f"{step * decade:.6g}") for step in (1, 2, 5, 10) if step * decade >= value * (1.0 - 1e-12))
+
+
+def whole_camera(motion: Motion, scales: Scales, views: Views) -> Camera:
+    """Return the camera that sees everything: a row from the side, a plane from above."""
+    low, high = np.array(scales.low), np.array(scales.high)
+    middle = 0.5 * (low + high)
+    if is_plane(motion):
+        width, height = 1.05 * (high - low)[:2]
+        return Camera("cameras/whole", (middle[0], middle[1]), float(width), float(height), is_above=True)
+    bottom, top = views.reach(scales)
+    return Camera("cameras/whole", (middle[0], 0.5 * (top + bottom)), 1.03 * float(high[0] - low[0]), 1.08 * (top - bottom))
+
+
+def is_plane(motion: Motion) -> bool:
+    """Return whether the particles lie side by side along y."""
+    return bool(np.ptp(motion.reference[:, 1]) > 0.0)
+
+
+def send(recording: Any, footage: Footage, scales: Scales | None, views: Views | None) -> None:
+    """Send everything of a log: first what never changes, then every frame, then the plots."""
+    send_static(recording, footage, scales, views)
+    if footage.motion is not None and scales is not None and views is not None:
+        send_motion(recording, footage.motion, scales, views)
+        views.send_pictures(recording, footage.motion, scales)
     send_curves(recording, footage)
 
 
-def send_static(recording: Any, footage: Footage, scales: Scales | None) -> None:
-    """The caption, radii, zero lines and the names of the curves."""
+def send_static(recording: Any, footage: Footage, scales: Scales | None, views: Views | None) -> None:
+    """Send the caption, radii, cameras and the names of the curves."""
     rr = needed("rerun", "the viewer")
-    recording.log("caption", rr.TextDocument(caption(footage, scales), media_type=rr.MediaType.MARKDOWN), static=True)
-    if footage.motion is not None and scales is not None:
-        recording.log(
-            scales.grains_entity, rr.Points3D.from_fields(radii=footage.motion.radius.astype(np.float32)), static=True
-        )
-        whole_eye(scales).send(recording)
-        if has_closeup(footage.motion):
-            closeup_eye(footage.motion).send(recording)
-        _send_guides(recording, footage.motion, scales)
+    text = rr.TextDocument(caption(footage, scales, views), media_type=rr.MediaType.MARKDOWN)
+    recording.log("caption", text, static=True)
+    if footage.motion is not None and scales is not None and views is not None:
+        radii = rr.Points3D.from_fields(radii=footage.motion.radius.astype(np.float32))
+        recording.log(scales.particles_entity, radii, static=True)
+        whole_camera(footage.motion, scales, views).send(recording)
+        views.send_static(recording, footage.motion, scales)
     for plot in plots(footage):
         for place, (path, curve) in enumerate(zip(plot.paths, plot.curves, strict=True)):
             name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", rgb(PALETTE[place % len(PALETTE)])
@@ -142,130 +139,37 @@ def send_static(recording: Any, footage: Footage, scales: Scales | None) -> None
             recording.log(path, lines, static=True)
 
 
-def _send_guides(recording: Any, motion: Motion, scales: Scales) -> None:
-    """Zero lines with a label each."""
-    rr = needed("rerun", "the viewer")
-    variable = motion.colour_variable
-    guides = []
-    if motion.colour is not None:
-        guides.append(
-            (scales.profile_level, 1.0, f"{variable.name} of each grain; full height {scales.colour_limit:g} {variable.unit}")
-        )
-    if motion.contact is not None:
-        guides.append(
-            (
-                scales.contact_level,
-                -1.0,
-                f"{motion.contact_name} of each contact; full length {scales.contact_limit:g} {motion.contact_unit}",
-            )
-        )
-    for index, (level, direction, text) in enumerate(guides):
-        ends = [[scales.low, 0.0, level], [scales.high, 0.0, level]]
-        line = rr.LineStrips3D([ends], colors=[_REST_COLOUR], radii=rr.Radius.ui_points(0.7))
-        recording.log(f"scene/zero_lines/{index}", line, static=True)
-        # The words stand at the right end, beyond what the longest bar and the highest point of the curve reach.
-        place = [scales.high - 0.12 * scales.length, 0.0, level + direction * _WORDS * scales.height]
-        words = rr.Points3D([place], labels=[text], show_labels=True, radii=0.0, colors=[_REST_COLOUR])
-        recording.log(f"scene/words/{index}", words, static=True)
-
-
-def send_motion(recording: Any, motion: Motion, scales: Scales) -> None:
-    """Grains, profile and force bars of some frames, in one message each."""
+def send_motion(recording: Any, motion: Motion, scales: Scales, views: Views) -> None:
+    """Send the particles of some frames, in one message, and what the domain shows of them."""
     rr = needed("rerun", "the viewer")
     frames, count = motion.displacement.shape[:2]
     drawn = (motion.reference + scales.exaggeration * motion.displacement).astype(np.float32)
-    when = _indexes(rr, motion.times, motion.ticks)
+    when = time_columns(motion.times, motion.ticks)
     colours = _colours(motion, scales)
-    grains = rr.Points3D.columns(positions=drawn.reshape(-1, 3), colors=colours.reshape(-1, 3))
-    recording.send_columns(scales.grains_entity, when, grains.partition(np.full(frames, count)))
-    if motion.colour is not None and count > 1:
-        curve = drawn.copy()
-        curve[..., 2] = scales.profile_level + scales.height * motion.colour / scales.colour_limit
-        _send_strips(recording, "scene/profile", when, curve, 1, np.full((frames, 3), 235, np.uint8), rr.Radius.ui_points(1.5))
-    if motion.contact is not None:
-        _send_contacts(recording, motion, scales, drawn, when)
-    if has_closeup(motion):
-        send_closeup(recording, motion, scales, colours, when)
-
-
-def _send_contacts(recording: Any, motion: Motion, scales: Scales, drawn: npt.NDArray[np.float32], when: list[Any]) -> None:
-    assert motion.contact is not None
-    rr = needed("rerun", "the viewer")
-    frames, contacts = motion.contact.shape
-    top = 0.5 * (drawn[:, 1:] + drawn[:, :-1])
-    top[..., 2] = scales.contact_level
-    bottom = top.copy()
-    bottom[..., 2] -= scales.height * motion.contact / scales.contact_limit
-    bars = np.stack([top, bottom], axis=2).reshape(frames * contacts, 2, 3)
-    colours = sequential(motion.contact, scales.contact_limit).reshape(-1, 3)
-    # Bars as wide as half a grain, while that can be seen.
-    thin = motion.radius.min() < 1e-3 * scales.length
-    _send_strips(
-        recording,
-        "scene/contacts",
-        when,
-        bars,
-        contacts,
-        colours,
-        rr.Radius.ui_points(1.0) if thin else 0.25 * motion.radius.min(),
-    )
-
-
-def _send_strips(
-    recording: Any,
-    path: str,
-    when: list[Any],
-    strips: npt.NDArray[np.float32],
-    per_frame: int,
-    colours: npt.NDArray[np.uint8],
-    radius: float,
-) -> None:
-    rr = needed("rerun", "the viewer")
-    frames = len(strips) // per_frame
-    lines = rr.LineStrips3D.columns(strips=strips, colors=colours, radii=np.full(len(strips), radius, np.float32))
-    recording.send_columns(path, when, lines.partition(np.full(frames, per_frame)))
+    particles = rr.Points3D.columns(positions=drawn.reshape(-1, 3), colors=colours.reshape(-1, 3))
+    recording.send_columns(scales.particles_entity, when, particles.partition(np.full(frames, count)))
+    views.send_frames(recording, motion, scales, drawn, colours, when)
 
 
 def _colours(motion: Motion, scales: Scales) -> npt.NDArray[np.uint8]:
     if motion.colour is None:
-        return np.broadcast_to(np.array(_REST_COLOUR, np.uint8), motion.displacement.shape).copy()
+        return np.broadcast_to(np.array(REST_COLOUR, np.uint8), motion.displacement.shape).copy()
     return diverging(motion.colour, scales.colour_limit)
 
 
-def send_picture(recording: Any, picture: Picture) -> None:
-    """Send the x-t diagram, in the place of one that was sent before."""
-    recording.log("space_time/picture", needed("rerun", "the viewer").Image(picture.pixels), static=True)
-
-
-def _send_space_time(recording: Any, motion: Motion, scales: Scales) -> None:
-    """The x-t diagram, and a line across it at the present instant."""
-    if motion.colour is None or len(motion.times) < 2:
-        return
-    from .space_time import space_time_picture
-
-    rr = needed("rerun", "the viewer")
-    picture = space_time_picture(motion, scales.colour_limit)
-    send_picture(recording, picture)
-    rows = picture.rows(motion.times)
-    lines = np.empty((len(rows), 2, 2), np.float32)
-    lines[:, 0, 0], lines[:, 1, 0] = picture.left, picture.right
-    lines[:, :, 1] = rows[:, None]
-    now = rr.LineStrips2D.columns(strips=lines, colors=np.full((len(rows), 3), rgb("#e69f00"), np.uint8))
-    recording.send_columns("space_time/now", _indexes(rr, motion.times, motion.ticks), now.partition(np.ones(len(rows), int)))
-
-
 def send_curves(recording: Any, footage: Footage) -> None:
-    """The scalar plots."""
+    """Send the scalar plots."""
     rr = needed("rerun", "the viewer")
     for plot in plots(footage):
         for path, curve in zip(plot.paths, plot.curves, strict=True):
             # The sides of a jump are put 1 ns and one tick apart: rerun would draw the mean of what falls on one instant.
             before_jump = np.append(np.diff(curve.times) <= 0.0, False).astype(np.int64)
-            when = _indexes(rr, curve.times, curve.ticks - before_jump, before_jump)
+            when = time_columns(curve.times, curve.ticks - before_jump, before_jump)
             recording.send_columns(path, when, rr.Scalars.columns(scalars=curve.values))
 
 
-def _indexes(rr: Any, times: FloatArray, ticks: npt.NDArray[np.int64], earlier: npt.NDArray[np.int64] | int = 0) -> list[Any]:
-    """Both timelines; times in whole nanoseconds, as rerun keeps them, `earlier` of them earlier."""
+def time_columns(times: FloatArray, ticks: npt.NDArray[np.int64], earlier: npt.NDArray[np.int64] | int = 0) -> list[Any]:
+    """Return both timelines; times in whole nanoseconds, as rerun keeps them, `earlier` of them earlier."""
+    rr = needed("rerun", "the viewer")
     nanoseconds = np.rint(times * 1e9).astype(np.int64) - earlier
     return [rr.TimeColumn(TIMELINE, duration=nanoseconds.astype("timedelta64[ns]")), rr.TimeColumn(TICKS, sequence=ticks)]

@@ -22,6 +22,7 @@ from .footage import Footage, from_log
 from .rerun_file import rerun_target
 from .rerun_process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
 from .scene import APPLICATION, TIMELINE, Scales, scales_of, send
+from .views import make_views
 from .web_page import WebPage, web_arguments
 
 _SETTLE_SECONDS = 5.0
@@ -64,6 +65,9 @@ def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[f
     tell = progress or (lambda part: None)
     footage = from_log(log, progress=lambda part: tell(0.7 * part))
     scales = _scales(footage, exaggerate)
+    views = None
+    if footage.motion is not None and scales is not None:
+        views = make_views(str(log.metadata.get("component")), footage.motion, scales)
     # A file's name may hold bytes that are no text; rerun takes text only.
     name = Path(str(log.path)).name.encode("utf-8", "replace").decode()
     recording = rr.RecordingStream(APPLICATION, recording_id=f"{footage.title} ({name})")
@@ -71,9 +75,9 @@ def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[f
     kept = recording.memory_recording()
     try:
         # Active: what a server hands on to the web viewer shows a layout that is a mere default to nobody.
-        recording.send_blueprint(blueprint(footage, scales, log.duration), make_active=True)
+        recording.send_blueprint(blueprint(footage, scales, views, log.duration), make_active=True)
         recording.send_recording_name(footage.title)
-        send(recording, footage, scales)
+        send(recording, footage, scales, views)
         tell(1.0)
         return kept.drain_as_bytes()
     except RuntimeError as error:

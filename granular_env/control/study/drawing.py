@@ -44,7 +44,7 @@ def pictures(result: StudyResult) -> dict[str, Picture]:
     if shown := _shown(result):
         drawn["drives"] = _drives(shown), "What the best of each method, and each baseline, does in the first test episode."
         for number, name in enumerate(next(iter(shown.values())).episode.final):
-            words = f"At the end of that episode: {name}, along the chain."
+            words = f"At the end of that episode: {name}, element by element."
             drawn["final" if number == 0 else f"final-{number}"] = _final(shown, name), words
     return {name: Picture(png(figure), svg(figure, name), words) for name, (figure, words) in drawn.items()}
 
@@ -142,16 +142,16 @@ def _final(shown: dict[str, Score], name: str) -> Figure:
     for place, (label, score) in enumerate(shown.items()):
         values: Any = score.episode.final[name]
         axes.plot(np.arange(len(values)), values, label=label, **line(place))
-    axes.set(xlabel="grain (0 is the left end)", ylabel=name)
+    axes.set(xlabel="element", ylabel=name)
     axes.ticklabel_format(axis="y", scilimits=(-3, 4), useMathText=True)
     axes.margins(x=0.01)
-    _let_end_grains_leave(axes, [score.episode.final[name] for score in shown.values()])
+    _let_ends_leave(axes, [score.episode.final[name] for score in shown.values()])
     legend(axes)
     return figure
 
 
-def _let_end_grains_leave(axes: Axes, curves: list[Any]) -> None:
-    """An end grain that has flown off may lie outside the picture where it would flatten everything else."""
+def _let_ends_leave(axes: Axes, curves: list[Any]) -> None:
+    """Leave an end element, such as a grain that has flown off, outside the picture where it would flatten everything else."""
     inner = np.concatenate([np.asarray(curve)[1:-1] for curve in curves])
     if not len(inner):
         return
@@ -159,4 +159,6 @@ def _let_end_grains_leave(axes: Axes, curves: list[Any]) -> None:
     every = np.concatenate(curves)
     if high > low and float(every.max() - every.min()) > _FLATTENED * (high - low):
         axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
-        axes.annotate("end grains that flew off lie outside", (0.01, 0.01), xycoords="axes fraction", fontsize=9, color="0.35")
+        axes.annotate(
+            "ends that lie outside flatten everything else", (0.01, 0.01), xycoords="axes fraction", fontsize=9, color="0.35"
+        )

@@ -7,36 +7,36 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .extras import needed
-from .eye import Eye
-from .footage import Motion
+from granular_env.viewing.camera import Camera
+from granular_env.viewing.extras import needed
+from granular_env.viewing.footage import Motion
 
 if TYPE_CHECKING:
-    from .scene import Scales
+    from granular_env.viewing.scene import Scales
 
 WINDOW = 24
 
 
 def has_closeup(motion: Motion) -> bool:
-    """Whether a close-up shows more than the whole does."""
+    """Return whether a close-up shows more than the whole does."""
     return motion.colour is not None and motion.every == 1 and len(motion.radius) > 2 * WINDOW
 
 
-def closeup_eye(motion: Motion) -> Eye:
-    """The eye that looks at a window and at the numbers beneath."""
+def closeup_camera(motion: Motion) -> Camera:
+    """Return the camera that looks at a window and at the numbers beneath."""
     largest = float(motion.radius.max())
-    return Eye("eyes/closeup", (0.0, -0.6 * largest), 2.0 * largest * (WINDOW + 1), 4.0 * largest)
+    return Camera("cameras/closeup", (0.0, -0.6 * largest), 2.0 * largest * (WINDOW + 1), 4.0 * largest)
 
 
 def windows(motion: Motion) -> npt.NDArray[np.int64]:
-    """First grain of the window of each frame, around the grain of the largest magnitude, shape (frames,)."""
+    """Return the first grain of the window of each frame, around the grain of the largest magnitude, shape (frames,)."""
     assert motion.colour is not None
     fastest = np.abs(motion.colour).argmax(axis=1)
     return np.clip(fastest - WINDOW // 2, 0, len(motion.radius) - WINDOW)
 
 
 def send_closeup(recording: Any, motion: Motion, scales: Scales, colours: npt.NDArray[np.uint8], when: list[Any]) -> None:
-    """The windows of all frames, each shifted so that its middle lies at x = 0; each fifth grain says its number."""
+    """Send the windows of all frames, each shifted so that its middle lies at x = 0; each fifth grain says its number."""
     rr = needed("rerun", "the viewer")
     frames = len(motion.times)
     members = windows(motion)[:, None] + np.arange(WINDOW)

@@ -1,6 +1,6 @@
-"""Eyes that look at a row of grains from the side, from so far away that spheres stay round.
+"""Cameras that look at a scene from so far away that spheres stay round.
 
-Rerun's own 3D eye opens 55 degrees, so a pane that is many times wider than high would stretch the grains at its ends. A
+Rerun's own 3D camera opens 55 degrees, so a pane that is many times wider than high would stretch what stands at its ends. A
 pinhole far away is nearly a parallel projection, shows the same entities, and always fits its pane.
 """
 
@@ -18,38 +18,46 @@ _DISTANCE = 1.5
 _PIXELS = 2000.0
 
 
+# Where the camera's right, down and forward point to, as columns: along +y with z up (a row is seen from the side), or along -z
+# with y up (a plane is seen from above).
+_SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+_ABOVE = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
+
+
 @dataclass(frozen=True)
-class Eye:
-    """An eye that looks along +y; x to the right, z up.
+class Camera:
+    """A camera with x to the right, that looks along +y (z up) or from above, along -z (y up).
 
     Attributes:
         path: its entity.
-        middle: what it looks at, x and z [m].
+        middle: what it looks at: x, and z (or y, from above) [m].
         width, height: what it sees [m].
+        is_above: whether it looks from above.
     """
 
     path: str
     middle: tuple[float, float]
     width: float
     height: float
+    is_above: bool = False
 
     @property
     def _image(self) -> tuple[float, float]:
         return _PIXELS, _PIXELS * self.height / self.width
 
     def send(self, recording: Any) -> None:
-        """Put the eye into the scene."""
+        """Put the camera into the scene."""
         rr = needed("rerun", "the viewer")
         distance = _DISTANCE * self.width
-        across, down = self._image
-        # Columns: where the eye's right, down and forward point to.
-        turned = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-        place = rr.Transform3D(translation=[self.middle[0], -distance, self.middle[1]], mat3x3=turned)
-        lens = rr.Pinhole(focal_length=_DISTANCE * across, width=across, height=down, camera_xyz=rr.ViewCoordinates.RDF)
+        width, height = self._image
+        x, other = self.middle
+        spot = [x, other, distance] if self.is_above else [x, -distance, other]
+        place = rr.Transform3D(translation=spot, mat3x3=_ABOVE if self.is_above else _SIDE)
+        lens = rr.Pinhole(focal_length=_DISTANCE * width, width=width, height=height, camera_xyz=rr.ViewCoordinates.RDF)
         recording.log(self.path, place, lens, static=True)
 
     def view(self, name: str, contents: list[str]) -> Any:
-        """A pane that shows entities through this eye."""
+        """A pane that shows entities through this camera."""
         rrb = needed("rerun.blueprint", "the viewer")
         across, down = self._image
         return rrb.Spatial2DView(

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .colours import diverging, rgb
-from .drawing import DARK, NOT_SAMPLED, canvas, draw_space_time, nearest_frames, new_figure, time_unit
-from .extras import needed
-from .fields import as_field
-from .footage import Motion
+from granular_env.viewing.colours import diverging, rgb
+from granular_env.viewing.drawing import DARK, NOT_SAMPLED, canvas, draw_space_time, nearest_frames, new_figure, time_unit
+from granular_env.viewing.extras import needed
+from granular_env.viewing.fields import as_field
+from granular_env.viewing.footage import Motion
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -1,0 +1,116 @@
+"""The profile over a row of grains and the bars under its contacts, with their zero lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.viewing.colours import sequential, symmetric_limit
+from granular_env.viewing.extras import needed
+from granular_env.viewing.footage import Motion
+from granular_env.viewing.scene import REST_COLOUR, Scales
+
+# Where the words of a zero line stand, in lengths of the longest bar.
+WORDS = 1.25
+# The longest bar, in lengths of the scene.
+_BAR_LENGTH = 0.05
+
+
+@dataclass(frozen=True)
+class Row:
+    """Where the profile and the bars are drawn.
+
+    Attributes:
+        height: length of the longest bar and of half the profile's span [m].
+        profile_level: height of the profile's zero line [m].
+        contact_level: height from which the contacts' bars hang down [m].
+        contact_limit: contact force or overlap whose bar is `height` long.
+    """
+
+    height: float
+    profile_level: float
+    contact_level: float
+    contact_limit: float
+
+
+def row_of(motion: Motion, scales: Scales) -> Row:
+    """Return the layout that fits a motion."""
+    length = scales.high[0] - scales.low[0]
+    height, margin = _BAR_LENGTH * length, 0.015 * length + float(motion.radius.max())
+    lowest = 0.0 if motion.colour is None else max(0.0, -float(motion.colour.min())) / scales.colour_limit
+    # Room under the profile's zero line for as much as goes below it; of a run that goes on nobody knows yet.
+    below = height * (lowest if scales.settled else 1.0)
+    return Row(
+        height,
+        float(motion.reference[:, 2].max()) + margin + below,
+        float(motion.reference[:, 2].min()) - margin,
+        symmetric_limit([0.0] if motion.contact is None else motion.contact),
+    )
+
+
+def send_guides(recording: Any, motion: Motion, scales: Scales, row: Row) -> None:
+    """Send the zero lines with a label each."""
+    rr = needed("rerun", "the viewer")
+    variable = motion.colour_variable
+    guides = []
+    if motion.colour is not None:
+        words = f"{variable.name} of each grain; full height {scales.colour_limit:g} {variable.unit}"
+        guides.append((row.profile_level, 1.0, words))
+    if motion.contact is not None:
+        words = f"{motion.contact_name} of each contact; full length {row.contact_limit:g} {motion.contact_unit}"
+        guides.append((row.contact_level, -1.0, words))
+    low, high = scales.low[0], scales.high[0]
+    for index, (level, direction, text) in enumerate(guides):
+        ends = [[low, 0.0, level], [high, 0.0, level]]
+        line = rr.LineStrips3D([ends], colors=[REST_COLOUR], radii=rr.Radius.ui_points(0.7))
+        recording.log(f"scene/zero_lines/{index}", line, static=True)
+        # The words stand at the right end, beyond what the longest bar and the highest point of the curve reach.
+        place = [high - 0.12 * (high - low), 0.0, level + direction * WORDS * row.height]
+        shown = rr.Points3D([place], labels=[text], show_labels=True, radii=0.0, colors=[REST_COLOUR])
+        recording.log(f"scene/words/{index}", shown, static=True)
+
+
+def send_profile(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: npt.NDArray[Any], when: list[Any]) -> None:
+    """Send the colouring quantity as a curve over the grains."""
+    if motion.colour is None or drawn.shape[1] < 2:
+        return
+    radius = needed("rerun", "the viewer").Radius.ui_points(1.5)
+    curve = drawn.copy()
+    curve[..., 2] = row.profile_level + row.height * motion.colour / scales.colour_limit
+    _send_strips(recording, "scene/profile", when, curve, 1, np.full((len(drawn), 3), 235, np.uint8), radius)
+
+
+def send_bars(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: npt.NDArray[Any], when: list[Any]) -> None:
+    """Send contact forces, or overlaps, as bars under the contacts."""
+    if motion.contact is None:
+        return
+    rr = needed("rerun", "the viewer")
+    frames, contacts = motion.contact.shape
+    top = 0.5 * (drawn[:, 1:] + drawn[:, :-1])
+    top[..., 2] = row.contact_level
+    bottom = top.copy()
+    bottom[..., 2] -= row.height * motion.contact / row.contact_limit
+    bars = np.stack([top, bottom], axis=2).reshape(frames * contacts, 2, 3)
+    colours = sequential(motion.contact, row.contact_limit).reshape(-1, 3)
+    # Bars as wide as half a grain, while that can be seen.
+    thin = motion.radius.min() < 1e-3 * (scales.high[0] - scales.low[0])
+    radius = rr.Radius.ui_points(1.0) if thin else 0.25 * motion.radius.min()
+    _send_strips(recording, "scene/contacts", when, bars, contacts, colours, radius)
+
+
+def _send_strips(
+    recording: Any,
+    path: str,
+    when: list[Any],
+    strips: npt.NDArray[Any],
+    per_frame: int,
+    colours: npt.NDArray[np.uint8],
+    radius: float,
+) -> None:
+    rr = needed("rerun", "the viewer")
+    frames = len(strips) // per_frame
+    lines = rr.LineStrips3D.columns(strips=strips, colors=colours, radii=np.full(len(strips), radius, np.float32))
+    recording.send_columns(path, when, lines.partition(np.full(frames, per_frame)))

@@ -1,0 +1,126 @@
+"""What the scene of a chain shows beside its grains and curves."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.viewing.caption import plain
+from granular_env.viewing.colours import rgb
+from granular_env.viewing.extras import needed
+from granular_env.viewing.footage import Motion
+from granular_env.viewing.scene import Scales, roomy_limit, time_columns
+from granular_env.viewing.views import Views
+
+from .closeup import WINDOW, closeup_camera, has_closeup, send_closeup
+from .row import WORDS, row_of, send_bars, send_guides, send_profile
+from .space_time import GrowingPicture, Picture, space_time_picture
+
+
+class ChainViews(Views):
+    """Profile, contact bars, close-up and x-t diagram of a chain."""
+
+    def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
+        """Lay the views out; see `Views`."""
+        self._row = row_of(motion, scales)
+        self._growing = None if scales.settled else GrowingPicture(begin, end)
+        if self._growing is not None and motion.colour is not None:
+            # The axes now, so that the first frames do not wait for it.
+            self._growing.prepare(motion, scales.colour_limit)
+
+    def reach(self, scales: Scales) -> tuple[float, float]:
+        """Return where the words of the zero lines end, below and above [m]."""
+        beyond = (WORDS + 0.18) * self._row.height
+        return self._row.contact_level - beyond, self._row.profile_level + beyond
+
+    def grow(self, motion: Motion) -> bool:
+        """Take one more frame; return whether the limit of the bars has grown with it."""
+        if self._growing is not None and motion.colour is not None:
+            self._growing.keep(motion)
+        largest = 0.0 if motion.contact is None else float(motion.contact.max(initial=0.0))
+        limit = roomy_limit(self._row.contact_limit, largest)
+        has_grown = limit != self._row.contact_limit
+        self._row = dataclasses.replace(self._row, contact_limit=limit)
+        return has_grown
+
+    def send_static(self, recording: Any, motion: Motion, scales: Scales) -> None:
+        """Send the close-up's camera and the zero lines."""
+        if has_closeup(motion):
+            closeup_camera(motion).send(recording)
+        send_guides(recording, motion, scales, self._row)
+
+    def send_frames(
+        self,
+        recording: Any,
+        motion: Motion,
+        scales: Scales,
+        drawn: npt.NDArray[Any],
+        colours: npt.NDArray[np.uint8],
+        when: list[Any],
+    ) -> None:
+        """Send profile, bars and close-up of some frames."""
+        send_profile(recording, motion, scales, self._row, drawn, when)
+        send_bars(recording, motion, scales, self._row, drawn, when)
+        if has_closeup(motion):
+            send_closeup(recording, motion, scales, colours, when)
+
+    def send_pictures(self, recording: Any, motion: Motion, scales: Scales) -> None:
+        """Send the x-t diagram: of a whole run with a line across it at the present instant."""
+        if motion.colour is None:
+            return
+        if self._growing is not None:
+            if self._growing.is_drawable:
+                _send_picture(recording, self._growing.draw(motion, scales.colour_limit))
+        elif len(motion.times) > 1:
+            picture = space_time_picture(motion, scales.colour_limit)
+            _send_picture(recording, picture)
+            _send_now(recording, picture, motion)
+
+    def rows(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
+        """Return the close-up."""
+        if not has_closeup(motion):
+            return []
+        name = f"Close-up: the {WINDOW} grains around the one of largest {motion.colour_variable.name}"
+        drawn = f"overlaps drawn {scales.stretch}" if motion.located else "positions at the start"
+        return [(closeup_camera(motion).view(f"{name}; {drawn}", ["closeup/**"]), 1.2)]
+
+    def panes(self, motion: Motion, scales: Scales) -> list[Any]:
+        """Return the x-t diagram."""
+        if motion.colour is None or (scales.settled and len(motion.times) < 2):
+            return []
+        return [needed("rerun.blueprint", "the viewer").Spatial2DView(origin="space_time", name="x-t diagram")]
+
+    def words(self, motion: Motion, scales: Scales) -> list[str]:
+        """Return what the curve, the bars, the close-up and the diagram show."""
+        name, unit = plain(motion.colour_variable.name), plain(motion.colour_variable.unit)
+        words = []
+        if motion.colour is not None:
+            words.append(f"**White curve above:** {name} of each grain, full height {scales.colour_limit:g} {unit}.")
+        if motion.contact is not None:
+            limit = f"{self._row.contact_limit:g} {motion.contact_unit}"
+            words.append(f"**Bars below:** {motion.contact_name} of each contact, full length {limit}.")
+        if has_closeup(motion):
+            words.append(f"**Close-up:** the {WINDOW} grains around the one of largest {name}, numbered from 0 at the left.")
+        if len(motion.times) > 1 or not scales.settled:
+            words.append(f"**x-t diagram:** {name} of every grain; grey: instants of which there is no frame.")
+        if len(motion.times) > 1:
+            words.append("The orange line is now.")
+        return words
+
+
+def _send_picture(recording: Any, picture: Picture) -> None:
+    """Send the x-t diagram, in the place of one that was sent before."""
+    recording.log("space_time/picture", needed("rerun", "the viewer").Image(picture.pixels), static=True)
+
+
+def _send_now(recording: Any, picture: Picture, motion: Motion) -> None:
+    rr = needed("rerun", "the viewer")
+    rows = picture.rows(motion.times)
+    lines = np.empty((len(rows), 2, 2), np.float32)
+    lines[:, 0, 0], lines[:, 1, 0] = picture.left, picture.right
+    lines[:, :, 1] = rows[:, None]
+    now = rr.LineStrips2D.columns(strips=lines, colors=np.full((len(rows), 3), rgb("#e69f00"), np.uint8))
+    recording.send_columns("space_time/now", time_columns(motion.times, motion.ticks), now.partition(np.ones(len(rows), int)))
