@@ -1,14 +1,19 @@
 """Experiment files: what is wrong is said by file, table and key, with the nearest right name."""
 
 import json
+import math
 
 import numpy as np
 import pytest
+from planar_toy import Ring
 
+from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError
 from granular_env.documents import parse_assignments
 from granular_env.experiments import load_experiment
 from granular_env.experiments.prepare import prepare
+from granular_env.recording import verify
+from granular_env.running import run
 
 GOOD = """
 name = "good"
@@ -169,6 +174,47 @@ def test_files_that_are_no_toml(tmp_path):
         path.write_bytes(content)
         with pytest.raises(ExperimentError, match=said):
             load_experiment(path)
+
+
+# -- inputs of several elements -----------------------------------------------------------------------------------------
+
+CORNER = [[1.0, 0.0], [0.0, 0.5], [0.0, 0.0], [0.0, 0.0]]
+RING = {"name": "ring", "duration": 0.1, "component": {"type": "ring", "bodies": 4}, "input": {"pull": CORNER}}
+
+
+@pytest.fixture
+def ring(monkeypatch):
+    known = catalogue.component_class
+    monkeypatch.setattr(catalogue, "component_class", lambda name: Ring if name == "ring" else known(name))
+
+
+def test_an_array_and_a_profile_with_a_pattern_are_held(ring, tmp_path):
+    script = Ring(bodies=4)
+    script.step(0.1, pull=np.array(CORNER))
+    constant = {"profile": "constant", "value": 1.0, "pattern": CORNER}
+    for overrides in ({}, {"input.pull": np.array(CORNER)}, {"input.pull": constant}):
+        result = run(RING, overrides=overrides, log=tmp_path / "ring.mcap", overwrite=True)
+        assert result.component.save().data == script.save().data
+        assert verify(tmp_path / "ring.mcap", components={"ring": Ring}).identical
+
+
+@pytest.mark.parametrize(
+    ("pull", "said"),
+    [
+        (
+            [1.0, 2.0],
+            "input.pull: got a list of shape (2,), expected an array of shape (4, 2)",
+        ),
+        ([[1.0, math.nan]] * 4, "input.pull.0.1: got nan, expected a finite number"),
+        ([[1.0, 2.0], [3.0]], "input.pull: got [[1.0, 2.0], [3.0]], expected rows of equal length"),
+        ({"profile": "constant", "value": 1.0, "pattern": [1.0]}, "input.pull.pattern: got a list of shape (1,), expected an"),
+        ({"profile": "constant", "value": 1.0, "pattern": "all"}, "input.pull.pattern: got 'all', expected numbers, in a list"),
+    ],
+)
+def test_an_array_that_does_not_fit_is_named(ring, pull, said):
+    with pytest.raises(ExperimentError) as caught:
+        prepare(load_experiment(RING, {"input.pull": pull}))
+    assert said in str(caught.value)
 
 
 # -- overrides ------------------------------------------------------------------------------------------------------

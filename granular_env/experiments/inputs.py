@@ -37,7 +37,7 @@ _SAMPLED = 'give samples of other signals: profile = "table" with times and valu
 def _array(given: Any) -> list[Any]:
     """Return a list of numbers, or of rows of equal length, as it is; a fault where it is none."""
     try:
-        array = np.asarray(given if isinstance(given, list) else None)
+        array = np.asarray(given if isinstance(given, list) else [None])
     except (ValueError, OverflowError):
         raise refusal(f"got {shortened(given, 60)}", "rows of equal length") from None
     if array.dtype.kind not in "fiu" or not array.size:
