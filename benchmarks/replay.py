@@ -26,7 +26,7 @@ def _piston(path: Path, grains: int, rounds: int) -> Figure:
     """Experiment 3.4 lengthened: its front passes 100 grains in 5.45e-4 s."""
     frame = 1e-6 * max(1, round(grains / 40))
     duration = frame * max(1, round(grains * 5.45e-6 / frame))
-    changes = [f"component.grains={grains}", f"duration={duration:.9g}", f"record.every={frame:.9g}"]
+    changes = {"component.grains": grains, "duration": float(f"{duration:.9g}"), "record.every": float(f"{frame:.9g}")}
 
     def live() -> None:
         ge.run("nesterenko-1983/3.4-piston", log=path, overrides=changes, overwrite=True)

@@ -5,14 +5,123 @@ Every error names the argument, what came, what was expected and what to do. Not
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+Location = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Option:
+    """An argument that a hint advises: `overwrite=True` in Python, `--overwrite` on the command line."""
+
+    name: str
+    value: object = True
+
+
+@dataclass(frozen=True)
+class Override:
+    """A key of a document that is set from outside: by a mapping in Python, by `--set` on the command line.
+
+    Attributes:
+        key: its parts, from the outermost table on.
+        value: what it is set to.
+        text: both, as ``key=value``.
+    """
+
+    key: tuple[str, ...]
+    value: Any
+    text: str
+
+
+Term = Option | Override
+Phrase = str | Term | tuple[str | Term, ...]
+Words = Callable[[Term], str]
+
+
+def python_words(term: Term) -> str:
+    """Return an option or an override as a script writes it."""
+    return f"{term.name}={term.value!r}" if isinstance(term, Option) else f"override {shortened(term.text, 60)}"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong, as data: each front end renders it in its own words.
+
+    Attributes:
+        location: the keys and indices that lead to it.
+        received: what came, such as "got -1", "missing" or "unknown"; or the whole sentence.
+        expected: what would be right.
+        hint: what to do.
+        source: what holds it: a file, a component, an override.
+    """
+
+    location: Location = ()
+    received: Phrase = ""
+    expected: Phrase = ""
+    hint: Phrase = ""
+    source: Phrase = ""
+
+    def text(self, words: Words = python_words) -> str:
+        """Return it as a sentence; `words` writes the options and overrides in it."""
+        source, received, expected, hint = (
+            _rendered(part, words) for part in (self.source, self.received, self.expected, self.hint)
+        )
+        said = ", ".join(filter(None, (received, f"expected {expected}" if expected else "")))
+        said = "; ".join(filter(None, (said, hint)))
+        place = ".".join(_cut(str(part)) for part in self.location)
+        return ": ".join(filter(None, (source, place, said)))
+
+    __str__ = text
+
+    def within(self, *location: str | int) -> Fault:
+        """Return it with the location of what it was found in before its own, unless it begins with that already."""
+        if self.location[: len(location)] == location:
+            return self
+        return dataclasses.replace(self, location=(*location, *self.location))
+
+    def of(self, source: str) -> Fault:
+        """Return it with one more source before its own."""
+        own = self.source if isinstance(self.source, tuple) else (self.source,)
+        return dataclasses.replace(self, source=(source, ": ", *own) if own != ("",) else source)
+
+
+def _cut(text: str, length: int = 60) -> str:
+    return text if len(text) <= length else f"{text[: length - 3]}..."
+
+
+def _rendered(phrase: Phrase, words: Words) -> str:
+    parts = phrase if isinstance(phrase, tuple) else (phrase,)
+    return "".join(part if isinstance(part, str) else words(part) for part in parts)
 
 
 class GranularError(Exception):
-    """Base of every error that this package raises on purpose."""
+    """Base of every error that this package raises on purpose.
+
+    Args:
+        faults: what is wrong; a plain sentence will do.
+        at: the location of what the sentences are about, with dots between its parts.
+
+    Attributes:
+        faults: what is wrong, as data; the error's text is rendered from them.
+    """
+
+    def __init__(self, *faults: str | Fault, at: str = "") -> None:
+        super().__init__(*faults)
+        location = tuple(at.split(".")) if at else ()
+        self.faults = tuple(one if isinstance(one, Fault) else Fault(location, one) for one in faults)
+
+    def text(self, words: Words = python_words) -> str:
+        """Return all faults, one a line."""
+        return "\n".join(fault.text(words) for fault in self.faults)
+
+    def __str__(self) -> str:
+        return self.text()
 
 
 class ParameterError(GranularError, ValueError):

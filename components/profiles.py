@@ -163,7 +163,7 @@ class Profile:
             finite_number("start", start),
         )
         if not 0.0 <= rise <= duration:
-            raise ParameterError(f"rise: got {rise:g} s, expected 0 to the duration {duration:g} s")
+            raise ParameterError(f"got {rise:g} s, expected 0 to the duration {duration:g} s", at="rise")
         starts, rows = [], []
         if start + rise > start:
             starts.append(start)
@@ -172,7 +172,7 @@ class Profile:
             starts.append(start + rise)
             rows.append([peak, -peak / (duration - rise)])
         if not starts:
-            raise ParameterError(f"duration: got {duration:g} s, too short to be told apart from the start at {start:g} s")
+            raise ParameterError(f"got {duration:g} s, too short to be told apart from the start at {start:g} s", at="duration")
         starts.append(start + duration)
         rows.append([0.0, 0.0])
         return Profile(np.array(starts), np.array(rows), f"triangle of peak {peak:g}, {duration:g} s")
@@ -192,7 +192,7 @@ class Profile:
             if power % 2:
                 row[power] = term if power % 4 == 1 else -term
         if not np.isfinite(row).all():
-            raise ParameterError(f"duration: got {duration:g} s, too short for a half-sine in double precision")
+            raise ParameterError(f"got {duration:g} s, too short for a half-sine in double precision", at="duration")
         return Profile(
             np.array([start, start + duration]), np.vstack([row, 0.0 * row]), f"half-sine of peak {peak:g}, {duration:g} s"
         )
@@ -531,10 +531,10 @@ def _array(name: str, values: npt.ArrayLike, dimensions: int) -> FloatArray:
     try:
         given = np.array(values, ndmin=dimensions)
     except ValueError as error:  # rows of unlike length
-        raise ParameterError(f"{name}: got {shortened(values)}, expected numbers in {dimensions} dimension(s)") from error
+        raise ParameterError(f"got {shortened(values)}, expected numbers in {dimensions} dimension(s)", at=name) from error
     if given.dtype.kind not in "fiub" or given.ndim != dimensions:
         raise ParameterError(
-            f"{name}: got {shortened(values)} (shape {given.shape}), expected real numbers in {dimensions} dimension(s)"
+            f"got {shortened(values)} (shape {given.shape}), expected real numbers in {dimensions} dimension(s)", at=name
         )
     return given.astype(np.float64)
 
@@ -542,8 +542,8 @@ def _array(name: str, values: npt.ArrayLike, dimensions: int) -> FloatArray:
 def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
     vector = _array(name, values, 1)
     if not len(vector):
-        raise ParameterError(f"{name}: got an empty list, expected a list of at least one number")
+        raise ParameterError("got an empty list, expected a list of at least one number", at=name)
     if not np.isfinite(vector).all():
         where = int(np.argmin(np.isfinite(vector)))
-        raise ParameterError(f"{name}[{where}]: got {vector[where]}, expected a finite number")
+        raise ParameterError(f"got {vector[where]}, expected a finite number", at=f"{name}[{where}]")
     return vector

@@ -167,16 +167,17 @@ class Stepping(Physics):
         duration = finite_number(name, duration, "seconds")
         exact = duration / self.step_size
         if not math.isfinite(exact) or exact <= 0.0:
-            raise ParameterError(f"{name}: got {duration!r} s, expected more than 0 and finite")
+            raise ParameterError(f"got {duration!r} s, expected more than 0 and finite", at=name)
         ticks = round(exact)
         if ticks < 1 or abs(exact - ticks) > 1e-9 * ticks or ticks > 2**52:
             if ticks > 2**52:
-                raise ParameterError(f"{name}: {duration:.12g} s is {exact:.3g} internal steps, more than can be counted")
+                raise ParameterError(f"{duration:.12g} s is {exact:.3g} internal steps, more than can be counted", at=name)
             steps = sorted({max(math.floor(exact), 1), max(math.ceil(exact), 1)})
             choices = " or ".join(f"{count * self.step_size:.12g} s" for count in steps)
             raise ParameterError(
-                f"{name}: {duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
-                f"use {choices}, or {self._fitting_step(duration)}"
+                f"{duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
+                f"use {choices}, or {self._fitting_step(duration)}",
+                at=name,
             )
         return ticks
 

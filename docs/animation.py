@@ -26,7 +26,7 @@ def four_grains(folder: Path) -> Log:
     """Run the paper's experiment 3.1 with four striking grains on a chain of 80, and return its log."""
     log = folder / "four-grains.mcap"
     ge.run(
-        "nesterenko-1983/3.1-four-grains", overrides=["component.grains=80", "duration=7.2e-4", "record.every=8e-6"], log=log
+        "nesterenko-1983/3.1-four-grains", overrides={"component.grains": 80, "duration": 7.2e-4, "record.every": 8e-6}, log=log
     )
     return ge.open_log(log)
 

@@ -52,7 +52,7 @@ def driven(name: str, env: make_pulse_forming, drive: np.ndarray) -> None:
 
 def one_wave() -> None:
     """The paper's triangle, and a drive that makes as high a wave with a lower force."""
-    brief = ["duration=3.96e-4", f"record.every={EVERY}", "record.variables=['displacement', 'velocity']"]
+    brief = {"duration": 3.96e-4, "record.every": EVERY, "record.variables": ["displacement", "velocity"]}
     ge.run("nesterenko-1983/3.3-triangle-10us", log=LOGS / "triangle.mcap", overrides=brief, overwrite=True)
     env = make_pulse_forming(
         100,

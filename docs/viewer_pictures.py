@@ -52,8 +52,8 @@ def take_report(log: Log, folder: Path) -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        chosen = 'record.variables=["displacement", "velocity", "contact_force"]'
-        result = ge.run(EXPERIMENT, log=Path(name) / "piston.mcap", overrides=[chosen])
+        chosen = {"record.variables": ["displacement", "velocity", "contact_force"]}
+        result = ge.run(EXPERIMENT, log=Path(name) / "piston.mcap", overrides=chosen)
         assert result.log is not None
         with ge.open_log(result.log) as opened:
             take_viewer(opened, Path(name))

@@ -1,4 +1,5 @@
 from . import domains, viewing
+from .atlas import run_atlas
 from .components.catalogue import make
 from .components.chain import Chain
 from .components.component import Component
@@ -17,6 +18,7 @@ from .components.errors import (
 from .components.materials.elastic import Material
 from .components.profiles import Profile
 from .components.snapshot import Snapshot
+from .control.study.running import run_study
 from .recording import open_log, record, recover, verify
 from .running import run
 from .sweep import open_sweep, run_sweep
@@ -44,6 +46,8 @@ __all__ = [
     "record",
     "recover",
     "run",
+    "run_atlas",
+    "run_study",
     "run_sweep",
     "verify",
     "viewing",

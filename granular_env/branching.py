@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from granular_env.components.errors import LogError
-from granular_env.components.profiles import CompiledProfile, Profile
-from granular_env.running import RunResult, advance, collected, memory_told
+from granular_env.progress import Progress
+from granular_env.running import Inputs, RunResult, advance, collected, memory_told
 
 if TYPE_CHECKING:
     from granular_env.recording.branch import Branch
@@ -19,10 +18,10 @@ if TYPE_CHECKING:
 def run_branch(
     branch: Branch,
     log: str | os.PathLike[str],
-    inputs: Mapping[str, float | Profile | CompiledProfile],
+    inputs: Inputs,
     until: float | None = None,
     *,
-    progress: bool = False,
+    progress: Progress = False,
     overwrite: bool = False,
 ) -> RunResult:
     """Go on from a branch, and record that; the bits are those of `Branch.run`.
@@ -32,7 +31,7 @@ def run_branch(
         log: path of the new log.
         inputs: hold from here on instead of the log's own.
         until: time at which to stop, on the component's clock [s]; default where the log's segment ends.
-        progress: show a bar.
+        progress: show a bar, or call this with the part that is done.
         overwrite: whether an existing file may be replaced.
 
     Raises:

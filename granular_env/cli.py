@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 import textwrap
 from collections.abc import Sequence
 
-from granular_env.components.errors import GranularError, nearest, shortened
+from granular_env.components.errors import GranularError, Override, Term, nearest, shortened
 from granular_env.terminal import printable
 
 _ERROR, _FAULT, _INTERRUPTED = 2, 70, 130
@@ -18,19 +17,6 @@ _STATUSES = (
     "2 an error, told in one message; 3 a verification of a log that is incomplete or holds no step; 70 a fault of "
     "granular-env itself; 130 ended by Ctrl-C"
 )
-# What the library advises to a script -> the same advice as an option.
-_OPTIONS = {
-    "pass overwrite=True": "pass --overwrite",
-    "open it with allow_large=True": "pass --allow-large",
-    "pass allow_large=True": "pass --allow-large",
-    "take engine 'ray'": "take --engine ray",
-    "try engine 'serial'": "try --engine serial",
-    "(web=True)": "(--web)",
-    "run without live=True": "run without --live",
-    "pass live=True": "pass --live",
-    "(save_rrd)": "(--save FILE.rrd)",
-    "(screenshot)": "(--screenshot FILE.png)",
-}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -55,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except GranularError as error:
-        _tell(parsed.command, "\n".join([_spoken(str(error)), *getattr(error, "__notes__", ())]))
+        _tell(parsed.command, "\n".join([error.text(command_words), *getattr(error, "__notes__", ())]))
         return _ERROR
     except MemoryError:
         _tell(parsed.command, "it asks for more memory than there is; ask for less")
@@ -131,11 +117,12 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _spoken(message: str) -> str:
-    """A message of the library in the words of the command line."""
-    for python, option in _OPTIONS.items():
-        message = message.replace(python, option)
-    return re.sub(r"\boverride (?=['\"])", "--set ", message)
+def command_words(term: Term) -> str:
+    """Return an option or an override as it is given on the command line."""
+    if isinstance(term, Override):
+        return f"--set {shortened(term.text, 60)}"
+    option = f"--{term.name.replace('_', '-')}"
+    return option if term.value is True else f"{option} {term.value}"
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -53,14 +53,11 @@ def show_description(args: argparse.Namespace) -> int:
     """A component's variables, or the file of an experiment, a plan or a study."""
     from granular_env import describe
     from granular_env.components import catalogue
-    from granular_env.experiments.load import parse_override
+    from granular_env.documents import parse_assignments
     from granular_env.experiments.templates import template
 
     if args.name in catalogue.names():
-        parameters = {}
-        for override in args.overrides:
-            parts, value = parse_override(override)
-            parameters[parts[-1]] = value
+        parameters = {override.key[-1]: override.value for override in parse_assignments(args.overrides)}
         if args.json:
             print(json.dumps(describe.component_facts(args.name, parameters), indent=2))
         else:
@@ -94,12 +91,13 @@ def write_new(args: argparse.Namespace) -> int:
 
 def run_experiment(args: argparse.Namespace) -> int:
     """Run an experiment, record it, tell where the log is and how far the model held."""
-    from granular_env.experiments.load import load_experiment
+    from granular_env.documents import parse_assignments
+    from granular_env.experiments import load_experiment
     from granular_env.running import run
 
     _refuse_what_another_command_runs(args.experiment, "run")
-    overrides = [*args.overrides, *([f"record.hash_every={args.hash_every}"] if args.hash_every is not None else [])]
-    experiment = load_experiment(args.experiment, overrides)
+    hashes = [] if args.hash_every is None else [f"record.hash_every={args.hash_every}"]
+    experiment = load_experiment(args.experiment, parse_assignments([*args.overrides, *hashes]))
     show = not args.quiet and not args.json
     with _told_by_us(), _log_target(args, args.log, experiment.name) as (log, overwrite):
         result = run(experiment, log=log, progress=show, live=args.live, pace=args.pace, overwrite=overwrite)
@@ -118,11 +116,12 @@ def check_file(args: argparse.Namespace) -> int:
         return _check_plan(args.file, args.overrides, args.allow_large, args.json)
     if _is_study(args.file):
         return _check_study(args.file, args.overrides, args.json)
+    from granular_env.documents import parse_assignments
+    from granular_env.experiments import load_experiment
     from granular_env.experiments.cost import cost_note
-    from granular_env.experiments.load import load_experiment
     from granular_env.experiments.prepare import prepare
 
-    experiment = load_experiment(args.file, args.overrides)
+    experiment = load_experiment(args.file, parse_assignments(args.overrides))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)
         ready = prepare(experiment)
@@ -162,12 +161,11 @@ def replay_log(args: argparse.Namespace) -> int:
         else:
             _print_result(result, quiet=False)
         return _INTERRUPTED if result.interrupted else 0
-    from granular_env.progress import progress_bar
     from granular_env.recording import verify
     from granular_env.running import collected
 
-    with _told_by_us(), collected() as told, progress_bar(f"verification of {Path(args.log).name}", show=not args.json) as bar:
-        found = verify(args.log, progress=bar.update, allow_large=args.allow_large)
+    with _told_by_us(), collected() as told:
+        found = verify(args.log, progress=not args.json, allow_large=args.allow_large)
     if args.json:
         print(json.dumps({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": told}, indent=2))
         return _VERIFIED[found.outcome]
@@ -178,14 +176,15 @@ def replay_log(args: argparse.Namespace) -> int:
 def branch_off(args: argparse.Namespace) -> int:
     """Go on from an instant of a log."""
     from granular_env.branching import run_branch
-    from granular_env.experiments.prepare import inputs_from
+    from granular_env.documents import parse_assignments
+    from granular_env.experiments.prepare import branch_inputs
     from granular_env.recording import open_log
 
     with ExitStack() as stack:
         log = stack.enter_context(open_log(args.log, allow_large=args.allow_large))
         begun = log.branch(args.at)
         left_at = _instant(args.at, begun.component.time, log.step_size)
-        inputs = inputs_from(args.overrides, begun.component)
+        inputs = branch_inputs(parse_assignments(args.overrides), begun.component)
         stack.enter_context(_told_by_us())
         out, overwrite = stack.enter_context(_log_target(args, args.out, f"{Path(args.log).stem}-branch"))
         result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=overwrite)
@@ -213,13 +212,11 @@ def recover_log(args: argparse.Namespace) -> int:
 def view_log(args: argparse.Namespace) -> int:
     """Look at a log in rerun, or write what rerun shows."""
     from granular_env import viewing
-    from granular_env.progress import progress_bar
     from granular_env.recording import open_log
 
     log = open_log(args.log, allow_large=args.allow_large)
     if args.save:
-        with progress_bar(f"scene of {Path(args.log).name}") as bar:
-            saved = viewing.save_rrd(log, args.save, exaggerate=args.exaggerate, progress=bar.update)
+        saved = viewing.save_rrd(log, args.save, exaggerate=args.exaggerate, progress=True)
         print(f"written: {saved}")
     elif args.screenshot:
         print(f"written: {viewing.screenshot(log, args.screenshot, exaggerate=args.exaggerate)}")
@@ -233,14 +230,12 @@ def view_log(args: argparse.Namespace) -> int:
 def report_log(args: argparse.Namespace) -> int:
     """A page with figures of a log."""
     from granular_env import viewing
-    from granular_env.progress import progress_bar
     from granular_env.recording import open_log
 
     with open_log(args.log, allow_large=args.allow_large) as log:
         folder = Path(args.out) if args.out else _report_folder(Path(args.log))
         chosen = {name: getattr(args, name) for name in ("variables", "times", "grains")}
-        with progress_bar(f"report of {Path(args.log).name}") as bar:
-            page = viewing.report(log, folder, **chosen, progress=bar.update)
+        page = viewing.report(log, folder, **chosen, progress=True)
         print(f"written: {page}")
     return 0
 
@@ -250,21 +245,24 @@ def report_log(args: argparse.Namespace) -> int:
 
 def write_atlas(args: argparse.Namespace) -> int:
     """A paper's figures and numbers, computed anew; 1 where an entry could not be."""
-    from granular_env import atlas
-    from granular_env.atlas.telling import closing, telling
+    from granular_env.atlas import run_atlas
+    from granular_env.atlas.telling import closing
 
-    paper = atlas.paper(args.paper)
-    constants = _constants(args.overrides)
-    folder = Path(args.out) if args.out else Path("atlas") / paper.name
-    with telling(atlas.chosen(paper, args.only), paper.name, args.quiet) as told:
-        done = atlas.compute(paper, folder, constants, only=args.only, processes=args.processes, told=told)
-    page = atlas.write(done, folder)
-    print(page if args.quiet else closing(done, page))
+    done = run_atlas(
+        args.paper,
+        args.out,
+        overrides=_constants(args.overrides),
+        only=args.only,
+        processes=args.processes,
+        progress=not args.quiet,
+    )
+    print(done.page if args.quiet else closing(done))
     return 1 if done.failed else 0
 
 
 def compute_sweep(args: argparse.Namespace) -> int:
     """A plan's tasks, computed as far as they are not known; 1 where a task failed."""
+    from granular_env.documents import parse_assignments
     from granular_env.sweep import run_sweep
     from granular_env.sweep.store import TABLE
     from granular_env.sweep.telling import closing
@@ -276,7 +274,7 @@ def compute_sweep(args: argparse.Namespace) -> int:
         engine=args.engine,
         workers=args.workers,
         address=args.address,
-        overrides=args.overrides,
+        overrides=parse_assignments(args.overrides),
         progress=not args.quiet and not args.json,
         allow_large=args.allow_large,
     )
@@ -288,10 +286,10 @@ def compute_sweep(args: argparse.Namespace) -> int:
 
 
 def _is_plan(name: str) -> bool:
-    from granular_env.experiments.load import read_document
+    from granular_env.documents import read
     from granular_env.sweep.plan import is_plan, shipped_plans
 
-    return is_plan(read_document(Path(name))) if Path(name).is_file() else name in shipped_plans()
+    return is_plan(read(Path(name))) if Path(name).is_file() else name in shipped_plans()
 
 
 def _sweep_facts(sweep: Any) -> dict[str, Any]:
@@ -304,14 +302,15 @@ def _sweep_facts(sweep: Any) -> dict[str, Any]:
 
 
 def _check_plan(name: str, overrides: list[str], allow_large: bool, for_programs: bool) -> int:
+    from granular_env.documents import parse_assignments
     from granular_env.sweep import check_sweep
 
-    plan = check_sweep(name, overrides, allow_large=allow_large)
+    plan = check_sweep(name, parse_assignments(overrides), allow_large=allow_large)
     if for_programs:
-        return _valid("sweep", plan.name, experiment=plan.settings.experiment, tasks=plan.size, measures=list(plan.measures))
+        return _valid("sweep", plan.title, experiment=plan.experiment, tasks=plan.size, measures=list(plan.measure))
     print(
-        f"valid: {plan.name}, {counted(plan.size, 'task')} of the experiment {plan.settings.experiment}, "
-        f"{counted(len(plan.measures), 'measure')}"
+        f"valid: {plan.title}, {counted(plan.size, 'task')} of the experiment {plan.experiment}, "
+        f"{counted(len(plan.measure), 'measure')}"
     )
     return 0
 
@@ -322,15 +321,16 @@ def _check_plan(name: str, overrides: list[str], allow_large: bool, for_programs
 def run_study(args: argparse.Namespace) -> int:
     """Run a study, or go on with one; 130 where Ctrl-C ended it."""
     from granular_env.control.study import load_study, running, telling
+    from granular_env.documents import parse_assignments
 
     if args.list:
         return _list_studies()
     if args.study is None:
         raise ExperimentError("study: no study was named; `granular-env study --list` names those that come with the package")
     _refuse_what_another_command_runs(args.study, "study")
-    study = load_study(args.study, args.overrides)
-    with _told_by_us(), telling.telling(study, args.quiet) as told:
-        result = running.run_study(study, args.out, overwrite=args.overwrite, told=told, only=args.only)
+    study = load_study(args.study, parse_assignments(args.overrides))
+    with _told_by_us():
+        result = running.run_study(study, args.out, overwrite=args.overwrite, progress=not args.quiet, only=args.only)
     print(result.folder / "report.html" if args.quiet else telling.closing(result))
     return _INTERRUPTED if result.interrupted else 0
 
@@ -358,11 +358,11 @@ def _shipped_text(name: str) -> tuple[str, str]:
 
 
 def _is_study(name: str) -> bool:
-    from granular_env.control.study.load import is_study, shipped_studies
-    from granular_env.experiments.load import read_document
+    from granular_env.control.study.study import is_study, shipped_studies
+    from granular_env.documents import read
 
     if Path(name).is_file():
-        return is_study(read_document(Path(name)))
+        return is_study(read(Path(name)))
     return name in shipped_studies()
 
 
@@ -370,8 +370,9 @@ def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
     from granular_env.control.study import load_study
     from granular_env.control.study.running import prepared
     from granular_env.control.task_names import names_own_code
+    from granular_env.documents import parse_assignments
 
-    study = load_study(name, overrides)
+    study = load_study(name, parse_assignments(overrides))
     if names_own_code(study.task.name):
         print(
             f"valid as far as a file can be: {study.name}; its task {study.task.name!r} is code that is not of this package, "
@@ -397,13 +398,14 @@ def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
 
 def _refuse_what_another_command_runs(name: str, command: str) -> None:
     """`ExperimentError` that names the command for a file, or a shipped name, of another kind."""
-    from granular_env.experiments.load import read_document, shipped_experiments
+    from granular_env.documents import read
+    from granular_env.experiments import shipped_experiments
 
     if Path(name).is_file() and Path(name).suffix != ".toml":
         return  # whoever loads it says what it is
 
     def is_experiment(name: str) -> bool:
-        return "component" in read_document(Path(name)) if Path(name).is_file() else name in shipped_experiments()
+        return "component" in read(Path(name)) if Path(name).is_file() else name in shipped_experiments()
 
     kinds = {"run": ("an experiment", is_experiment), "sweep": ("a sweep's plan", _is_plan), "study": ("a study", _is_study)}
     for other, (kind, holds) in kinds.items():
@@ -458,12 +460,11 @@ def _empty_file(folder: Path, stem: str) -> Path:
 
 def _constants(overrides: list[str]) -> dict[str, Any]:
     """A paper's constants that --set gives, name -> value, each once."""
-    from granular_env.experiments.load import parse_override
+    from granular_env.documents import parse_assignments
 
     constants: dict[str, Any] = {}
-    for override in overrides:
-        parts, value = parse_override(override)
-        name = ".".join(parts)
+    for override in parse_assignments(overrides):
+        name, value = ".".join(override.key), override.value
         if name in constants:
             raise ParameterError(
                 f"constant {name!r}: given twice, as {shortened(constants[name])} and {shortened(value)}; give it once"

@@ -10,12 +10,13 @@ last ones first. Without a terminal nothing is written. A notebook shows one lin
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import perf_counter
 from types import TracebackType
 from typing import Any, Protocol, Self
 
+from granular_env.components.errors import ParameterError, shortened
 from granular_env.terminal import printable
 
 _REFRESH_SECONDS = 0.1
@@ -24,6 +25,10 @@ _NOTEBOOK_WIDTH = 100
 _WIDE = 100  # from this width on, the bar is long
 _PERCENTAGE, _LEFT = 5, 12  # widths of "100 %" and "0:00:00 left"
 _FIRST_FIGURE = 16  # width of a figure such as "t = 0.005567 s"; titles leave so much room
+
+
+Progress = bool | Callable[[float], None]
+"""How far work is: True shows a bar; a function is called with the part that is done, from 0 to 1."""
 
 
 class Bar(Protocol):
@@ -46,16 +51,17 @@ class Bar(Protocol):
 
 
 @contextmanager
-def progress_bar(title: str, total: float | None = 1.0, *, done: float = 0.0, show: bool = True) -> Iterator[Bar]:
+def progress_bar(title: str, total: float | None = 1.0, *, done: float = 0.0, show: Progress = True) -> Iterator[Bar]:
     """Show one bar while the block runs.
 
     Args:
         title: what stands before the bar.
         total: the value of `done` at the end; None where it is unknown.
         done: what is done already.
-        show: False for a bar that draws nothing, so that callers need no second path.
+        show: False for a bar that draws nothing, so that callers need no second path; a function is called with the part that
+            is done.
     """
-    with ProgressBars(show) as bars:
+    with ProgressBars(show, total) as bars:
         yield bars.add(title, total, done)
 
 
@@ -63,12 +69,20 @@ class ProgressBars:
     """Several bars under each other; use it as a context manager.
 
     Args:
-        show: whether to draw at all.
+        show: whether to draw at all, or what is called instead with the part of all that is done.
+        total: the value of `done` at the end, of all bars together; None where it is unknown.
         keep: whether the bars stay on the terminal when the block ends.
+
+    Raises:
+        ParameterError: `show` is neither a truth value nor a function.
     """
 
-    def __init__(self, show: bool = True, *, keep: bool = False) -> None:
-        self._show, self._keep = show, keep
+    def __init__(self, show: Progress = True, total: float | None = None, *, keep: bool = False) -> None:
+        if not isinstance(show, bool) and not callable(show):
+            raise ParameterError(f"got {shortened(show)}, expected True, False, or a function of the part done", at="progress")
+        self._call = show if callable(show) else None
+        self._total, self._shares = total, list[float]()
+        self._show, self._keep = show is True, keep
         self._terminal: Any = None
         self._notebook = False
 
@@ -89,11 +103,36 @@ class ProgressBars:
     def add(self, title: str, total: float | None = 1.0, done: float = 0.0) -> Bar:
         """Add a bar and return it; arguments as in `progress_bar`."""
         title = printable(title)
+        if self._call is not None:
+            self._shares.append(done)
+            return _Callback(self._tell, len(self._shares) - 1, done)
         if self._terminal is not None:
             return _TerminalBar(self._terminal, title, total, done)
         if self._notebook:
             return _NotebookBar(title, total, done)
         return _NoBar()
+
+    def _tell(self, place: int, done: float) -> None:
+        self._shares[place] = done
+        if self._call is not None and self._total:
+            self._call(min(sum(self._shares) / self._total, 1.0))
+
+
+class _Callback:
+    """A bar that a function of the caller's stands for."""
+
+    def __init__(self, tell: Callable[[int, float], None], place: int, done: float) -> None:
+        self._tell, self._place, self._done = tell, place, done
+
+    def is_due(self) -> bool:
+        return True
+
+    def update(self, done: float, *figures: str) -> None:
+        self._done = done
+        self._tell(self._place, done)
+
+    def advance(self, more: float, *figures: str) -> None:
+        self.update(self._done + more)
 
 
 class _NoBar:

@@ -18,9 +18,11 @@ from granular_env.components.component import Component
 from granular_env.components.contract import Observer
 from granular_env.components.errors import (
     ExperimentError,
+    Fault,
     GranularError,
     GranularWarning,
     LogError,
+    Option,
     ParameterError,
     caution,
     shortened,
@@ -29,9 +31,11 @@ from granular_env.components.inputs import Held
 from granular_env.components.profiles import Profile
 from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number
-from granular_env.experiments.load import Source, load_experiment
+from granular_env.documents import Overrides
+from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.experiments.prepare import Prepared, prepare
 from granular_env.experiments.stops import StopWatch
+from granular_env.progress import Progress, progress_bar
 
 # A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
 _PIECE_SECONDS = 0.02
@@ -78,8 +82,8 @@ def run(
     experiment: Source,
     *,
     log: str | os.PathLike[str] | None = None,
-    overrides: Iterable[str] = (),
-    progress: bool = False,
+    overrides: Overrides = (),
+    progress: Progress = False,
     live: bool = False,
     pace: float | None = None,
     overwrite: bool = False,
@@ -87,7 +91,7 @@ def run(
 ) -> RunResult:
     """Run an experiment to its end.
 
-        result = ge.run("nesterenko-1983/3.4-piston", log="logs/piston.mcap", overrides=["component.grains=500"])
+        result = ge.run("nesterenko-1983/3.4-piston", log="logs/piston.mcap", overrides={"component.grains": 500})
 
     Everything is checked before the log is begun. The loop steps in pieces of a few hundredths of a second; since
     ``step(n h)`` is n times ``step(h)``, neither that nor the recorder, the bar, the viewer or a stop rule changes a bit.
@@ -95,8 +99,8 @@ def run(
     Args:
         experiment: a shipped experiment's name, the path of a TOML file, the content of one, or a loaded experiment.
         log: where to record it.
-        overrides: ``"a.b=value"`` each, as in `load_experiment`.
-        progress: show a bar with simulated time, speed and the energy's residual.
+        overrides: keys of the experiment to set, such as ``{"component.grains": 500, "duration": 1e-3}``.
+        progress: show a bar with simulated time, speed and the energy's residual; or call this with the part that is done.
         live: open rerun and show the run while it goes on.
         pace: with `live`, the wall time that the run takes at least [s], so that it can be watched; 0 lets it go as fast as it
             can. By default 10 s.
@@ -118,7 +122,7 @@ def run(
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
-            _tell_size(ready, progress)
+            _tell_size(ready, progress is True)
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
         return advance(
             ready.component,
@@ -134,7 +138,7 @@ def run(
         )
 
 
-def replay(log: str | os.PathLike[str], *, progress: bool = False, allow_large: bool = False) -> RunResult:
+def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_large: bool = False) -> RunResult:
     """Run a log's program again, from its start to its end, without comparing (`verify` does that).
 
     Raises:
@@ -167,7 +171,7 @@ def advance(
     changes: Mapping[int, Inputs] | None = None,
     stops: StopWatch | None = None,
     title: str = "",
-    progress: bool = False,
+    progress: Progress = False,
     observers: Iterable[Observer] = (),
     log: Path | None = None,
     told: list[str] | None = None,
@@ -182,7 +186,7 @@ def advance(
         changes: further inputs, by the tick from which they hold.
         stops: rules that end it early.
         title: what the progress bar is called.
-        progress: show the bar.
+        progress: show the bar, or call this with the part that is done.
         observers: they look on while it lasts.
         log: the path that the result names.
         told: the list that warnings are gathered in.
@@ -191,7 +195,7 @@ def advance(
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
     with ExitStack() as stack:
-        show = _shown(stack, title, component, end) if progress else None
+        show = _shown(stack, title, component, end, progress) if progress is not False else None
         for observer in observers if isinstance(observers, Iterable) else [observers]:
             if not hasattr(observer, "stepped"):
                 raise ParameterError(
@@ -331,13 +335,13 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     """Return the wall time that a live run takes at least [s], None for no such time; refuse what cannot be shown."""
     if not live:
         if pace is not None:
-            raise ParameterError(f"pace: got {pace!r} for a run that is not shown; pass live=True")
+            hint = ("pass ", Option("live"))
+            raise ParameterError(Fault(("pace",), f"got {pace!r} for a run that is not shown", hint=hint))
         return None
     from granular_env.viewing.rerun_process import require_screen
 
-    require_screen(
-        "run without live=True and look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
-    )
+    look = " and look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
+    require_screen(("run without ", Option("live"), look))
     seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
     if seconds < 0.0:
         raise ParameterError(f"pace: got {pace!r} s, expected 0 or more")
@@ -361,12 +365,10 @@ def _show_live(stack: ExitStack, component: Component, title: str, duration: flo
     stack.enter_context(LiveViewer(component, title=title, duration=duration, pace=pace))
 
 
-def _shown(stack: ExitStack, title: str, component: Component, end: int) -> Callable[[Component], None]:
+def _shown(stack: ExitStack, title: str, component: Component, end: int, progress: Progress) -> Callable[[Component], None]:
     """Return what shows on a progress bar where the component is; it looks and changes nothing."""
-    from granular_env.progress import progress_bar
-
     first, begun = component.tick, perf_counter()
-    bar = stack.enter_context(progress_bar(title, end, done=first))
+    bar = stack.enter_context(progress_bar(title, end, done=first, show=progress))
 
     def show(component: Component) -> None:
         if bar.is_due():

@@ -78,7 +78,7 @@ def test_sensors_objectives_and_sweeps_count_as_the_output_does(tmp_path: Path) 
         "duration": 4e-6, "component.grains": GRAINS, "component.step_size": 2e-7, "start.velocity.2": 0.5,
         "start.velocity.3": 0.7,
     }  # fmt: skip
-    done = ge.run("nesterenko-1983/3.1-one-grain", overrides=[f"{key}={value}" for key, value in settings.items()])
+    done = ge.run("nesterenko-1983/3.1-one-grain", overrides=settings)
     plan = {
         "version": 1, "name": "numbering", "experiment": "nesterenko-1983/3.1-one-grain", "set": settings,
         "grid": {"component.left": ["free", "plane"]},

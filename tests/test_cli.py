@@ -375,7 +375,7 @@ def test_view_saves_over_nothing_but_a_rerun_file(log, folder, capsys):
         (["run", "oscillator/pushed", "--hash-every", "0"], "hash_every: got 0"),
         (
             ["run", "oscillator/pushed", "--set", "component.mass=-1"],
-            "run: --set 'component.mass=-1': component: 'oscillator': mass",
+            "run: --set 'component.mass=-1': component.mass: got -1",
         ),
         (["run", "."], ".: it is a folder, expected a TOML file"),
         (["run", "protection"], "protection: it is a study; run it with: granular-env study protection"),

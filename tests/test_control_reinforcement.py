@@ -10,7 +10,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from granular_env.components.errors import ParameterError
-from granular_env.control.study.methods import METHODS
+from granular_env.control.study import load_study
 from granular_env.control.study.running import run_study
 from granular_env.control.task_problem import TaskProblem
 from granular_env.recording import verify
@@ -121,7 +121,7 @@ def test_weights_and_optimisers_come_back_from_arrays(place):
     from granular_env.control.sb3 import Sb3VecEnv
     from granular_env.control.study.methods.reinforcement import arrays_of, put_arrays
 
-    method = METHODS[STUDY["method"][place]["type"]](**STUDY["method"][place])
+    method = load_study(STUDY).method[place]
     trained, fresh = (method.algorithm(Sb3VecEnv(batch(4, hold=5, clock=4)), seed) for seed in (0, 1))
     trained.learn(96)
     arrays = arrays_of(trained)
@@ -152,7 +152,7 @@ def test_a_study_trains_counts_every_control_step_and_goes_on(tmp_path):
 def test_a_trained_policy_acts_alike_alone_and_in_a_batch(tmp_path):
     result = run_study({**STUDY, "method": STUDY["method"][:1]}, tmp_path)
     problem = TaskProblem(STUDY["task"]["name"], {key: value for key, value in STUDY["task"].items() if key != "name"})
-    method = METHODS["ppo"](**STUDY["method"][0])
+    method = load_study(STUDY).method[0]
     actor = method.actor(result.trials[0].track.best, None, problem)
     batched, _ = problem.policy_returns(lambda episodes: actor._policies, 1, [3, 4, 5])
     alone = [problem.play(actor, seed).value for seed in (3, 4, 5)]

@@ -205,7 +205,7 @@ def test_a_hole_is_crossed_in_a_straight_line_where_the_experiment_says_so(tmp_p
     profile = prepare(load_experiment(path)).inputs["force"]
     assert [profile(time * 1e-6) for time in (3, 28, 53)] == pytest.approx([3.0, 28.0, 53.0], rel=1e-12, abs=0.0)
     with pytest.raises(ExperimentError, match=r"hammer\.csv: line 7: a hole"):
-        prepare(load_experiment(path, ["input.force.gaps=refuse"]))
+        prepare(load_experiment(path, {"input.force.gaps": "refuse"}))
 
 
 @pytest.mark.parametrize("word", ["file", "filename"])
@@ -214,7 +214,7 @@ def test_other_words_for_path_are_answered_with_path(tmp_path, word):
     path.write_text(path.read_text().replace("path =", f"{word} ="))
     with pytest.raises(ExperimentError) as caught:
         load_experiment(path)
-    assert str(caught.value) == f"{path}: input.force.{word}: unknown; did you mean 'path'?"
+    assert f"{path}: input.force.{word}: unknown; did you mean 'path'?" in str(caught.value).splitlines()
 
 
 def test_samples_before_time_0_are_told_of_with_what_to_do(tmp_path):
@@ -225,7 +225,7 @@ def test_samples_before_time_0_are_told_of_with_what_to_do(tmp_path):
         prepare(load_experiment(path))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        prepare(load_experiment(path, ["input.force.offset_time=3e-6"]))
+        prepare(load_experiment(path, {"input.force.offset_time": 3e-6}))
 
 
 def test_a_run_that_ends_long_before_its_signal_is_told_of(tmp_path):

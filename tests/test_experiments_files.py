@@ -46,10 +46,3 @@ def test_no_more_than_the_cap_is_read(tmp_path: Path) -> None:
     assert read_bounded(tmp_path / "a", 11, "") == b"x" * 11
     with pytest.raises(ParameterError, match="more than 10 bytes; thin it out"):
         read_bounded(tmp_path / "a", 10, "thin it out")
-
-
-@pytest.mark.parametrize("key", ["a", '"a b"', "'a'"])
-def test_a_key_of_thousands_of_parts_is_refused_before_it_is_parsed(tmp_path: Path, key: str) -> None:
-    (tmp_path / "a.toml").write_text('name = "a"\n' + ".".join([key] * 100_000) + " = 1\n")
-    with pytest.raises(ExperimentError, match="line 2: a key of more than 64 parts"):
-        load_experiment(tmp_path / "a.toml")

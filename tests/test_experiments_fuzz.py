@@ -1,4 +1,4 @@
-"""Mutated experiment files: whatever stands in them, only errors of our family come out, and nothing hangs."""
+"""Mutated files of experiments, plans and studies: whatever stands in them, only errors of our family come out, none hangs."""
 
 import random
 import warnings
@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 
 from granular_env.components.errors import GranularError, GranularWarning
-from granular_env.experiments import load_experiment, shipped_experiments
-from granular_env.experiments.load import experiment_path
+from granular_env.control.study import load_study
+from granular_env.documents import find
+from granular_env.experiments import load_experiment
 from granular_env.experiments.prepare import prepare
+from granular_env.shipped import shipped_files
+from granular_env.sweep import load_plan
 
 VALUES = [
     "nan", "-inf", "1e400", "-1", "0", "1e-300", "9" * 400, '""', '"x"', "true", "[]", "{}", "[[1], [2, 3]]", "[nan]",
@@ -19,6 +22,10 @@ VALUES = [
 LINES = [
     "[start]",
     "[input.left_force]",
+    "left_force = [1.0, 2.0]",
+    "[grid]",
+    "[samples]",
+    "[[method]]",
     "[[stop]]",
     "[record]",
     "[component]",
@@ -27,7 +34,7 @@ LINES = [
     "index = 0",
     "gap = 1e-5",
 ]
-FOLDER = experiment_path("measured/hammer").parent
+FOLDER = find("measured/hammer", "experiment", "experiments").parent
 
 
 def mutated(text: str, random: random.Random) -> str:
@@ -65,9 +72,24 @@ def is_small(experiment) -> bool:
     )
 
 
-def try_mutations(path: Path, seed: int, count: int) -> int:
-    """Load and prepare `count` mutations; the number that were refused."""
-    texts = [experiment_path(name).read_text() for name in shipped_experiments()]
+def try_experiment(path: Path) -> None:
+    experiment = load_experiment(path)
+    if is_small(experiment):
+        prepare(experiment)
+
+
+# Kind of document -> where shipped ones lie, and what reads a file of it.
+KINDS = {
+    "experiment": ("experiments", try_experiment),
+    "plan": ("plans of sweeps", load_plan),
+    "study": ("studies", load_study),
+}
+
+
+def try_mutations(path: Path, seed: int, count: int, kind: str = "experiment") -> int:
+    """Read `count` mutations of shipped files, and prepare experiments; the number that were refused."""
+    shelf, read = KINDS[kind]
+    texts = [file.read_text() for file in shipped_files(shelf).values()]
     source = random.Random(seed)
     refused = 0
     for _ in range(count):
@@ -76,11 +98,9 @@ def try_mutations(path: Path, seed: int, count: int) -> int:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", GranularWarning)
-                experiment = load_experiment(path)
-                if is_small(experiment):
-                    prepare(experiment)
+                read(path)
         except GranularError as error:
-            assert str(error)
+            assert str(error) and all(fault.text() for fault in error.faults)
             refused += 1
         except Exception as error:
             raise AssertionError(f"{type(error).__name__} came out of this file:\n{text}") from error
@@ -91,6 +111,17 @@ def test_mutated_files_give_errors_of_the_family_only(tmp_path):
     (tmp_path / "hammer.csv").write_bytes((FOLDER / "hammer.csv").read_bytes())
     refused = try_mutations(tmp_path / "x.toml", seed=1, count=500)
     assert 200 < refused < 500  # Most mutations break a file, and some leave it whole.
+
+
+@pytest.mark.parametrize("kind", ["plan", "study"])
+def test_mutated_plans_and_studies_give_errors_of_the_family_only(tmp_path, kind):
+    assert 100 < try_mutations(tmp_path / "x.toml", seed=3, count=500, kind=kind) < 500
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["plan", "study"])
+def test_ten_thousand_mutated_plans_and_studies(tmp_path, kind):
+    assert try_mutations(tmp_path / "x.toml", seed=4, count=10_000, kind=kind) > 3_000
 
 
 @pytest.mark.slow

@@ -45,7 +45,7 @@ def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
     every = experiment.record.every
     assert every is not None
     duration = round(max(experiment.duration / 20, 2 * every) / every) * every
-    result = run(name, overrides=[f"duration={duration:.9g}"], log=tmp_path / "log.mcap")
+    result = run(name, overrides={"duration": float(f"{duration:.9g}")}, log=tmp_path / "log.mcap")
     assert result.ticks == ready.component.ticks_in(duration)
     assert np.isfinite(result.component.get("kinetic_energy"))
     with open_log(tmp_path / "log.mcap") as log:
@@ -60,15 +60,15 @@ def test_a_run_has_the_bits_of_a_script(tmp_path):
     script.reset(position=1.0)
     script.step(10.0, force=Profile.triangle(1.0, 0.5))
     plain = run(OSCILLATOR)
-    watched = run(OSCILLATOR, log=tmp_path / "a.mcap", progress=True, overrides=["record.hash_every=1", "record.every=0.01"])
-    ruled = run(OSCILLATOR, overrides=['stop=[{variable="position", above=1e9, every=0.07}]'])
+    watched = run(OSCILLATOR, log=tmp_path / "a.mcap", progress=True, overrides={"record.hash_every": 1, "record.every": 0.01})
+    ruled = run(OSCILLATOR, overrides={"stop": [{"variable": "position", "above": 1e9, "every": 0.07}]})
     assert plain.ticks == 1000
     assert state(script) == state(plain.component) == state(watched.component) == state(ruled.component)
 
 
 def test_a_stop_rule_ends_the_run_at_its_own_instants(tmp_path):
-    rule = 'stop=[{variable="position", below=0.0, every=0.05}]'
-    result = run(OSCILLATOR, overrides=[rule], log=tmp_path / "stopped.mcap")
+    rule = {"variable": "position", "below": 0.0, "every": 0.05}
+    result = run(OSCILLATOR, overrides={"stop": [rule]}, log=tmp_path / "stopped.mcap")
     assert result.stopped_by == "position below 0"
     assert not result.interrupted
     assert result.component.tick % 5 == 0
@@ -82,13 +82,13 @@ def test_a_stop_rule_ends_the_run_at_its_own_instants(tmp_path):
 
 
 def test_a_stop_rule_never_looks_at_the_start():
-    result = run(OSCILLATOR, overrides=['stop=[{variable="position", above=-10.0}]'])
+    result = run(OSCILLATOR, overrides={"stop": [{"variable": "position", "above": -10.0}]})
     assert result.component.tick == 10  # record.every = 0.1 s
 
 
 def test_a_stop_rule_watches_one_grain():
-    rule = 'stop=[{variable="velocity", index=5, above=1.0, every=1e-6}]'
-    result = run("nesterenko-1983/3.1-one-grain", overrides=[rule])
+    rule = {"variable": "velocity", "index": 5, "above": 1.0, "every": 1e-6}
+    result = run("nesterenko-1983/3.1-one-grain", overrides={"stop": [rule]})
     assert result.stopped_by == "velocity[5] above 1"
     velocity = result.component.get("velocity")
     assert velocity[5] > 1.0 > velocity[7]
@@ -100,7 +100,13 @@ def test_a_stop_rule_watches_one_grain():
         ({"observers": 3}, "observers: got 3"),
         ({"observers": [3]}, "observers: got 3"),
         ({"overrides": None}, "overrides: got None"),
-        ({"overrides": "duration=1"}, "overrides: got 'duration=1', expected a list of texts"),
+        (
+            {"overrides": "duration=1"},
+            "overrides: got 'duration=1', expected a mapping of keys and values; write overrides={'duration': 1}",
+        ),
+        ({"overrides": ["duration=1", "seed=2"]}, "write overrides={'duration': 1, 'seed': 2}"),
+        ({"overrides": {3: 1}}, "override '3=1': got the key 3, expected names with dots"),
+        ({"progress": "yes"}, "progress: got 'yes', expected True, False, or a function"),
     ],
 )
 def test_options_of_wrong_types_are_named(options, said):
@@ -110,15 +116,15 @@ def test_options_of_wrong_types_are_named(options, said):
 
 def test_nothing_is_written_when_the_experiment_is_wrong(tmp_path):
     log = tmp_path / "logs" / "x.mcap"
-    for override in [
-        "input.forse=1",
-        "record.variables=['positon']",
-        "duration=0.0123",
-        'start.velocity="x"',
-        "component.mass=-1",
+    for overrides in [
+        {"input.forse": 1},
+        {"record.variables": ["positon"]},
+        {"duration": 0.0123},
+        {"start.velocity": "x"},
+        {"component.mass": -1},
     ]:
         with pytest.raises(ExperimentError):
-            run(OSCILLATOR, log=log, overrides=[override])
+            run(OSCILLATOR, log=log, overrides=overrides)
         assert not log.parent.exists()
 
 
@@ -129,7 +135,7 @@ def test_an_existing_log_is_kept_unless_told(tmp_path):
     with pytest.raises(GranularError, match="exists"):
         run(OSCILLATOR, log=log)
     assert log.read_bytes() == before
-    run(OSCILLATOR, log=log, overwrite=True, overrides=["duration=20"])
+    run(OSCILLATOR, log=log, overwrite=True, overrides={"duration": 20})
     with open_log(log) as opened:
         assert opened.duration == pytest.approx(20.0, rel=1e-12)
 

@@ -12,12 +12,15 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 import granular_env as ge
 from granular_env.cli import main
+from granular_env.documents import ByKey
 from granular_env.domains.chain import measurement
 from granular_env.sweep import axes, bundles, load_plan, open_sweep, run_sweep, shipped_plans, store
 from granular_env.sweep.computing import Order, Result
@@ -64,10 +67,9 @@ def test_ranges_are_even_and_meet_their_ends():
     assert values(**{"from": 2.0, "to": 2.0, "count": 1}) == [2]
 
 
-def test_powers_are_correctly_rounded():
-    # 2^(1/2) and 3^(1/7) x 5 to 17 digits.
-    assert axes.between_by_ratio(1.0, 2.0, 0.5) == 1.4142135623730951
-    assert axes.between_by_ratio(1e-3, 1e3, 0.5) == pytest.approx(1.0, rel=1e-15)
+def test_powers_have_twelve_digits_whatever_computes_them():
+    assert axes.between_by_ratio(1.0, 2.0, 0.5) == 1.41421356237
+    assert axes.between_by_ratio(1e-3, 1e3, 0.5) == 1.0
     assert axes.between_by_ratio(4.0, 64.0, 0.25) == 8.0
 
 
@@ -82,7 +84,7 @@ def test_powers_are_correctly_rounded():
     ids=lambda table: table["distribution"],
 )
 def test_a_sample_depends_on_its_number_only(table):
-    one = axes.Distribution(**table)
+    one = TypeAdapter(Annotated[axes.Distribution, ByKey("distribution")]).validate_python(table)
     few, many = axes.draws(one, "a", 5, 20), axes.draws(one, "a", 5, 2000)
     assert many[:20] == few
     assert axes.draws(one, "b", 5, 20) != few and axes.draws(one, "a", 6, 20) != few
@@ -95,7 +97,7 @@ def test_a_sample_depends_on_its_number_only(table):
 # -- plans ----------------------------------------------------------------------------------------------------------
 
 FAULTS = {
-    "version": (plan(version=2), r"version: got 2, this program reads plans of version 1"),
+    "version": (plan(version=2), r"version: got 2, expected 1"),
     "no version": ({"experiment": "oscillator/pushed"}, "version: missing"),
     "unknown key": (plan(grids={}), "grids: unknown; did you mean 'grid'"),
     "key of the experiment": (plan(duration=1.0), r"duration: unknown; keys of the experiment stand in \[set\]"),
@@ -123,8 +125,11 @@ FAULTS = {
     "ends": (plan(samples={"count": 2, "a": {"distribution": "uniform", "from": 2, "to": 1}}), "expected from < to"),
     "no samples": (plan(samples={"count": 0, "a": {"distribution": "choice", "values": [1]}}), "samples.count: got 0"),
     "twice": (plan(seeds={"count": 2, "keys": ["component.grains"]}), "seeds.keys.component.grains: this key is in grid too"),
-    "unknown parameter": (plan(set={"component.graisn": 5}), "'graisn' is unknown; did you mean 'grains'"),
-    "unknown parameter of the grid": (plan(grid={"component.graisn": [5, 6]}), "component.graisn=5: .*did you mean 'grains'"),
+    "unknown parameter": (plan(set={"component.graisn": 5}), "plan: set.component.graisn: unknown; did you mean 'grains'"),
+    "unknown parameter of the grid": (
+        plan(grid={"component.graisn": [5, 6]}),
+        "plan: grid.component.graisn: unknown; did you mean .grains.",
+    ),
     "logs": (plan(logs={"keep": "some"}), "logs.keep: got 'some'"),
     "both logs": (plan(logs={"keep": "all", "every": 2}), "give keep or every, not both"),
     "seeds": (plan(seeds=0), "seeds.count: got 0"),
@@ -150,10 +155,9 @@ def test_a_plan_of_too_many_tasks_is_refused_before_they_are_made(tmp_path):
 
 def test_an_override_of_a_key_that_the_plan_varies_is_refused(tmp_path):
     with pytest.raises(ge.ExperimentError, match="override 'component.grains=5': plan gives this key its values in grid"):
-        run_sweep(plan(), tmp_path / "out", overrides=["component.grains=5"])
-    with pytest.raises(ge.ExperimentError, match="expected key=value"):
-        run_sweep(plan(), tmp_path / "out", overrides=["component.radius"])
-    assert load_plan(plan(), ["component.radius=4e-3"]).fixed == ("duration=4e-05", "component.radius=4e-3")
+        run_sweep(plan(), tmp_path / "out", overrides={"component.grains": 5})
+    experiment = load_plan(plan(), {"component.radius": 4e-3}).load_experiment()
+    assert (experiment.duration, experiment.component.parameters["radius"]) == (4e-5, 4e-3)
 
 
 def test_keys_may_be_written_as_tables():
@@ -209,7 +213,7 @@ def test_the_table_holds_what_runs_come_to(tmp_path):
     assert list(table["component.grains"]) == [6, 6, 8, 8] and list(table["start.velocity.0"]) == [0.5, 1.0, 0.5, 1.0]
     for row in table.itertuples():
         watch = measurement.Watch(every=1e-6)
-        overrides = ["duration=4e-5", f"component.grains={row[2]}", f"start.velocity.0={row[3]}"]
+        overrides = {"duration": 4e-5, "component.grains": row[2], "start.velocity.0": row[3]}
         done = ge.run("nesterenko-1983/3.1-one-grain", overrides=overrides, observers=[watch])
         history = watch.history
         assert row.final == done.component.get("velocity")[-1]
@@ -251,9 +255,9 @@ def test_the_time_of_a_crest_of_a_force_is_known_between_the_looks(tmp_path, kin
 
 def test_a_crest_that_the_looks_do_not_resolve_is_told_of(tmp_path):
     measures = {"when": "time of max velocity[2]", "pushed": "max left_force", "late": "time of max velocity[7]"}
-    force = 'input.left_force={ profile = "constant", value = 5.0, start = 1e-5 }'
+    force = {"profile": "constant", "value": 5.0, "start": 1e-5}
     content = plan(measure=measures, every=1e-5, grid={"component.grains": [8]})
-    sweep = run_sweep(content, tmp_path / "out", engine="serial", overrides=[force])
+    sweep = run_sweep(content, tmp_path / "out", engine="serial", overrides={"input.left_force": force})
     columns = sweep.columns()
     assert columns["pushed"] == [5.0]  # no curve overshoots the jump
     assert "when: the crest is not resolved, its time is that of a look" in columns["notes"][0]
@@ -480,7 +484,7 @@ def test_a_task_that_ends_every_process_is_named_and_the_rest_goes_on(tmp_path, 
     def deadly(self, bundle):
         while not self.begun:
             self.told()
-        if any("start.velocity.0=1.0" in order.overrides for order in bundle):
+        if any(("start.velocity.0", 1.0) in order.overrides for order in bundle):
             os.kill(self._process.pid, signal.SIGKILL)
         give(self, bundle)
 
@@ -519,7 +523,7 @@ def test_an_engine_that_there_is_not(tmp_path):
     for options, message in (
         ({"engine": "proceses"}, "did you mean 'processes'"),
         ({"workers": 0}, "workers: got 0"),
-        ({"address": "127.0.0.1:1"}, "take engine 'ray' with it"),
+        ({"address": "127.0.0.1:1"}, "take engine='ray' with it"),
     ):
         with pytest.raises(ge.ParameterError, match=message):
             run_sweep(plan(), tmp_path / "out", **options)
@@ -669,9 +673,9 @@ def _refused(folder) -> bool:
         ({"folder": 3}, "folder: got 3"),
         ({"overrides": None}, "overrides: got None"),
         ({"overrides": "duration=1"}, "overrides: got 'duration=1'"),
-        ({"overrides": [3]}, r"overrides\[0\]: got 3"),
+        ({"overrides": [3]}, r"overrides: got \[3\], expected a mapping"),
         ({"engine": 3}, "engine: got 3"),
-        ({"overrides": {"duration": 1.0}}, "overrides: got {'duration': 1.0}, expected a list of texts"),
+        ({"overrides": ["duration=1.0"]}, r"overrides: got \['duration=1.0'\], .* write overrides={'duration': 1.0}"),
         ({"engine": "ray", "address": 3}, "address: got 3"),
         ({"plan": None}, "plan None"),
         ({"plan": plan(measure={"outcome": "max velocity[2]"})}, "measure.outcome: the table has a column of this name"),

@@ -157,7 +157,7 @@ def test_ten_thousand_short_chains_have_the_same_bits(tmp_path, started):
     program = started.sweep(tmp_path, "--set", "duration=4e-5", "--workers", "2")
     told, errors = program.communicate(timeout=900)
     assert told.startswith("10000 tasks: 5000 done, 5000 failed\n"), errors
-    run_sweep(tmp_path / "plan.toml", tmp_path / "serial", engine="serial", overrides=["duration=4e-5"])
+    run_sweep(tmp_path / "plan.toml", tmp_path / "serial", engine="serial", overrides={"duration": 4e-5})
     assert (tmp_path / "serial" / "table.parquet").read_bytes() == (tmp_path / "ray" / "table.parquet").read_bytes()
 
 

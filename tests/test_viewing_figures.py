@@ -92,6 +92,15 @@ def test_exaggeration_closes_gaps_without_passing():
     assert chosen_exaggeration(reference, np.ones(2), np.zeros((2, 2, 3))) == 1.0
 
 
+def test_exaggeration_in_a_plane_looks_at_those_that_nearly_touch():
+    """Two discs above each other, and one far away at nearly the same x, which may pass."""
+    reference = np.array([[0.0, 0, 0], [0, 2.0, 0], [0.1, 40.0, 0]])
+    displacement = np.zeros((2, 3, 3))
+    displacement[1, 1, 1] = -0.004  # towards the first; half a radius of overlap is reached at 125 times
+    displacement[1, 2, 0] = -0.1
+    assert chosen_exaggeration(reference, np.ones(3), displacement) == 100.0
+
+
 def test_colours_are_symmetric_about_white():
     ends = colours.diverging(np.array([-2.0, 0.0, 2.0, 9.0]), 2.0)
     assert [tuple(row) for row in ends] == [colours.rgb(name) for name in ("#2166ac", "#f7f7f7", "#b2182b", "#b2182b")]

@@ -12,9 +12,9 @@ from support import browser
 from granular_env.cli import main
 from granular_env.components.catalogue import make
 from granular_env.components.errors import ParameterError
-from granular_env.experiments.load import load_experiment, shipped_experiments
+from granular_env.documents import find, to_toml
+from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record
-from granular_env.toml_text import toml_document
 from granular_env.viewing import figures, plot, report
 from granular_env.viewing.drawing import page_svg
 from granular_env.viewing.fields import load_field
@@ -136,10 +136,9 @@ def test_the_experiment_stands_at_the_top_and_can_be_run_again(log, whole):
 
 @pytest.mark.parametrize("name", shipped_experiments())
 def test_every_shipped_experiment_is_printed_as_a_file_that_gives_it_again(name):
-    from granular_env.experiments.load import experiment_path
 
     loaded = load_experiment(name)
-    again = load_experiment(tomllib.loads(toml_document(loaded.to_dict())), folder=experiment_path(name).parent)
+    again = load_experiment(tomllib.loads(to_toml(loaded.to_dict())), folder=find(name, "experiment", "experiments").parent)
     assert again.to_dict() == loaded.to_dict()
 
 

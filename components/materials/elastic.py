@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from ..errors import ParameterError, nearest
-from ..support.validation import Fixed, explained
+from ..support.validation import Fixed, faults_of
 
 _SYMBOLS = {"E": "young", "nu": "poisson", "rho": "density"}
 
@@ -45,7 +45,7 @@ class Material(Fixed):
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            raise ParameterError("Material: " + "; ".join(explained(error, type(self)))) from None
+            raise ParameterError("Material: " + "; ".join(map(str, faults_of(error, fields, type(self))))) from None
 
     @property
     def plane_compliance(self) -> float:

@@ -11,7 +11,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from ..errors import nearest, shortened
 from ..support.validation import Parameters
-from .validation import explained
+from .validation import faults_of
 
 
 class Named(Parameters):
@@ -56,7 +56,7 @@ class ByName:
         try:
             return model(**{str(key): value for key, value in fields.items()})
         except ValidationError as error:
-            raise ValueError("; ".join(explained(error, model))) from None
+            raise ValueError("; ".join(map(str, faults_of(error, fields, model)))) from None
 
 
 def tables(model: type[BaseModel]) -> dict[str, Mapping[str, type[Named]]]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from ..errors import ParameterError, nearest, shortened
+from ..errors import Fault, Location, ParameterError, nearest, shortened
 
 FloatArray = npt.NDArray[np.float64]
 Model = TypeVar("Model", bound=BaseModel)
@@ -44,48 +46,110 @@ class Parameters(Fixed):
 
 
 def validated(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
-    """A pydantic model from keyword arguments; every fault in one `ParameterError`, unknown names with the nearest."""
+    """Return a pydantic model from keyword arguments; every fault in one `ParameterError`, unknown names with the nearest."""
     try:
         return model(**fields)
     except ValidationError as error:
-        raise ParameterError(f"{where}: " + "\n  ".join(explained(error, model))) from None
+        raise ParameterError(*(replace(fault, source=where) for fault in faults_of(error, fields, model))) from None
 
 
-def explained(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """One sentence for each fault that pydantic found: argument, what came, what was expected."""
-    faults: dict[str, list[Any]] = {}
-    for fault in error.errors():
-        faults.setdefault(str(fault["loc"][0]) if fault["loc"] else "", []).append(fault)
-    lines = [_sentence(fault, model) for group in faults.values() for fault in _telling(group)]
-    return list(dict.fromkeys(lines))
+def faults_of(error: ValidationError, given: Any, model: type[BaseModel]) -> list[Fault]:
+    """Return what pydantic found as faults, located by the keys and indices of what was given."""
+    groups: dict[str, list[Any]] = {}
+    for one in error.errors():
+        groups.setdefault(str(one["loc"][0]) if one["loc"] else "", []).append(one)
+    return list({str(fault): fault for group in groups.values() for fault in _faults_of_field(group, given, model)}.values())
 
 
-def _telling(faults: list[Any]) -> list[Any]:
-    """Of the faults of one field, those of the alternative that was meant: of the right type, but out of range."""
-    meant = [fault for fault in faults if not fault["type"].endswith(("_type", "_parsing"))]
-    alternatives = {fault["loc"][1] for fault in faults if len(fault["loc"]) > 1}
-    return meant or (faults[:1] if len(alternatives) > 1 else faults)
+def refusal(received: str, expected: str = "", hint: str = "", at: Location = ()) -> PydanticCustomError:
+    """Return a fault as what a pydantic validator raises; `at` is its location below what is validated."""
+    return PydanticCustomError(_FAULT, "{fault}", {"fault": Fault(at, received, expected, hint)})
 
 
-def _sentence(fault: Any, model: type[BaseModel]) -> str:
-    place = [str(part) for part in fault["loc"] if not _is_union_tag(part, model)]
-    name = ".".join(place) or "parameters"
-    if fault["type"] == "extra_forbidden":
-        known = (field.alias or key for key, field in model.model_fields.items())
-        advice = nearest(str(fault["loc"][-1]), known) if len(fault["loc"]) == 1 else "remove it"
-        return f"{name}: unknown; {_owner(model, name, fault['input']) or advice}"
-    if fault["type"] == "missing":
-        return f"{name}: missing; {_meaning(model, place)}"
-    if fault["msg"].startswith("Value error, "):
-        text = fault["msg"].removeprefix("Value error, ")
-        # A check of the whole model names its field itself.
-        return f"{name}: {text}" if place else text
-    expected = fault["msg"].removeprefix("Input should be ")
-    return f"{name}: got {shortened(fault['input'])}, expected {expected}"
+def as_validation_error(faults: Iterable[Fault]) -> ValidationError:
+    """Return faults as an error of pydantic: raised in a validator, they come out of the outermost model, located there."""
+    details = [
+        InitErrorDetails(
+            type=PydanticCustomError(_FAULT, "{fault}", {"fault": replace(fault, location=())}), loc=fault.location, input=None
+        )
+        for fault in faults
+    ]
+    return ValidationError.from_exception_data("faults", details)
+
+
+# The type of pydantic's errors that carry a fault.
+_FAULT = "fault"
+
+
+def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
+    """Return the faults of one field; of a union those of the alternative that was meant: the right type, but out of range."""
+    meant = [one for one in errors if not one["type"].endswith(("_type", "_parsing"))]
+    alternatives = {one["loc"][1] for one in errors if len(one["loc"]) > 1}
+    return [_fault(one, given, model) for one in meant or (errors[:1] if len(alternatives) > 1 else errors)]
+
+
+def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
+    kind = error["type"]
+    place = _place(error["loc"], given, kind in ("missing", _FAULT))
+    if kind == _FAULT:
+        fault = error["ctx"]["fault"]
+        return replace(fault, location=(*place, *fault.location))
+    if kind == "extra_forbidden":
+        return Fault(place, "unknown", hint=_advice_for_unknown(place, given, error["input"], model))
+    if kind == "missing":
+        return Fault(place, "missing", hint=_advice_for_missing(place, model))
+    if kind == "value_error":
+        return Fault(place, str(error["ctx"]["error"]))
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return Fault(place, f"got {shortened(error['input'])}", "a table of keys and values")
+    if kind == "list_type" and isinstance(error["input"], Mapping):
+        name = ".".join(map(str, place))
+        return Fault(
+            place, f"got {shortened(error['input'])}", f"a list; tables of a list are written [[{name}]], with two brackets"
+        )
+    return Fault(place, f"got {shortened(error['input'])}", error["msg"].removeprefix("Input should be "))
+
+
+def _place(loc: Location, given: Any, may_be_missing: bool) -> Location:
+    """Return a location without the names that pydantic puts in for the alternatives of a union that it tried."""
+    place: list[str | int] = []
+    for depth, part in enumerate(loc):
+        if _holds(given, part):
+            place.append(part)
+            given = given[part]
+        elif may_be_missing and depth == len(loc) - 1:
+            place.append(part)
+    return tuple(place)
+
+
+def _holds(given: Any, part: str | int) -> bool:
+    if isinstance(given, Mapping):
+        return part in given
+    return isinstance(given, list | tuple | np.ndarray) and isinstance(part, int) and part < len(given)
+
+
+def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[BaseModel]) -> str:
+    if len(place) != 1:
+        return "remove it"
+    own = getattr(model, "advice_for_unknown", None)
+    if own is not None and (advice := own(str(place[0]), given)):
+        return advice
+    known = (field.alias or key for key, field in model.model_fields.items())
+    return _owner(model, str(place[0]), value) or nearest(str(place[0]), known)
+
+
+def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
+    fields = {field.alias or key: field for key, field in model.model_fields.items()}
+    field = fields.get(str(place[0])) if place else None
+    if field is None:
+        return "it has no default"
+    extra = field.json_schema_extra
+    own = extra.get("advice") if isinstance(extra, dict) else None
+    return str(own) if own else f"it is {field.description}" if field.description else "it has no default"
 
 
 def _owner(model: type[BaseModel], name: str, value: Any) -> str:
-    """Advice where a name belongs to a table that another parameter chooses by name; empty where it does not."""
+    """Return advice where a name belongs to a table that another parameter chooses by name; empty where it does not."""
     from .tagged_union import tables
 
     for parameter, choices in tables(model).items():
@@ -94,21 +158,6 @@ def _owner(model: type[BaseModel], name: str, value: Any) -> str:
             example = f'{parameter} = {{"name": "{owners[0]}", "{name}": {shortened(value, 30)}}}'
             return f"it belongs to {parameter} {' or '.join(map(repr, owners))}: give {example}"
     return ""
-
-
-_TYPE_TAGS = {"float", "int", "str", "list", "constrained-str", "dict"}
-
-
-def _is_union_tag(part: Any, model: type[BaseModel]) -> bool:
-    """Pydantic adds the name of each tried alternative to a fault's place; people need only the place."""
-    if not isinstance(part, str) or part in model.model_fields:
-        return False
-    return part in _TYPE_TAGS or not part.isidentifier() or part[:1].isupper()
-
-
-def _meaning(model: type[BaseModel], place: list[str]) -> str:
-    field = model.model_fields.get(place[0]) if place else None
-    return f"it is {field.description}" if field is not None and field.description else "it has no default"
 
 
 def start_array(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
@@ -124,10 +173,10 @@ def start_array(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
         array[...] = _values(name, value, shape, "a single number, or")
         return array
     if not shape:
-        raise ParameterError(f"{name}: got {{index: value}}, expected a single number")
+        raise ParameterError("got {index: value}, expected a single number", at=name)
     indices = [_index(name, key, shape[0]) for key in value]
     if len(set(indices)) < len(indices):
-        raise ParameterError(f"{name}: got the indices {shortened(list(value))}, expected each index once")
+        raise ParameterError(f"got the indices {shortened(list(value))}, expected each index once", at=name)
     for index, item in zip(indices, value.values(), strict=True):
         place = f"{name}[{index}]"
         array[index] = _values(place, item, shape[1:], "a number, or") if len(shape) > 1 else finite_number(place, item)
@@ -139,19 +188,19 @@ def _values(name: str, value: Any, shape: tuple[int, ...], also: str) -> FloatAr
     try:
         given = np.asarray(value)
     except ValueError as error:  # rows of unlike length
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a number or an array of shape {shape}") from error
+        raise ParameterError(f"got {shortened(value)}, expected a number or an array of shape {shape}", at=name) from error
     if given.dtype.kind not in "fiub":
         raise ParameterError(
-            f"{name}: got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}"
+            f"got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}", at=name
         )
     # A row for all only where there are several axes: for shape (n,) a row is a number.
     rows = [shape[1:]] if len(shape) > 1 else []
     if given.shape not in ((), *rows, shape):
         known = " or ".join(f"shape {one}" for one in (*rows, shape))
-        raise ParameterError(f"{name}: got shape {given.shape}, expected {also} {known}")
+        raise ParameterError(f"got shape {given.shape}, expected {also} {known}", at=name)
     if not np.isfinite(given).all():
         where = [int(index) for index in np.argwhere(~np.isfinite(given))[0]]
-        raise ParameterError(f"{name}{where or ''}: got {given[tuple(where)]}, expected a finite number")
+        raise ParameterError(f"got {given[tuple(where)]}, expected a finite number", at=f"{name}{where or ''}")
     return given.astype(np.float64)
 
 
@@ -159,9 +208,9 @@ def _index(name: str, key: Any, length: int) -> int:
     try:
         index = int(key if not isinstance(key, bool) else "")
     except (TypeError, ValueError, OverflowError) as error:
-        raise ParameterError(f"{name}: got the index {shortened(key)}, expected a whole number") from error
+        raise ParameterError(f"got the index {shortened(key)}, expected a whole number", at=name) from error
     if not -length <= index < length or (isinstance(key, float) and key != index):
-        raise ParameterError(f"{name}: got the index {key}, expected {-length} to {length - 1}")
+        raise ParameterError(f"got the index {key}, expected {-length} to {length - 1}", at=name)
     return index % length
 
 
@@ -172,9 +221,9 @@ def finite_number(name: str, value: Any, expected: str = "a number") -> float:
             raise TypeError
         number = float(value)
     except (TypeError, ValueError, OverflowError) as error:
-        raise ParameterError(f"{name}: got {shortened(value)}, expected {expected}") from error
+        raise ParameterError(f"got {shortened(value)}, expected {expected}", at=name) from error
     if not math.isfinite(number):
-        raise ParameterError(f"{name}: got {number}, expected a finite number")
+        raise ParameterError(f"got {number}, expected a finite number", at=name)
     return number
 
 
@@ -182,7 +231,7 @@ def positive_number(name: str, value: Any) -> float:
     """`value` as a float above 0; `ParameterError` otherwise."""
     number = finite_number(name, value)
     if number <= 0.0:
-        raise ParameterError(f"{name}: got {number:g}, expected more than 0")
+        raise ParameterError(f"got {number:g}, expected more than 0", at=name)
     return number
 
 

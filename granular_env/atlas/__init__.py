@@ -1,17 +1,15 @@
 """Atlases: every figure and number of a paper, computed anew, beside what the paper printed, with a verdict.
 
-A paper is a folder of entries (`nesterenko_1983`), one section or figure a file; `papers.py` names the papers. `model.py`
-says what an entry is, `verdicts.py` how numbers are compared, `context.py` what an entry computes with, `building.py`
-computes the entries, `folder.py` keeps their folder, `writing.py` and `page.py` write what they found.
+A paper is a folder of entries, one section or figure a file; `papers.py` names the papers. `model.py` says what an entry is,
+`verdicts.py` how numbers are compared, `context.py` what an entry computes with, `building.py` computes the entries, `run.py`
+computes and writes all of it, `folder.py` keeps their folder, `writing.py` and `page.py` write what they found.
 
-    from granular_env import atlas
-
-    done = atlas.compute(atlas.paper("nesterenko-1983"), "out", {"A": 6.391e12})
-    atlas.write(done, "out")
+    done = ge.run_atlas("nesterenko-1983", "out", overrides={"A": 6.391e12})
 """
 
 from .building import Atlas, Done, chosen, compute
 from .papers import names, paper
+from .run import run_atlas
 from .writing import write
 
-__all__ = ["Atlas", "Done", "chosen", "compute", "names", "paper", "write"]
+__all__ = ["Atlas", "Done", "chosen", "compute", "names", "paper", "run_atlas", "write"]

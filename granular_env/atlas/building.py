@@ -54,11 +54,13 @@ class Atlas:
         paper: which one.
         constants: the values that were used.
         done: its entries, in the page's order.
+        page: where it was written; None where it was not.
     """
 
     paper: Paper
     constants: Mapping[str, float]
     done: Sequence[Done]
+    page: Path | None = None
 
     @property
     def failed(self) -> list[Done]:

@@ -16,7 +16,7 @@ from granular_env.components.contract import Observer
 from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains import domain_of
 from granular_env.experiments import Experiment
-from granular_env.experiments.load import Source, load_experiment
+from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.recording import open_log
 from granular_env.recording.reader import Log
 from granular_env.running import run
@@ -56,7 +56,7 @@ class Context:
         Raises:
             GranularError: it is not valid, or its physics broke down.
         """
-        loaded = load_experiment(experiment, [f"{key}={json.dumps(value)}" for key, value in overrides.items()])
+        loaded = load_experiment(experiment, overrides)
         content = json.dumps(loaded.to_dict(), sort_keys=True)
         if content not in self._paths:
             self._paths[content] = self._recorded(loaded, content)

@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
-from granular_env.progress import progress_bar
+from granular_env.progress import Progress, progress_bar
 
 from .building import Atlas
 from .model import Entry
 
 
 @contextmanager
-def telling(entries: Sequence[Entry], title: str, quiet: bool) -> Iterator[Callable[[Entry, float], None]]:
+def telling(entries: Sequence[Entry], title: str, progress: Progress) -> Iterator[Callable[[Entry, float], None]]:
     """Show a progress bar by the work that is done, and which entries are being computed, each with its own share."""
     shares = {entry.name: 0.0 for entry in entries}
     weights = {entry.name: entry.weight for entry in entries}
     running: dict[str, None] = {}
-    with progress_bar(title, sum(weights.values()), show=not quiet) as bar:
+    with progress_bar(title, sum(weights.values()), show=progress) as bar:
 
         def told(entry: Entry, share: float) -> None:
             running[entry.name], shares[entry.name] = None, share
@@ -31,10 +30,12 @@ def telling(entries: Sequence[Entry], title: str, quiet: bool) -> Iterator[Calla
         yield told
 
 
-def closing(atlas: Atlas, page: Path) -> str:
+def closing(atlas: Atlas) -> str:
     """How it went: how many items came out how, what failed, where the page is."""
     counted = Counter(item.verdict.kind for done in atlas.done for item in done.findings.items)
     figures = sum(len(done.findings.figures) for done in atlas.done)
     lines = [f"{sum(counted.values())} items, {figures} figures: " + ", ".join(f"{n} {kind}" for kind, n in counted.items())]
     lines += [f"failed: {done.entry.name}: {done.error}" for done in atlas.failed]
-    return "\n".join([*lines, f"page: {page}", f"data: {page.with_name('atlas.json')}"])
+    if atlas.page is not None:
+        lines += [f"page: {atlas.page}", f"data: {atlas.page.with_name('atlas.json')}"]
+    return "\n".join(lines)

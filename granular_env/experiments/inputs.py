@@ -1,9 +1,10 @@
-"""Inputs of an experiment file: a number, or a table that names a profile of time.
+"""Inputs of an experiment file: a number, a list for an input of several elements, or a table that names a profile of time.
 
     [input.left_force]
     profile = "triangle"      # constant, triangle, half_sine, table, csv, piecewise, sum
     peak = 2000.0
     duration = 1e-4
+    pattern = [1.0, 0.5]      # for an input of several elements: what each of them gets of it
 
 Times are in seconds, values in the input's own SI unit; only a CSV file declares other units.
 """
@@ -12,17 +13,18 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, SerializeAsAny
+import numpy as np
+from pydantic import Field, PlainValidator, TypeAdapter
 
-from granular_env.components.errors import nearest
+from granular_env.components.errors import nearest, shortened
 from granular_env.components.profiles import Profile
+from granular_env.components.support.validation import refusal
+from granular_env.documents import ByKey, Table
 
-from .faults import Faults, Table, shortened
-
-_DEEPEST_SUM = 8
 # What people write for a CSV table's path; no spelling check would find it.
 _WORDS_FOR_PATH = ("file", "filename", "csv", "name")
 
@@ -32,12 +34,31 @@ _HALF_SINES = ("halfsine", "half-sine", "half sine", "half_sin", "halfsin", "hal
 _SAMPLED = 'give samples of other signals: profile = "table" with times and values, or "csv"'
 
 
+def _array(given: Any) -> list[Any]:
+    """Return a list of numbers, or of rows of equal length, as it is; a fault where it is none."""
+    try:
+        array = np.asarray(given if isinstance(given, list) else [None])
+    except (ValueError, OverflowError):
+        raise refusal(f"got {shortened(given, 60)}", "rows of equal length") from None
+    if array.dtype.kind not in "fiu" or not array.size:
+        raise refusal(f"got {shortened(given, 60)}", "numbers, in a list or in rows of equal length")
+    finite = np.isfinite(array)
+    if not finite.all():
+        place = tuple(int(index) for index in np.argwhere(~finite)[0])
+        raise refusal(f"got {array[place]}", "a finite number", at=place)
+    return given
+
+
 class ProfileTable(Table, ABC):
     """One profile as a table; `build` makes the `Profile`. Each kind has its name as the field `profile`."""
 
+    pattern: Annotated[list[Any], PlainValidator(_array)] | None = Field(
+        None, description="for an input of several elements: what the profile is multiplied by, of the input's shape"
+    )
+
     @abstractmethod
     def build(self, folder: Path, unit: str) -> Profile:
-        """The profile, for an input of that unit; paths are relative to `folder`."""
+        """Return the profile, for an input of that unit; paths are relative to `folder`."""
 
 
 class ConstantTable(ProfileTable):
@@ -115,9 +136,14 @@ class CsvTable(ProfileTable):
     offset_time: float = Field(0.0, description="added to the times [s]")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, in SI, or "hold"')
 
+    @classmethod
+    def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
+        """Return the right key for words that no spelling check would lead to it."""
+        return "did you mean 'path'?" if key in _WORDS_FOR_PATH and "path" not in given else ""
+
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
-        keys = self.model_dump(exclude={"profile", "path"})
+        keys = self.model_dump(exclude={"profile", "path", "pattern"})
         return Profile.from_csv(folder / self.path, unit=unit, **keys)
 
 
@@ -137,64 +163,41 @@ class SumTable(ProfileTable):
     """Several profiles added up."""
 
     profile: Literal["sum"] = "sum"
-    profiles: list[SerializeAsAny[ProfileTable]] = Field(min_length=1, description="the tables to add")
+    profiles: list[AnyProfile] = Field(min_length=1, description="the tables to add")
 
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.total`."""
         return Profile.total([table.build(folder, unit) for table in self.profiles])
 
 
-PROFILES: dict[str, type[ProfileTable]] = {
-    "constant": ConstantTable,
-    "triangle": TriangleTable,
-    "half_sine": HalfSineTable,
-    "table": SamplesTable,
-    "csv": CsvTable,
-    "piecewise": PiecewiseTable,
-    "sum": SumTable,
-}
+def _advise(kind: str, known: list[str]) -> str:
+    """Return advice for an unknown kind of profile; signals that have none are answered with the way to give samples."""
+    word = kind.lower()
+    if any(wave in word for wave in _WAVES) and word not in _HALF_SINES:
+        return f"known: {', '.join(known)}; {_SAMPLED}"
+    return nearest(kind, known)
 
 
-def parse_input(value: Any, place: str, faults: Faults) -> float | ProfileTable | None:
-    """A number or a profile from what the file says; None, and a fault added, where it is neither."""
-    if isinstance(value, Mapping):
-        return _parse_profile(value, place, faults, _DEEPEST_SUM)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        try:
-            return float(value)
-        except OverflowError:
-            pass
-    faults.add(place, f'got {shortened(value)}, expected a number, or a table with profile = "..." ({", ".join(PROFILES)})')
-    return None
+AnyProfile = Annotated[
+    ConstantTable | TriangleTable | HalfSineTable | SamplesTable | CsvTable | PiecewiseTable | SumTable,
+    ByKey("profile", _advise),
+]
+SumTable.model_rebuild()
 
 
-def _parse_profile(table: Mapping[str, Any], place: str, faults: Faults, depth: int) -> ProfileTable | None:
-    kind = table.get("profile")
-    model = PROFILES.get(kind) if isinstance(kind, str) else None
-    if model is None:
-        came = "missing" if kind is None else f"got {shortened(kind)}"
-        waves = isinstance(kind, str) and any(word in kind.lower() for word in _WAVES) and kind.lower() not in _HALF_SINES
-        advice = f"known: {', '.join(PROFILES)}; {_SAMPLED}" if waves else nearest(str(kind), PROFILES)
-        faults.add(f"{place}.profile", f"{came}; {advice}")
-        return None
-    other = next((word for word in _WORDS_FOR_PATH if word in table), None)
-    if model is CsvTable and other is not None and "path" not in table:
-        faults.add(f"{place}.{other}", "unknown; did you mean 'path'?")
-        return None
-    parts = table.get("profiles")
-    if model is SumTable and isinstance(parts, list):
-        if depth == 0:
-            faults.add(place, f"sums of sums go {_DEEPEST_SUM} deep at most")
-            return None
-        parsed = [_part(part, f"{place}.profiles.{index}", faults, depth - 1) for index, part in enumerate(parts)]
-        if None in parsed:
-            return None
-        table = {**table, "profiles": parsed}
-    return faults.table(model, table, place)
+def _parse_input(given: Any) -> float | list[Any] | ProfileTable:
+    """Return an input as a float, a list of finite numbers, or a profile; anything else is a fault."""
+    if isinstance(given, list):
+        return _array(given)
+    if isinstance(given, int | float) and not isinstance(given, bool):
+        with suppress(OverflowError):
+            return float(given)
+    if isinstance(given, Mapping | ProfileTable):
+        return _PROFILE.validate_python(given)
+    expected = f'a number, a list of numbers, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'
+    raise refusal(f"got {shortened(given, 60)}", expected)
 
 
-def _part(part: Any, place: str, faults: Faults, depth: int) -> ProfileTable | None:
-    if isinstance(part, Mapping):
-        return _parse_profile(part, place, faults, depth)
-    faults.add(place, f'got {shortened(part)}, expected a table with profile = "..."')
-    return None
+_PROFILE: TypeAdapter[ProfileTable] = TypeAdapter(AnyProfile)
+_PROFILE_NAMES = ("constant", "triangle", "half_sine", "table", "csv", "piecewise", "sum")
+Input = Annotated[float | list[Any] | ProfileTable, PlainValidator(_parse_input)]

@@ -18,9 +18,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, ParameterError, nearest
-
-from .faults import Table
+from granular_env.components.errors import ParameterError, nearest
+from granular_env.documents import Table
 
 
 class StopRule(Table):
@@ -49,7 +48,7 @@ class StopRule(Table):
         return f"{self.variable}{place} {limit}"
 
     def met(self, value: Any) -> bool:
-        """Whether a value of the variable, a number or an array, ends the run."""
+        """Return whether a value of the variable, a number or an array, ends the run."""
         array = np.asarray(value, dtype=np.float64).ravel()
         if self.index is not None:
             chosen = array[self.index]
@@ -87,10 +86,10 @@ def _check(rule: StopRule, component: Component, place: str) -> None:
     variable = component.variables.get(rule.variable)
     watched = [v.name for v in component.variables.values() if v.causality != "parameter"]
     if variable is None or variable.causality == "parameter":
-        raise ParameterError(f"{place}.variable: {rule.variable!r} is unknown; {nearest(rule.variable, watched)}")
+        raise ParameterError(f"{rule.variable!r} is unknown; {nearest(rule.variable, watched)}", at=f"{place}.variable")
     size = int(np.prod(variable.shape))
     if rule.index is not None and (not variable.shape or not -size <= rule.index < size):
         expected = f"{-size} to {size - 1}" if variable.shape else "none: it is a single number"
-        raise ParameterError(f"{place}.index: got {rule.index} for {rule.variable!r}, expected {expected}")
+        raise ParameterError(f"got {rule.index} for {rule.variable!r}, expected {expected}", at=f"{place}.index")
     if size == 0:
-        raise ExperimentError(f"{place}.variable: {rule.variable!r} has no elements to watch")
+        raise ParameterError(f"{rule.variable!r} has no elements to watch", at=f"{place}.variable")

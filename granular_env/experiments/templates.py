@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, get_args
@@ -15,14 +13,15 @@ from pydantic.fields import FieldInfo
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.csv_history import LARGEST_FILE
-from granular_env.components.errors import ExperimentError
+from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.files import read_bounded
+from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
+from granular_env.documents.files import nearest_names
 from granular_env.shipped import first_sentence
-from granular_env.toml_text import toml_document, toml_value
 from granular_env.writing import write_files
 
-from .inputs import CsvTable, ProfileTable, SumTable
-from .load import begins_as_log, experiment_path, load_experiment, nearest_names, shipped_experiments
+from .experiment import Experiment, load_experiment, shipped_experiments
+from .inputs import CsvTable, SumTable
 
 _KEY_WIDTH = 40
 
@@ -40,7 +39,7 @@ def template(name: str, new_name: str | None = None) -> str:
     if name in catalogue.names():
         return _of_component(name)
     try:
-        text = experiment_path(name).read_text(encoding="utf-8")
+        text = find(name, Experiment.kind, Experiment.shelf).read_text(encoding="utf-8")
     except ExperimentError as error:
         if Path(name).suffix == ".toml" or os.path.exists(name):
             raise
@@ -49,9 +48,7 @@ def template(name: str, new_name: str | None = None) -> str:
         raise ExperimentError(f"{name!r} is no component, no shipped experiment and no file; {advice}") from error
     except (OSError, UnicodeDecodeError) as error:
         raise ExperimentError(f"{name}: cannot be read as text: {error}") from error
-    if new_name is None:
-        return text
-    return re.sub(r'^name\s*=\s*"[^"\n]*"', lambda _: f"name = {json.dumps(new_name)}", text, count=1, flags=re.MULTILINE)
+    return text if new_name is None else edit(text, "name", new_name)
 
 
 def write(name: str, target: Path, force: bool = False) -> list[Path]:
@@ -85,7 +82,7 @@ def of_log(path: str, new_name: str | None = None) -> str:
         raise ExperimentError(
             f"{path}: a script recorded this log, it holds no experiment; `granular-env new chain` begins one"
         )
-    return toml_document({**content, "name": new_name} if new_name else content)
+    return to_toml({**content, "name": new_name} if new_name else content)
 
 
 def is_log(path: str) -> bool:
@@ -102,7 +99,8 @@ def write_text(text: str, target: Path, force: bool = False) -> None:
 def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
     for path in paths:
         if os.path.lexists(path) and not force:
-            raise ExperimentError(f"{path} exists; choose another name, or replace it with --force")
+            hint = ("choose another name, or pass ", Option("force"))
+            raise ExperimentError(Fault(received=f"{path} exists", hint=hint))
 
 
 def _content(original: Path) -> bytes:
@@ -122,7 +120,7 @@ def _data_files(name: str, folder: Path) -> dict[Path, Path]:
     return {copy: original for copy, original in found.items() if copy.resolve() != original.resolve()}
 
 
-def _csv_tables(value: float | ProfileTable) -> Iterable[CsvTable]:
+def _csv_tables(value: Any) -> Iterable[CsvTable]:
     if isinstance(value, CsvTable):
         yield value
     elif isinstance(value, SumTable):

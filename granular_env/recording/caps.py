@@ -12,10 +12,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from ..components.errors import LogError
+from ..components.errors import Fault, LogError, Option
 from ..components.support.memory_limits import refuse_beyond, whole_memory
 
-_ADVICE = "open it with allow_large=True if you trust where it comes from"
+_ADVICE = ("pass ", Option("allow_large"), " if you trust where it comes from")
 # One chunk is decompressed as a whole; ours are near 1 MB or hold one array, which for the largest components is more [bytes].
 _CHUNK_BYTES = 256 << 20
 # A log that this machine could record, it may read as well: part of its memory that one chunk may take, and what a grain,
@@ -43,7 +43,7 @@ class Caps:
 
     def _check(self, what: str, value: int, limit: int) -> None:
         if value > limit and not self.lifted:
-            raise LogError(f"log {self.path!r}: {what} is {value}, the limit is {limit}; {_ADVICE}")
+            raise LogError(Fault((), f"{what} is {value}, the limit is {limit}", hint=_ADVICE, source=f"log {self.path!r}"))
 
     def chunk(self, size: int) -> None:
         """Bytes that a chunk says it decompresses to."""

@@ -12,11 +12,11 @@ import struct
 import zlib
 from collections import OrderedDict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO
 
-from ..components.errors import LogError
+from ..components.errors import Fault, LogError, Phrase
 from .caps import Caps
 from .format import PROFILE
 
@@ -52,6 +52,7 @@ class Container:
         complete: whether it ends in a summary.
         chunk_count: how many chunks can be read.
         damage: for an incomplete file: what stopped the scan.
+        advice: what to do about that.
         bytes_lost: for an incomplete file: how much follows after that.
     """
 
@@ -59,6 +60,7 @@ class Container:
         """Find the chunks; `LogError` where that is no MCAP file, or a complete one whose summary is damaged."""
         self.path, self._caps = path, caps
         self.damage, self.bytes_lost = "", 0
+        self.advice: Phrase = ""
         self._scanned = len(MAGIC)
         self._cache: OrderedDict[int, list[RawMessage]] = OrderedDict()
         self._channels: dict[int, str] = {}
@@ -217,7 +219,8 @@ class Container:
                 try:
                     self._parsed(self._chunk_content(offset, total), total)
                 except LogError as error:
-                    self.damage = str(error).removesuffix(f"; {_RECOVER}")
+                    fault = error.faults[0]
+                    self.damage, self.advice = replace(fault, hint="").text(), fault.hint if fault.hint != _RECOVER else ""
                     return
                 yield offset, total
             elif not 1 <= opcode <= 15:
@@ -309,7 +312,8 @@ class Container:
         return data
 
     def _damaged(self, what: str) -> LogError:
-        return LogError(f"log {str(self.path)!r} is damaged: {what} is not what was written; {_RECOVER}")
+        damage = f"log {str(self.path)!r} is damaged: {what} is not what was written"
+        return LogError(Fault(received=damage, hint=_RECOVER))
 
 
 def _bytes_held(messages: list[RawMessage]) -> int:

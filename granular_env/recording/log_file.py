@@ -9,7 +9,7 @@ import secrets
 from pathlib import Path
 from typing import IO, Any
 
-from ..components.errors import LogError, ParameterError
+from ..components.errors import Fault, LogError, Option, ParameterError
 from ..writing import advice_for, refused_unless_file
 from .container import MAGIC
 
@@ -83,7 +83,7 @@ def create(path: Path, overwrite: bool) -> LogFile:
     try:
         target = refused_unless_file(path)
         if os.path.lexists(path) and not overwrite:
-            raise ParameterError(f"path: {str(path)!r} exists; choose another name, or pass overwrite=True")
+            raise _existing(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         try:
             return LogFile(target, _locked(open(target, "xb"), path))
@@ -96,6 +96,11 @@ def create(path: Path, overwrite: bool) -> LogFile:
         raise LogError(f"log {str(path)!r} cannot be written: {reason}; {advice_for(error)}") from error
 
 
+def _existing(path: Path) -> ParameterError:
+    hint = ("choose another name, or pass ", Option("overwrite"))
+    return ParameterError(Fault(("path",), f"{str(path)!r} exists", hint=hint))
+
+
 def refuse_unless_log(path: Path) -> None:
     """Raise `ParameterError` where a file stands at `path` that is neither a log nor empty: no option replaces that."""
     if os.path.isfile(path):
@@ -105,7 +110,7 @@ def refuse_unless_log(path: Path) -> None:
 
 def _replacement(path: Path, target: Path, overwrite: bool) -> LogFile:
     if not overwrite:
-        raise ParameterError(f"path: {str(path)!r} exists; choose another name, or pass overwrite=True")
+        raise _existing(path)
     older = _open_older(path, target)
     try:
         if not _check_is_log(older, path):

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from ..components.errors import LogError
-from ..toml_text import toml_document, toml_value
+from ..documents import to_toml, toml_value
 
 METADATA_NAME = "granular-env"
 # Longer texts, such as the radius of each of many grains, are cut: the header has them whole.
@@ -30,7 +30,7 @@ def metadata_of(header: Mapping[str, Any], parameters: type[BaseModel] | None = 
         "created": header.get("created"),
         "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
         "step_size": f"{header.get('step_size')!r} s",
-        "experiment": toml_document(experiment) if isinstance(experiment, Mapping) else "recorded from a script",
+        "experiment": to_toml(experiment) if isinstance(experiment, Mapping) else "recorded from a script",
     }
     found["parameters"] = "".join(_parameter_lines(header.get("parameters") or {}, parameters))
     found["units"] = "; ".join(_units([*(header.get("variables") or ()), *(header.get("inputs") or ())]))

@@ -13,7 +13,7 @@ import numpy as np
 from ..components.component import Component
 from ..components.contract import Event, Variable
 from ..components.drawables import Drawable
-from ..components.errors import GranularError, LogError, ParameterError, nearest, shortened
+from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest, shortened
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
 from ..writing import counted
@@ -95,7 +95,8 @@ class Log:
         first = next((m for m in messages if m.topic in TOPICS), None)
         if first is None or TOPICS[first.topic] != HEADER:
             why = f": {self._container.damage}" if self._container.damage else ""
-            raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost{why}")
+            foreign = f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost{why}"
+            raise LogError(Fault(received=foreign, hint=self._container.advice))
         self._log = log_identity(first.data)
         record = decode(first.data, HEADER, None, self._container.most_text)
         self._header, self._header_arrays = record.header, record.arrays

@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from ..components import catalogue
-from ..components.errors import GranularError, LogError, ParameterError
+from ..components.errors import Fault, GranularError, LogError, Option, ParameterError
 from ..writing import replacing
 from .film import film_facts_of_frames, film_of_frames
 from .format import CLOSED, INCIDENTS, TOPICS, Record, decode
@@ -38,7 +38,8 @@ def recover(
     """
     source, target = as_path(path), as_path(out)
     if os.path.lexists(target) and not overwrite:
-        raise ParameterError(f"out: {str(target)!r} exists; choose another name, or pass overwrite=True")
+        hint = ("choose another name, or pass ", Option("overwrite"))
+        raise ParameterError(Fault(("out",), f"{str(target)!r} exists", hint=hint))
     if os.path.exists(target) and os.path.exists(source) and os.path.samefile(source, target):
         raise ParameterError(f"out: {str(target)!r} is the damaged log itself; choose another name")
     refuse_unless_log(target)

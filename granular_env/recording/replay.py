@@ -14,6 +14,7 @@ from ..components.component import Component
 from ..components.errors import GranularError, LogError, StepError
 from ..components.inputs import Held
 from ..components.snapshot import Snapshot
+from ..progress import Progress, progress_bar
 from .accounts import changed_header, changed_input, changed_parameters
 from .batch import hash_row, held_word
 from .declarations import closing_differences, declaration_differences, metadata_differences
@@ -31,7 +32,7 @@ _Found = tuple[str, tuple[int, int], str, int | None]
 def verify(
     path: str | os.PathLike[str] | Log,
     *,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = False,
     allow_large: bool = False,
     components: Mapping[str, type[Component]] | None = None,
 ) -> Verification:
@@ -41,7 +42,7 @@ def verify(
 
     Args:
         path: the log.
-        progress: called now and then with the part that is done, 0 to 1.
+        progress: show a bar, or call this now and then with the part that is done.
         allow_large: lift the caps on sizes.
         components: classes of components that are not ours, by name.
 
@@ -51,14 +52,15 @@ def verify(
     """
     log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large)
     try:
-        return _Replay(log, progress, components).run()
+        with progress_bar(f"verification of {log.path.name}", show=progress) as bar:
+            return _Replay(log, bar.update, components).run()
     finally:
         if log is not path:
             log.close()
 
 
 class _Replay:
-    def __init__(self, log: Log, progress: Callable[[float], None] | None, components: Any) -> None:
+    def __init__(self, log: Log, progress: Callable[[float], None], components: Any) -> None:
         self.log, self._progress = log, progress
         self.component = log.rebuilt(components)
         self._trusted = self.component.identity == log._header.get("identity")
@@ -179,7 +181,7 @@ class _Replay:
             ) from error
 
     def _tell(self) -> None:
-        if self._progress is not None and self._segment is not None:
+        if self._segment is not None:
             total = max(self.log.end_tick - self.log.start_tick, 1)
             done = self.result.ticks + self.component.tick - self._segment.start
             self._progress(min(done / total, 1.0))

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import tempfile
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from granular_env.components.errors import ExperimentError, GranularError, GranularWarning
-from granular_env.experiments.load import parse_override
+from granular_env.components.errors import ExperimentError, Fault, GranularError, GranularWarning
 from granular_env.experiments.prepare import Prepared
 
 from .computing import Computer, Job, Order
 from .plan import Plan
-from .planning import as_in_plan
 from .units import units_of
 
 # A value that does not fit is the fault of its task; what so many tasks from all over the plan cannot do is the plan's.
@@ -40,26 +38,20 @@ def checked(plan: Plan, job: Job, orders: Mapping[str, Order]) -> dict[str, str]
                 continue
             _refuse_idle_seeds(plan, computer, order, ready)
             return units_of(plan, ready.component)
-        raise as_in_plan(plan, faults[0])
+        raise plan.error_of(faults[0])
 
 
 def _refuse_idle_seeds(plan: Plan, computer: Computer, order: Order, ready: Prepared) -> None:
     """Repetitions that are all the same are nobody's wish."""
-    seeds = plan.settings.seeds
+    seeds = plan.seeds
     if seeds is None or seeds.count == 1:
         return
-    others = tuple(_reseeded(override, seeds.keys) for override in order.overrides)
-    other = computer.prepared(Order("", others)).component
+    others = {key: value ^ 1 if key in seeds.keys else value for key, value in order.overrides}
+    other = computer.prepared(Order("", tuple(others.items()))).component
     if other.identity == ready.component.identity and other.save().to_bytes() == ready.component.save().to_bytes():
-        raise ExperimentError(
-            f"{plan.origin}: seeds.keys: {', '.join(seeds.keys)} changes nothing in this {ready.component.name}, all "
-            'repetitions would be the same; name the key that is a seed, such as keys = ["component.arrangement.seed"]'
-        )
-
-
-def _reseeded(override: str, keys: Sequence[str]) -> str:
-    key, _, value = override.partition("=")
-    return f"{key}={int(value) ^ 1}" if key in keys else override
+        same = f"{', '.join(seeds.keys)} changes nothing in this {ready.component.name}, all repetitions would be the same"
+        hint = 'name the key that is a seed, such as keys = ["component.arrangement.seed"]'
+        raise ExperimentError(plan.located(Fault(("seeds", "keys"), same, hint=hint)))
 
 
 def warmed(job: Job, orders: Iterable[Order], folder: Path) -> None:
@@ -69,12 +61,12 @@ def warmed(job: Job, orders: Iterable[Order], folder: Path) -> None:
         computer.warm(order)
 
 
-def _kinds(orders: Iterable[Order]) -> dict[tuple[str, ...], Order]:
+def _kinds(orders: Iterable[Order]) -> dict[str, Order]:
     """One task of each kind: numbers change no machine code, laws and integrators do."""
-    found: dict[tuple[str, ...], Order] = {}
+    found: dict[str, Order] = {}
     for order in orders:
-        told = tuple(one for one in order.overrides if not isinstance(parse_override(one)[1], int | float))
-        found.setdefault(told, order)
+        kind = repr([(key, value) for key, value in order.overrides if not isinstance(value, int | float)])
+        found.setdefault(kind, order)
     return found
 
 

@@ -16,7 +16,7 @@ from typing import Any, Literal
 from granular_env.components.errors import GranularError, GranularWarning
 from granular_env.components.support.jit import source_hash
 from granular_env.components.support.kernel_cache import cache_folder
-from granular_env.experiments.load import load_experiment
+from granular_env.experiments import load_experiment
 from granular_env.experiments.prepare import Prepared, prepare
 
 from .files import written
@@ -53,13 +53,13 @@ class Order:
 
     Attributes:
         hash: the task's.
-        overrides: what it sets of the experiment.
+        overrides: the keys of the experiment that it sets, with their values.
         log: when its log is kept.
         attempts: how often a process or node was lost over it.
     """
 
     hash: str
-    overrides: tuple[str, ...]
+    overrides: tuple[tuple[str, Any], ...]
     log: Literal["never", "failed", "always"] = "never"
     attempts: int = 0
 
@@ -100,7 +100,7 @@ class Computer:
 
     def prepared(self, order: Order) -> Prepared:
         """A task's experiment, ready to run, and its measures held against it; `GranularError` where they do not fit."""
-        experiment = load_experiment(self._job.document, order.overrides, self._inputs)
+        experiment = load_experiment(self._job.document, dict(order.overrides), self._inputs)
         ready = prepare(experiment)
         self._looks(experiment.duration, experiment.record.every).began(ready.component)
         return ready
@@ -148,7 +148,7 @@ class Computer:
     def _run(self, order: Order, log: Path | None) -> Result:
         from granular_env.running import run
 
-        experiment = load_experiment(self._job.document, order.overrides, self._inputs)
+        experiment = load_experiment(self._job.document, dict(order.overrides), self._inputs)
         looks = self._looks(experiment.duration, experiment.record.every)
         if log is not None:
             log.parent.mkdir(parents=True, exist_ok=True)

@@ -55,7 +55,7 @@ class Looks:
                 elif isinstance(measure, Figure):
                     measure.of(component.report())
             except ParameterError as error:
-                raise ParameterError(f"measure.{name}: {error}") from None
+                raise ParameterError(*(fault.within("measure", name) for fault in error.faults)) from None
 
     def _begin_history(self, component: Component) -> None:
         every = self._interval * component.step_size

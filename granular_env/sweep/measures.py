@@ -15,14 +15,15 @@ import inspect
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import PlainValidator
 
 from granular_env.components.component import Component
-from granular_env.components.errors import ParameterError, nearest
+from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.support.validation import refusal
 from granular_env.domains import DOMAINS, load
-from granular_env.experiments.faults import Faults, shortened
 
 # Columns that every table may have; no measure is called so.
 OWN_COLUMNS = ("task", "sample", "repetition", "seed", "outcome", "error", "notes", "hash", "log")
@@ -135,57 +136,47 @@ class Measurement:
 Measure = Reading | Figure | Measurement
 
 
-def parse_measures(content: Any, faults: Faults) -> dict[str, Measure]:
-    """Name of the column -> what stands in it."""
-    if not isinstance(content, Mapping) or not content:
-        faults.add("measure", 'missing; give a table [measure], such as peak = "max velocity[40]"')
-        return {}
-    found = {str(name): _parsed(value, f"measure.{name}", faults) for name, value in content.items()}
-    return {name: measure for name, measure in found.items() if measure is not None}
-
-
-def _parsed(value: Any, place: str, faults: Faults) -> Measure | None:
-    if isinstance(value, Mapping):
-        return _parsed_table(value, place, faults)
-    words = " ".join(value.split()) if isinstance(value, str) else ""
+def parse_measure(given: Any) -> Measure:
+    """Return what stands in a column, from what the plan says; for pydantic."""
+    if isinstance(given, Mapping):
+        return _parse_measurement(given)
+    words = " ".join(given.split()) if isinstance(given, str) else ""
     if (match := _WORDS.fullmatch(words)) is not None:
         index = None if match["index"] is None else int(match["index"])
         return Reading(match["kind"], match["name"], index, bool(match["bar"]))
     if (match := _REPORT.fullmatch(words)) is not None:
         return Figure(match["name"])
-    faults.add(
-        place,
-        f"got {shortened(value)}, expected such as 'max velocity[40]' ({', '.join(_KINDS)}), 'report peak contact pressure', "
+    raise refusal(
+        f"got {shortened(given, 60)}",
+        f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'report peak contact pressure', "
         f'or a table {{ measurement = "waves_at", ... }} ({", ".join(_measurements())})',
     )
-    return None
 
 
-def _parsed_table(table: Mapping[str, Any], place: str, faults: Faults) -> Measurement | None:
+AnyMeasure = Annotated[Measure, PlainValidator(parse_measure)]
+
+
+def _parse_measurement(table: Mapping[str, Any]) -> Measurement:
     known = _measurements()
     name = table.get("measurement")
     if not isinstance(name, str) or name not in known:
-        came = "missing" if name is None else f"got {shortened(name)}"
-        faults.add(f"{place}.measurement", f"{came}; {nearest(str(name), known)}")
-        return None
+        came = "missing" if name is None else f"got {shortened(name, 60)}"
+        raise refusal(came, hint=nearest(str(name), known), at=("measurement",))
     columns = load(known[name])
     takes = columns.MEASUREMENTS[name]
     take, which = table.get("take", next(iter(takes))), table.get("which", 0)
     if not isinstance(take, str) or take not in takes:
-        faults.add(f"{place}.take", f"got {shortened(take)}; {nearest(str(take), takes)}")
-        return None
+        raise refusal(f"got {shortened(take, 60)}", hint=nearest(str(take), takes), at=("take",))
     if isinstance(which, bool) or not isinstance(which, int):
-        faults.add(f"{place}.which", f"got {shortened(which)}, expected a whole number: 0 is the first, -1 the last")
-        return None
+        raise refusal(f"got {shortened(which, 60)}", "a whole number: 0 is the first, -1 the last", at=("which",))
     arguments = {key: value for key, value in table.items() if key not in ("measurement", "take", "which")}
     _, *parameters = inspect.signature(columns.function(name)).parameters.values()
-    for key in arguments.keys() - {one.name for one in parameters}:
-        faults.add(f"{place}.{key}", f"unknown; {nearest(key, ['take', 'which', *(one.name for one in parameters)])}")
-        return None
-    for one in parameters:
-        if one.default is one.empty and one.name not in arguments:
-            faults.add(f"{place}.{one.name}", f"missing; {name} needs it")
-            return None
+    needed = {one.name: one.default is one.empty for one in parameters}
+    for key in arguments.keys() - needed.keys():
+        raise refusal("unknown", hint=nearest(key, ["take", "which", *needed]), at=(key,))
+    for key in needed:
+        if needed[key] and key not in arguments:
+            raise refusal("missing", hint=f"{name} needs it", at=(key,))
     return Measurement(known[name], name, take, which, tuple(arguments.items()))
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import ParameterError, SweepError, shortened
+from granular_env.documents import Overrides
+from granular_env.progress import Progress
 from granular_env.viewing.extras import needed
 
 from . import engines
@@ -21,8 +23,6 @@ from .store import Store
 from .table import Sweep
 from .tasks import Task, refuse_too_many
 
-Told = Callable[[Sequence[Result]], None]
-
 
 def run_sweep(
     plan: str | os.PathLike[str] | Mapping[str, Any],
@@ -31,8 +31,8 @@ def run_sweep(
     engine: str = "processes",
     workers: int | None = None,
     address: str | None = None,
-    overrides: Iterable[str] = (),
-    progress: bool = False,
+    overrides: Overrides = (),
+    progress: Progress = False,
     allow_large: bool = False,
 ) -> Sweep:
     """Compute what is not known yet of a plan's tasks.
@@ -49,8 +49,9 @@ def run_sweep(
         engine: "processes", "serial" or "ray".
         workers: how many tasks at a time; default: as many as there are cores.
         address: HOST:PORT of a Ray cluster; default: the one of RAY_ADDRESS, or one of our own on this machine.
-        overrides: ``"key=value"`` of the experiment, for every task.
-        progress: show a bar: tasks done and failed, their rate, the time that is left.
+        overrides: keys of the experiment to set in every task, such as ``{"component.grains": 500}``.
+        progress: show a bar: tasks done and failed, their rate, the time that is left; or call this with the part that is
+            done.
         allow_large: lift the cap on the number of tasks.
 
     Raises:
@@ -78,7 +79,7 @@ def run_sweep(
             if waiting:
                 warmed(job, waiting, store.folder)
                 stream = engines.results(engine, job, waiting, store.folder, workers, address)
-                sweep.interrupted = _gathered(stream, store, known, len(wanted), loaded.name if progress else None)
+                sweep.interrupted = _gathered(stream, store, known, len(wanted), loaded.title, progress)
         except SweepError:
             with suppress(SweepError):
                 sweep.write()
@@ -88,7 +89,7 @@ def run_sweep(
 
 
 def check_sweep(
-    plan: str | os.PathLike[str] | Mapping[str, Any], overrides: Iterable[str] = (), *, allow_large: bool = False
+    plan: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = (), *, allow_large: bool = False
 ) -> Plan:
     """The plan, held against its experiment as `run_sweep` does before it begins; nothing is run and nothing written.
 
@@ -102,12 +103,12 @@ def check_sweep(
     return loaded
 
 
-def _gathered(stream: Any, store: Store, known: dict[str, Result], size: int, title: str | None) -> bool:
+def _gathered(stream: Any, store: Store, known: dict[str, Result], size: int, title: str, progress: Progress) -> bool:
     """Keep results as they come; whether Ctrl-C ended it."""
     from .telling import bar
 
     try:
-        with bar(title, size, list(known.values())) as told, closing(stream):
+        with bar(title, size, list(known.values()), progress) as told, closing(stream):
             for results in stream:
                 known.update((result.hash, result) for result in results)
                 store.add(results)
@@ -121,9 +122,9 @@ def _orders(plan: Plan, tasks: Sequence[Task]) -> dict[str, Order]:
     """What there is to do, each once: hash -> order; of equal tasks one keeps its log where any is to keep it."""
     found: dict[str, Order] = {}
     for task in tasks:
-        always = plan.settings.logs.wants(task.number)
+        always = plan.logs.wants(task.number)
         if task.hash not in found or always:
-            log = "always" if always else "failed" if plan.settings.logs.keep == "failed" else "never"
+            log = "always" if always else "failed" if plan.logs.keep == "failed" else "never"
             found[task.hash] = Order(task.hash, task.overrides, log)
     return found
 
@@ -143,4 +144,4 @@ def _folder(folder: str | os.PathLike[str]) -> Path:
 
 
 def _default_folder(plan: Plan) -> Path:
-    return Path("sweeps") / (re.sub(r"[^A-Za-z0-9._-]+", "-", plan.name).strip("-.")[:100] or "sweep")
+    return Path("sweeps") / (re.sub(r"[^A-Za-z0-9._-]+", "-", plan.title).strip("-.")[:100] or "sweep")

@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from granular_env.components.errors import ExperimentError
+from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.support.serialization import canonical_json
 
 from .axes import Range, draws
 from .files import names_a_file
-from .plan import LARGEST, Plan, assignment
+from .plan import LARGEST, Plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Task:
         sample: which one; 0 without.
         repetition: which one; 0 without.
         seed: of this repetition; None without.
-        overrides: what it sets of the experiment.
+        overrides: the keys of the experiment that it sets, with their values.
         hash: of the experiment, the overrides, the measures and the program.
     """
 
@@ -35,7 +35,7 @@ class Task:
     sample: int
     repetition: int
     seed: int | None
-    overrides: tuple[str, ...]
+    overrides: tuple[tuple[str, Any], ...]
     hash: str
 
 
@@ -63,10 +63,9 @@ def make_tasks(plan: Plan, basis: str, files: Mapping[str, str], allow_large: bo
 def refuse_too_many(plan: Plan, allow_large: bool) -> None:
     """`ExperimentError` for more tasks than the cap allows; nothing is made for it."""
     if plan.size > LARGEST and not allow_large:
-        raise ExperimentError(
-            f"{plan.origin}: it asks for {plan.size} tasks, at most {LARGEST} are computed unasked; take fewer values, or "
-            "pass allow_large=True"
-        )
+        many = f"it asks for {plan.size} tasks, at most {LARGEST} are computed unasked"
+        hint = ("take fewer values, or pass ", Option("allow_large"))
+        raise ExperimentError(Fault(received=many, hint=hint, source=plan.origin))
 
 
 def _points(plan: Plan) -> Any:
@@ -74,9 +73,9 @@ def _points(plan: Plan) -> Any:
     grid = axes(plan)
     drawn: list[list[Any]] = []
     if plan.samples is not None:
-        drawn = [draws(one, key, plan.samples.seed, plan.samples.count) for key, one in plan.distributions.items()]
+        drawn = [draws(one, key, plan.samples.seed, plan.samples.count) for key, one in plan.samples.distributions.items()]
     samples: Sequence[tuple[Any, ...]] = list(zip(*drawn, strict=True)) if drawn else [()]
-    repetitions = range(plan.settings.seeds.count if plan.settings.seeds else 1)
+    repetitions = range(plan.seeds.count if plan.seeds else 1)
     return itertools.product(itertools.product(*grid.values()), enumerate(samples), repetitions)
 
 
@@ -90,19 +89,18 @@ def _task(
     repetition: int,
 ) -> Task:
     values = (*point, *sample[1])
-    keys = (*plan.grid, *plan.distributions)
     chosen = tuple(
-        assignment(key, files.get(value, value) if names_a_file(key, value) else value)
-        for key, value in zip(keys, values, strict=True)
+        (key, files.get(value, value) if names_a_file(key, value) else value)
+        for key, value in zip(plan.keys, values, strict=True)
     )
-    seeds, seed = plan.settings.seeds, None
+    seeds, seed = plan.seeds, None
     if seeds is not None:
         seed = derived_seed(seeds.seed, chosen, repetition)
-        chosen += tuple(assignment(key, seed) for key in seeds.keys)
+        chosen += tuple((key, seed) for key in seeds.keys)
     return Task(number, values, sample[0], repetition, seed, chosen, _hash([basis, chosen]))
 
 
-def derived_seed(seed: int, overrides: tuple[str, ...], repetition: int) -> int:
+def derived_seed(seed: int, overrides: tuple[tuple[str, Any], ...], repetition: int) -> int:
     """A repetition's own seed: from the plan's and from what the task sets, so that an edited plan keeps it."""
     return int(_hash([seed, overrides, repetition])[:8], 16)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
 
-from granular_env.progress import progress_bar
+from granular_env.progress import Progress, progress_bar
 from granular_env.terminal import printable, table
 from granular_env.writing import counted
 
@@ -24,15 +24,16 @@ _MOST_ERRORS = 3
 
 
 @contextmanager
-def bar(title: str | None, size: int, known: Sequence[Result]) -> Iterator[Callable[[Sequence[Result]], None]]:
-    """Show a progress bar: tasks done and failed, their rate, the time that is left; none without a title.
+def bar(title: str, size: int, known: Sequence[Result], progress: Progress) -> Iterator[Callable[[Sequence[Result]], None]]:
+    """Show a progress bar: tasks done and failed, their rate, the time that is left.
 
     Args:
         title: what stands before it.
         size: how many tasks there are.
         known: results that there are already.
+        progress: whether to show it, or what is called instead.
     """
-    with progress_bar(title or "", size, done=len(known), show=title is not None) as shown:
+    with progress_bar(title, size, done=len(known), show=progress) as shown:
         begun, first, done, failed = perf_counter(), len(known), len(known), _failures(known)
 
         def told(results: Sequence[Result]) -> None:

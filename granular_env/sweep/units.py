@@ -13,8 +13,8 @@ _TIMES = ("duration", "rise", "start", "offset_time")
 
 def units_of(plan: Plan, component: Component) -> dict[str, str]:
     """Return the unit of each key and measure that has one, by its column; "1" where it is a plain number."""
-    found = {key: _of_key(key, component) for key in (*plan.grid, *plan.distributions)}
-    found |= {name: measure.unit(component) for name, measure in plan.measures.items()}
+    found = {key: _of_key(key, component) for key in plan.keys}
+    found |= {name: measure.unit(component) for name, measure in plan.measure.items()}
     return {name: unit for name, unit in found.items() if unit}
 
 

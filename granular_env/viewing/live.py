@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.component import Component
-from granular_env.components.errors import GranularError, GranularWarning, ParameterError
+from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError
 from granular_env.components.inputs import Held
 
 from .blueprint import blueprint
@@ -104,7 +104,9 @@ class LiveViewer:
                 raise GranularError(f"cannot write the rerun file {str(save)!r}: {error}") from error
             return
         if not web:
-            require_screen("use the web viewer (web=True), or write a rerun file (save)")
+            require_screen(
+                ("use the web viewer (", Option("web"), "), or write a rerun file (", Option("save", "FILE.rrd"), ")")
+            )
         source, served = web_arguments() if web else (None, ("--expect-data-soon",))
         # A window is its user's to close, also when this program has ended.
         process = RerunProcess(*served, *_MEMORY, bound=web)

@@ -13,8 +13,8 @@ from markupsafe import Markup
 
 from granular_env.components.contract import Event
 from granular_env.components.errors import GranularError, LogError
+from granular_env.documents import to_toml
 from granular_env.recording.facts import BalanceNames
-from granular_env.toml_text import toml_document
 
 from . import page
 from .footage import Footage
@@ -160,7 +160,7 @@ def experiment(log: Any) -> Markup:
     content = log.metadata.get("experiment")
     if not isinstance(content, dict) or "component" not in content:
         return Markup()
-    text = toml_document(content)
+    text = to_toml(content)
     words = "The experiment as it was run, as a file for the command granular-env run; data files that it names are not here."
     if len(text) > _LONGEST_TEXT:
         text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"

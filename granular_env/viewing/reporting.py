@@ -10,6 +10,7 @@ from typing import Any
 from markupsafe import Markup
 
 from granular_env.components.errors import ParameterError
+from granular_env.progress import Progress, progress_bar
 from granular_env.writing import require_writable, with_article, write_files
 
 from . import figures, page, report_tables
@@ -28,7 +29,7 @@ def report(
     times: Sequence[float] | None = None,
     grains: Sequence[int] | None = None,
     variables: Sequence[str] | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = False,
 ) -> Path:
     """Write ``report.html`` and the PNG files of its figures.
 
@@ -43,7 +44,7 @@ def report(
         times: instants of the profiles [s]; default: four, evenly spaced.
         grains: whose histories to draw, of contacts by their own numbers; default: up to five that the wave reached.
         variables: recorded outputs to show; default: all. Arrays get x-t diagrams and histories, scalars curves.
-        progress: told the part that is done, 0 to 1.
+        progress: show a bar, or call this with the part that is done.
 
     Returns:
         The path of the page.
@@ -56,8 +57,12 @@ def report(
     if not hasattr(log, "metadata") or not hasattr(log, "variables"):
         raise ParameterError(f"log: got {type(log).__name__}, expected an open log: open_log(path)")
     target = _target(folder)
-    tell = progress or (lambda part: None)
-    footage, drawn = draw_report(log, Choice(variables, times, grains), lambda part: tell(_READING * part))
+    with progress_bar(f"report in {target.parent.name}", show=progress) as bar:
+        return _write(log, target, Choice(variables, times, grains), bar.update)
+
+
+def _write(log: Any, target: Path, choice: Choice, tell: Callable[[float], None]) -> Path:
+    footage, drawn = draw_report(log, choice, lambda part: tell(_READING * part))
     files = {}
     for name, shown in drawn.items():
         files[target.parent / f"{name}.png"] = figures.png(shown.figure)

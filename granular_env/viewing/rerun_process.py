@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
 
-from granular_env.components.errors import GranularError
+from granular_env.components.errors import Fault, GranularError, Phrase
 
 LOCALHOST = "127.0.0.1"
 # What headless rerun needs of a Debian system, beyond Python packages.
@@ -202,12 +202,11 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-def require_screen(advice: str) -> None:
+def require_screen(advice: Phrase) -> None:
     """Raise `GranularError` with this advice where no window can open."""
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise GranularError(
-            f"no screen: neither DISPLAY nor WAYLAND_DISPLAY is set, so the desktop viewer cannot open; {advice}"
-        )
+        missing = "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set, so the desktop viewer cannot open"
+        raise GranularError(Fault(received=missing, hint=advice))
 
 
 def _after(advice: str) -> str:

@@ -12,7 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularError, ParameterError
+from granular_env.components.errors import GranularError, Option, ParameterError
+from granular_env.progress import Progress, progress_bar
 from granular_env.writing import require_writable, write_files
 
 from .blueprint import blueprint
@@ -31,7 +32,7 @@ def save_rrd(
     log: Any,
     path: str | os.PathLike[str],
     exaggerate: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = False,
 ) -> Path:
     """Write a log's scene, with its layout, as a file for rerun.
 
@@ -40,7 +41,7 @@ def save_rrd(
         path: of the .rrd file; a rerun file that stands there is replaced, any other file is not.
         exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no grains
             pass one another. The factor is stated in the scene.
-        progress: told the part that is done, 0 to 1.
+        progress: show a bar, or call this with the part that is done.
 
     Returns:
         The path.
@@ -52,7 +53,8 @@ def save_rrd(
     """
     needed("rerun", "saving a rerun file")
     target = rerun_target(path)
-    write_files({target: scene_bytes(log, exaggerate, progress)})
+    with progress_bar(f"scene of {target.name}", show=progress) as bar:
+        write_files({target: scene_bytes(log, exaggerate, bar.update)})
     return target
 
 
@@ -97,7 +99,8 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
     """
     needed("rerun", "the viewer")
     if not web:
-        require_screen("use the web viewer (web=True), a rerun file (save_rrd) or a picture (screenshot)")
+        file, picture = Option("save", "FILE.rrd"), Option("screenshot", "FILE.png")
+        require_screen(("use the web viewer (", Option("web"), "), a rerun file (", file, ") or a picture (", picture, ")"))
     data = scene_bytes(log, exaggerate)
     try:
         if web:

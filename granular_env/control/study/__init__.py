@@ -1,11 +1,10 @@
 """Studies: TOML files that let methods search for the best drive or policy of a task, at an equal budget of physics.
 
-`schema.py` says what a file may hold, `load.py` finds and reads it, `methods/` holds one method a file, `search.py` counts what
+`study.py` says what a file may hold, `methods/` holds one method a file, `search.py` counts what
 they ask of the physics and answers again what was answered before a kill, `track.py` is what is kept of that, `running.py` is
 the loop, `results.py`, `drawing.py` and `report.py` tell how it went.
 """
 
-from .load import load_study, shipped_studies
-from .schema import Study
+from .study import Study, load_study, shipped_studies
 
 __all__ = ["Study", "load_study", "shipped_studies"]

@@ -6,8 +6,10 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
+from granular_env.components.errors import Fault
+
 from ..problem import Episode
-from .schema import Study
+from .study import Study
 from .track import Track
 
 
@@ -36,7 +38,7 @@ class Trial:
         track: everything that it evaluated.
         score: of its best; None where it found none.
         log: the recorded episode of its best, or None.
-        failure: why it ended early, or "".
+        faults: why it ended early; none where it did not.
     """
 
     label: str
@@ -44,7 +46,12 @@ class Trial:
     track: Track
     score: Score | None
     log: Path | None
-    failure: str
+    faults: tuple[Fault, ...] = ()
+
+    @property
+    def failure(self) -> str:
+        """Why it ended early, in words, or ""."""
+        return "\n".join(map(str, self.faults))
 
     @property
     def name(self) -> str:

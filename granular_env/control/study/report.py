@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
+from granular_env.documents import to_toml
 from granular_env.viewing import page
 from granular_env.writing import counted
 
 from .drawing import Picture
-from .load import as_toml
 from .outcome import StudyResult
 from .results import heads, verdicts
 
@@ -24,7 +24,7 @@ def page_of(result: StudyResult, pictures: Mapping[str, Picture]) -> str:
         sections.append(("Drives", shown.pop("drives")))
     if shown:
         sections.append(("Final state", Markup().join(shown.values())))
-    sections += [("Trials", _trials(result)), ("Study", page.preformatted(as_toml(result.study)))]
+    sections += [("Trials", _trials(result)), ("Study", page.preformatted(to_toml(result.study.to_dict())))]
     return page.page(f"Study: {result.study.name}", _lead(result), sections)
 
 

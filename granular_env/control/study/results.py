@@ -13,7 +13,7 @@ from granular_env.components.errors import ExperimentError
 from granular_env.writing import write_files
 
 from .outcome import StudyResult, Trial
-from .schema import VERSION
+from .study import VERSION
 
 
 def safe_name(name: str) -> str:

@@ -8,7 +8,7 @@ import math
 import os
 import shutil
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from time import perf_counter
 
@@ -16,48 +16,48 @@ import numpy as np
 
 from granular_env.components.errors import (
     ExperimentError,
+    Fault,
     GranularError,
     GranularWarning,
+    Option,
     ParameterError,
     caution,
     nearest,
 )
-from granular_env.experiments.faults import blamed
+from granular_env.documents import Overrides, to_toml
+from granular_env.progress import Progress
 from granular_env.running import Interrupt
 from granular_env.viewing.extras import needed
 from granular_env.writing import write_files
 
 from ..drive import DriveShape
 from ..problem import Actor, Problem
-from .load import Source, as_toml, load_study
 from .methods import MethodTable
 from .outcome import Score, StudyResult, Trial
 from .results import safe_name, write_results
-from .schema import Study
 from .search import BudgetSpentError, InterruptedByUserError, Search
-from .track import Track, checked
+from .study import Source, Study, load_study
+from .telling import Told, telling
+from .track import START_ANEW, Track, checked
 
 # Between two writes of a trial's record, and of the log of its best [s].
 _SAVED_EVERY, _LOGGED_EVERY = 1.0, 30.0
 _OURS = ("checkpoints", "logs")
-
-Told = Callable[[str, int, float], None]
-"""Called with a trial's name, the control steps it has simulated, and the best return so far."""
 
 
 def run_study(
     source: Source,
     folder: str | os.PathLike[str] | None = None,
     *,
-    overrides: Iterable[str] = (),
+    overrides: Overrides = (),
     overwrite: bool = False,
-    told: Told = lambda trial, spent, best: None,
+    progress: Progress = False,
     problem: Problem | None = None,
     only: Iterable[str] = (),
 ) -> StudyResult:
     """Run a study, or go on with one that was interrupted, killed, or given a larger budget.
 
-        result = run_study("pulse-forming", "studies/pulse", overrides=["budget=100000"])
+        result = run_study("pulse-forming", "studies/pulse", overrides={"budget": 100_000})
 
     The folder gets the study as it was run, a record of every trial (`checkpoints/`), a log of the best of each (`logs/`),
     ``results.json``, ``curves.csv``, the figures, and ``report.html``.
@@ -65,9 +65,9 @@ def run_study(
     Args:
         source: a shipped study's name, the path of a TOML file, the content of one, or a loaded study.
         folder: where to; default: ``studies/`` and the study's name.
-        overrides: ``"a.b=value"`` each, as in `load_study`.
+        overrides: keys to set, as in `load_study`.
         overwrite: whether to start anew where the folder holds another study, or results of this one.
-        told: is told how far it is.
+        progress: show a bar for every trial, or call this with the part that is done.
         problem: what is asked, where it is not the environment of the study's task.
         only: names of the methods to run and to report; none: all. What others have done is kept for a later run.
 
@@ -88,6 +88,7 @@ def run_study(
     trials, interrupted = [], False
     with _warned_once() as warned, contextlib.ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
+        told = stack.enter_context(telling(study, len(methods) * len(study.seeds), progress))
         for method in methods:
             for seed in study.seeds:
                 attempt = _Attempt(study, method, seed, problem, shape, where, interrupt, told)
@@ -106,7 +107,9 @@ def chosen_methods(study: Study, only: Iterable[str]) -> list[MethodTable]:
     labels, wanted = [method.label for method in study.method], list(only)
     for name in wanted:
         if name not in labels:
-            raise ExperimentError(f"{study.origin}: only: got {name!r}, which is no method of it; {nearest(name, labels)}")
+            raise ExperimentError(
+                Fault(("only",), f"got {name!r}, which is no method of it", hint=nearest(name, labels), source=study.origin)
+            )
     return [method for method in study.method if not wanted or method.label in wanted]
 
 
@@ -125,9 +128,9 @@ def _warned_once() -> Iterator[list[str]]:
 
 
 def _raise_failures(result: StudyResult) -> None:
-    failed = [f"{trial.name}: {trial.failure}" for trial in result.trials if trial.failure]
+    failed = [fault.of(trial.name) for trial in result.trials for fault in trial.faults]
     if failed:
-        error = ExperimentError("\n".join(failed))
+        error = ExperimentError(*failed)
         error.add_note(f"results so far: {result.folder}")
         raise error
 
@@ -137,19 +140,18 @@ def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, Dri
     if problem is None:
         from ..task_problem import TaskProblem
 
-        with blamed(study.origin, "task"):
+        with study.locate("task"):
             problem = TaskProblem(study.task.name, study.task.arguments, _folder_of(study))
     table = study.drive
     if (driven := table.driven or problem.steps) > problem.steps:
-        raise ExperimentError(
-            f"{study.origin}: drive.driven: got {driven}, expected at most {problem.steps}, the control steps of an episode"
-        )
-    knots = {"drive": table.knots} | {f"method.{place}": one.knots for place, one in enumerate(study.method) if one.knots}
+        expected = f"at most {problem.steps}, the control steps of an episode"
+        raise ExperimentError(study.located(Fault(("drive", "driven"), f"got {driven}", expected)))
+    knots: dict[tuple[str | int, ...], int] = {("drive", "knots"): table.knots}
+    knots |= {("method", place, "knots"): one.knots for place, one in enumerate(study.method) if one.knots}
     for where, number in knots.items():
         if number > driven:
-            raise ExperimentError(
-                f"{study.origin}: {where}.knots: got {number}, expected at most {driven}, one for every driven control step"
-            )
+            expected = f"at most {driven}, one for every driven control step"
+            raise ExperimentError(study.located(Fault(where, f"got {number}", expected)))
     _refuse_too_little(study, problem)
     limits = [rate for rate in (table.rate, problem.rate) if rate is not None]
     return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": min(limits, default=None)})
@@ -166,10 +168,8 @@ def _refuse_too_little(study: Study, problem: Problem) -> None:
     for method in study.method:
         least = math.ceil(method.least_runs(problem) * problem.steps * study.episodes)
         if study.budget < least:
-            raise ExperimentError(
-                f"{study.origin}: budget: got {study.budget}, expected at least {least}, which the first result of "
-                f"{method.label!r} takes"
-            )
+            expected = f"at least {least}, which the first result of {method.label!r} takes"
+            raise ExperimentError(study.located(Fault(("budget",), f"got {study.budget}", expected)))
 
 
 def judged(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:
@@ -200,17 +200,16 @@ class _Attempt:
     ) -> None:
         self._study, self._method, self._seed, self._problem, self._folder = study, method, seed, problem, folder
         self._interrupt, self._told = interrupt, told
-        self.interrupted, self._failure = False, ""
+        self.interrupted, self._faults = False, tuple[Fault, ...]()
         self._name = f"{method.label}-{seed}"
         self._path = folder / "checkpoints" / f"{self._name}.trial"
         self._owner = {"study": study.identity, "method": method.label, "seed": seed}
         shape = dataclasses.replace(shape, knots=method.knots or shape.knots)
         self._track = checked(self._path, self._owner)
         if self._track.spent > study.budget:
-            raise ExperimentError(
-                f"{study.origin}: budget: got {study.budget}, but {self._name} has simulated {self._track.spent} control steps "
-                "already; give at least that, or pass overwrite=True to start anew"
-            )
+            spent = f"got {study.budget}, but {self._name} has simulated {self._track.spent} control steps already"
+            hint = ("give at least that, or pass ", Option("overwrite"), " to start anew")
+            raise ExperimentError(study.located(Fault(("budget",), spent, hint=hint)))
         self._search = Search(problem, shape, seed, study.search_seeds, study.budget, self._track, self._watch)
         self._saved = self._logged = perf_counter()
         self._wait, self._logged_best = _SAVED_EVERY, -np.inf
@@ -230,7 +229,7 @@ class _Attempt:
         except (InterruptedByUserError, KeyboardInterrupt):
             self.interrupted = True
         except GranularError as error:
-            self._failure = str(error)
+            self._faults = error.faults
         self._save()
         return self.finish()
 
@@ -238,7 +237,7 @@ class _Attempt:
         """Judge the best so far, and record it."""
         score = self._record() if self._track.best else None
         log = self._log if score is not None and self._log.exists() else None
-        return Trial(self._method.label, self._seed, self._track, score, log, self._failure)
+        return Trial(self._method.label, self._seed, self._track, score, log, self._faults)
 
     @property
     def _log(self) -> Path:
@@ -269,9 +268,8 @@ class _Attempt:
         except (IndexError, KeyError, TypeError, ValueError) as error:
             if isinstance(error, GranularError):
                 raise
-            raise ExperimentError(
-                f"{self._path}: the best that it holds does not fit this study ({error}); pass overwrite=True to start anew"
-            ) from error
+            unfit = f"the best that it holds does not fit this study ({error})"
+            raise ExperimentError(Fault(received=unfit, hint=START_ANEW, source=str(self._path))) from error
 
 
 # -- the folder -----------------------------------------------------------------------------------------------------------
@@ -287,14 +285,13 @@ def _claim(folder: Path, study: Study, overwrite: bool) -> None:
     if file.is_file() and overwrite:
         _clear(folder)
     elif file.is_file() and (found := load_study(file)).identity != study.identity:
-        raise ExperimentError(
-            f"{folder}: it holds another study, {found.name!r}, or this one with other keys; choose another folder, "
-            "or pass overwrite=True to replace its results"
-        )
+        other = f"it holds another study, {found.name!r}, or this one with other keys"
+        hint = ("choose another folder, or pass ", Option("overwrite"), " to replace its results")
+        raise ExperimentError(Fault(received=other, hint=hint, source=str(folder)))
     new = not folder.exists()
     _made(folder)
     try:
-        write_files({file: as_toml(study).encode("utf-8")}, ExperimentError)
+        write_files({file: to_toml(study.to_dict()).encode("utf-8")}, ExperimentError)
         for part in _OURS:
             _made(folder / part)
     except ExperimentError:

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from granular_env.progress import Bar, ProgressBars
+from granular_env.progress import Bar, Progress, ProgressBars
 from granular_env.terminal import table
 
 from .outcome import StudyResult
 from .results import heads, verdicts
-from .running import Told
-from .schema import Study
+from .study import Study
 
 _MOST_NOTES = 3
 
+Told = Callable[[str, int, float], None]
+"""Called with a trial's name, the control steps it has simulated, and the best return so far."""
+
 
 @contextmanager
-def telling(study: Study, quiet: bool) -> Iterator[Told]:
+def telling(study: Study, trials_of_all: int, progress: Progress) -> Iterator[Told]:
     """Show a progress bar for every trial: control steps simulated, and the best return so far."""
-    with ProgressBars(not quiet, keep=True) as bars:
+    with ProgressBars(progress, study.budget * trials_of_all, keep=True) as bars:
         trials: dict[str, Bar] = {}
 
         def told(trial: str, spent: int, best: float) -> None:

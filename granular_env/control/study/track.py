@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ExperimentError, LogError
+from granular_env.components.errors import ExperimentError, Fault, LogError, Option
 from granular_env.components.support.serialization import digest, pack, unpack
 from granular_env.writing import replacing
 
 FloatArray = npt.NDArray[np.float64]
 
+START_ANEW = ("pass ", Option("overwrite"), " to start anew")
 _FORMAT, _VERSION = "granular-env trial", 1
 RETURN, SLOPES, TRAINING, PLAYED = 0, 1, 2, 3
 """Kinds of evaluation: a return, an objective with its slopes, a policy's training, a baseline that was looked at."""
@@ -77,11 +78,11 @@ class Track:
     def recorded(self, place: int, kind: int, point: FloatArray) -> float:
         """The value of the evaluation at a place; `ExperimentError` where it was of another point."""
         if self._kinds[place] != kind or self._points[place] != fingerprint(point):
-            raise ExperimentError(
+            other = (
                 f"evaluation {place + 1} of the record is of another point than the method asks for now: it was made with "
-                "other versions of numpy, scipy or cma, or on a machine that computes differently; "
-                "pass overwrite=True to start anew"
+                "other versions of numpy, scipy or cma, or on a machine that computes differently"
             )
+            raise ExperimentError(Fault(received=other, hint=START_ANEW))
         return self._values[place]
 
     def slopes(self, place: int) -> FloatArray:
@@ -131,18 +132,18 @@ class Track:
         try:
             header, arrays = unpack(path.read_bytes())
         except (OSError, LogError) as error:
-            raise ExperimentError(f"{path}: cannot be read: {error}; pass overwrite=True to start anew") from error
+            raise ExperimentError(Fault(received=f"cannot be read: {error}", hint=START_ANEW, source=str(path))) from error
         if header.get("format") != _FORMAT or header.get("version") != _VERSION:
             came = f"{header.get('format')!r} of version {header.get('version')!r}"
             raise ExperimentError(f"{path}: it is {came}, this program reads {_FORMAT!r} of version {_VERSION}")
         if header.get("owner") != dict(owner):
-            raise ExperimentError(
-                f"{path}: it belongs to another study; choose another folder, or pass overwrite=True to start anew"
-            )
+            hint = ("choose another folder, or ", *START_ANEW)
+            raise ExperimentError(Fault(received="it belongs to another study", hint=hint, source=str(path)))
         try:
             return cls._filled(header, arrays)
         except (KeyError, TypeError, ValueError) as error:
-            raise ExperimentError(f"{path}: it is no whole record: {error}; pass overwrite=True to start anew") from error
+            fault = Fault(received=f"it is no whole record: {error}", hint=START_ANEW, source=str(path))
+            raise ExperimentError(fault) from error
 
     @classmethod
     def _filled(cls, header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Track:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import Fault, Option, ParameterError, nearest, shortened
 
 from ..computing import Job, Order, Result
 
@@ -41,7 +41,8 @@ def check(engine: str, workers: int | None, address: str | None) -> None:
     if address is not None and not isinstance(address, str):
         raise ParameterError(f"address: got {shortened(address)}, expected a text such as '10.0.0.1:6379'")
     if address is not None and engine != "ray":
-        raise ParameterError(f"address: {shortened(address)} is of a Ray cluster; take engine 'ray' with it")
+        hint = ("take ", Option("engine", "ray"), " with it")
+        raise ParameterError(Fault(("address",), f"{shortened(address)} is of a Ray cluster", hint=hint))
     if engine == "ray":
         from .on_ray import check_cluster
 

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from time import perf_counter
 
-from granular_env.components.errors import SweepError
+from granular_env.components.errors import Fault, Option, SweepError
 from granular_env.workers import Worker, stop_all
 
 from ..bundles import Bundles
@@ -48,7 +48,8 @@ def in_processes(job: Job, orders: Sequence[Order], folder: Path, workers: int |
                     bundles.back(left)
                     stillborn += 1
                     if stillborn >= _MOST_STILLBORN:
-                        raise SweepError(f"the processes end before they begin ({reason}); try engine 'serial'") from None
+                        begun = f"the processes end before they begin ({reason})"
+                        raise SweepError(Fault(received=begun, hint=("try ", Option("engine", "serial")))) from None
                     continue
                 stillborn = 0
                 if found:

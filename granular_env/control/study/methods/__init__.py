@@ -9,13 +9,6 @@ from .policy_search import PolicySearch
 from .random_search import RandomSearch
 from .reinforcement import PPO, SAC
 
-METHODS: dict[str, type[MethodTable]] = {
-    "gradient": Gradient,
-    "cma": Evolution,
-    "random": RandomSearch,
-    "policy": PolicySearch,
-    "ppo": PPO,
-    "sac": SAC,
-}
+AnyMethod = Gradient | Evolution | RandomSearch | PolicySearch | PPO | SAC
 
-__all__ = ["METHODS", "MethodTable"]
+__all__ = ["AnyMethod", "MethodTable"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,7 @@ class Evolution(MethodTable):
     packages: ClassVar[tuple[str, ...]] = ("cma",)
     extra: ClassVar[str] = "control"
 
-    type: str = "cma"
+    type: Literal["cma"] = "cma"
     population: int = Field(default=16, ge=4, le=100_000, description="drives of a generation")
     begin: str = Field(default="", description="a baseline that the first generation lies about; default: none")
     start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the first generation lies about")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +25,7 @@ class Gradient(MethodTable):
     its return too.
     """
 
-    type: str = "gradient"
+    type: Literal["gradient"] = "gradient"
     begin: str = Field(default="", description="a baseline that the starts lie about, the first one on it; default: none")
     start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the starts lie about otherwise")
     spread: float = Field(default=0.3, ge=0.0, description="how far they are drawn from it, in units of the bounds' distance")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import Field
 
 from granular_env.components.errors import MissingExtraError
-from granular_env.experiments.faults import Table
+from granular_env.documents import Table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,7 +26,7 @@ class MethodTable(Table):
     extra: ClassVar[str] = ""
     """The extra that installs them."""
 
-    type: str = Field(description="which method")
+    type: Any = Field(description="which method")
     name: str = Field(
         default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="what it is called in the results"
     )

@@ -25,7 +25,7 @@ class PolicySearch(MethodTable):
     packages: ClassVar[tuple[str, ...]] = ("cma",)
     extra: ClassVar[str] = "control"
 
-    type: str = "policy"
+    type: Literal["policy"] = "policy"
     policy: Literal["linear"] = Field(default="linear", description="what the numbers are of")
     population: int = Field(default=16, ge=4, le=100_000, description="policies of a generation")
     spread: float = Field(default=0.1, gt=0.0, description="standard deviation of the weights at the start")

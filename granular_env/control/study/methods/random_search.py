@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class RandomSearch(MethodTable):
     """Draws knots evenly between the drive's bounds, and keeps the best."""
 
-    type: str = "random"
+    type: Literal["random"] = "random"
     batch: int = Field(default=32, ge=1, le=100_000, description="drives that are simulated at a time")
 
     def run(self, search: Search) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -106,7 +106,7 @@ class Reinforcement(MethodTable):
 class PPO(Reinforcement):
     """Proximal policy optimisation: many environments, short rounds."""
 
-    type: str = "ppo"
+    type: Literal["ppo"] = "ppo"
     rollout: int = Field(default=64, ge=2, description="decisions of an environment in a round")
     batch: int = Field(default=256, ge=2, description="decisions that the slope of the loss is estimated from")
     epochs: int = Field(default=10, ge=1, description="passes over a round's decisions")
@@ -132,7 +132,7 @@ class PPO(Reinforcement):
 class SAC(Reinforcement):
     """Soft actor-critic: learns from a memory of what was seen, so it needs less physics and more arithmetic."""
 
-    type: str = "sac"
+    type: Literal["sac"] = "sac"
     rollout: int = Field(default=16, ge=1, description="decisions of an environment in a round")
     batch: int = Field(default=256, ge=2, description="remembered decisions that a step is made from")
     memory: int = Field(default=100_000, ge=100, description="decisions that are remembered")

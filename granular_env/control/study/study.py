@@ -15,17 +15,19 @@ test_episodes = 1               # other starts, on which what was found is judge
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
-from typing import Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import ConfigDict, Field, PrivateAttr, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
-from granular_env.components.errors import ExperimentError, nearest
+from granular_env.components.errors import shortened
 from granular_env.components.support.serialization import canonical_json, digest
-from granular_env.experiments.faults import Faults, Table, shortened
+from granular_env.components.support.validation import refusal
+from granular_env.documents import ByKey, Document, Overrides, Table, load
+from granular_env.shipped import shipped_files
 
-from .methods import METHODS, MethodTable
-from .methods.random_search import RandomSearch
+from .methods import AnyMethod
 
 VERSION = 1
 # Episodes are drawn with seeds of their own, so that what was found is judged on starts that no search has seen.
@@ -40,6 +42,14 @@ class TaskTable(Table):
     model_config = ConfigDict(extra="allow")
 
     name: str = Field(description="an environment, such as 'pulse-forming', or 'module:name' of what makes your own")
+
+    @model_validator(mode="after")
+    def _check_arguments(self) -> Self:
+        try:
+            canonical_json(self.arguments)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise refusal(f"not usable: {error}") from None
+        return self
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -60,12 +70,15 @@ class DriveTable(Table):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.lowest >= self.highest:
-            raise ValueError(f"highest: got {self.highest:g}, expected more than lowest, {self.lowest:g}")
+            raise refusal(f"got {self.highest:g}", f"more than lowest, {self.lowest:g}", at=("highest",))
         return self
 
 
-class Study(Table):
+class Study(Document):
     """One study, checked as far as that is possible without building its environment."""
+
+    kind: ClassVar[str] = "study"
+    shelf: ClassVar[str] = "studies"
 
     version: Literal[1] = Field(description="version of the file's format")
     name: str = Field(min_length=1, max_length=200, description="what folders and pages call it")
@@ -74,25 +87,22 @@ class Study(Table):
     seeds: list[int] = Field(default=[1], min_length=1, max_length=1000, description="every method runs once with each")
     episodes: int = Field(1, ge=1, le=100_000, description="starts that a drive is tried from while it is searched")
     test_episodes: int = Field(1, ge=0, le=100_000, description="other starts, to judge what was found; 0: the search's own")
-    task: TaskTable
+    task: TaskTable = Field(json_schema_extra={"advice": 'give a table [task] with a name, such as name = "pulse-forming"'})
     drive: DriveTable = DriveTable()
-    method: list[MethodTable] = Field(min_length=1, description="the methods that are compared")
-
-    _origin: str = PrivateAttr("study")
+    method: list[Annotated[AnyMethod, ByKey("type")]] = Field(
+        min_length=1, json_schema_extra={"advice": 'give tables [[method]], each with a type, such as type = "cma"'}
+    )
 
     @model_validator(mode="after")
     def _distinct(self) -> Self:
         labels = [method.label for method in self.method]
         if twice := sorted({label for label in labels if labels.count(label) > 1}):
-            raise ValueError(f"method: {', '.join(map(repr, twice))} more than once; give each a name of its own")
+            twice = ", ".join(map(repr, twice))
+            raise refusal(f"{twice} more than once", hint="give each a name of its own", at=("method",))
         if len(set(self.seeds)) < len(self.seeds) or any(not 0 <= seed < 2**31 for seed in self.seeds):
-            raise ValueError(f"seeds: got {shortened(self.seeds)}, expected different whole numbers from 0 to 2147483647")
+            expected = "different whole numbers from 0 to 2147483647"
+            raise refusal(f"got {shortened(self.seeds, 60)}", expected, at=("seeds",))
         return self
-
-    @property
-    def origin(self) -> str:
-        """The file it came from, as messages call it."""
-        return self._origin
 
     @property
     def search_seeds(self) -> list[int]:
@@ -110,61 +120,26 @@ class Study(Table):
         kept = {key: value for key, value in self.to_dict().items() if key not in _LOOSE}
         return digest(canonical_json(kept)).hex()
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for TOML, JSON and `parse`; what was left out stays out."""
-        return self.model_dump(mode="json", exclude_none=True, exclude_unset=True, serialize_as_any=True)
+
+Source = str | os.PathLike[str] | Mapping[str, Any] | Study
 
 
-def parse(document: Mapping[str, Any], origin: str = "study") -> Study:
-    """A study from the content of a TOML file; `ExperimentError` names every fault in it."""
-    faults = Faults(origin)
-    version = document.get("version")
-    if version != VERSION or isinstance(version, bool):
-        came = "none" if version is None else shortened(version)
-        raise ExperimentError(f"{origin}: version: got {came}, this program reads studies of version {VERSION}")
-    fields: dict[str, Any] = {key: value for key, value in document.items() if key not in ("task", "drive", "method")}
-    fields["task"] = _task(document.get("task"), faults)
-    if "drive" in document:
-        fields["drive"] = faults.table(DriveTable, document["drive"], "drive")
-    fields["method"] = _methods(document.get("method"), faults)
-    if faults.lines:
-        # The rest is still looked at, with stand-ins where a table is broken.
-        fields.pop("drive", None)
-        fields |= {"task": TaskTable(name="none"), "method": [RandomSearch()]}
-    study = faults.table(Study, fields, "")
-    faults.raise_any()
-    assert study is not None
-    study._origin = origin
-    return study
+def shipped_studies() -> list[str]:
+    """Return the names of the studies that come with the package, such as ``pulse-forming``."""
+    return list(shipped_files(Study.shelf))
 
 
-def _task(content: Any, faults: Faults) -> TaskTable | None:
-    if content is None:
-        faults.add("task", 'missing; give a table [task] with a name, such as name = "pulse-forming"')
-        return None
-    table = faults.table(TaskTable, content, "task")
-    try:
-        canonical_json(table.arguments if table is not None else {})
-    except (TypeError, ValueError, RecursionError) as error:
-        faults.add("task", f"not usable: {error}")
-    return table
+def load_study(source: Source, overrides: Overrides = ()) -> Study:
+    """Return a study, checked as far as that goes without building its environment; see `documents.load`.
+
+        load_study("pulse-forming", {"budget": 5000, "task.grains": 30, "method.0.population": 8})
+
+    Raises:
+        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+    """
+    return load(Study, source, overrides)
 
 
-def _methods(content: Any, faults: Faults) -> list[MethodTable]:
-    if not isinstance(content, list) or not content:
-        came = "missing" if content is None else f"got {shortened(content)}"
-        faults.add("method", f'{came}; give tables [[method]], each with a type, such as type = "cma"')
-        return []
-    return [table for place, one in enumerate(content) if (table := _method(one, f"method.{place}", faults)) is not None]
-
-
-def _method(content: Any, place: str, faults: Faults) -> MethodTable | None:
-    if not isinstance(content, Mapping):
-        faults.add(place, f"got {shortened(content)}, expected a table of keys and values")
-        return None
-    kind = content.get("type")
-    if not isinstance(kind, str) or kind not in METHODS:
-        came = "missing" if kind is None else f"got {shortened(kind)}"
-        faults.add(f"{place}.type", f"{came}; {nearest(str(kind), METHODS)}")
-        return None
-    return faults.table(METHODS[kind], content, place)
+def is_study(content: Mapping[str, Any]) -> bool:
+    """Return whether the content of a TOML file is meant as a study: it compares methods, or names a task and no component."""
+    return "component" not in content and ("method" in content or "task" in content)

@@ -1,0 +1,27 @@
+"""Documents: TOML files of experiments, studies and plans of sweeps, read, overridden, checked and written in one way.
+
+A kind of document is a pydantic model on `Document` (`document.py`), made of `Table`s (`table.py`). `load` takes a shipped
+name, a file, or a mapping, and keys to override (`overrides.py`); whatever is wrong comes out as faults, all in one error, each
+with its location and the file or the override that holds it. `files.py` finds and reads files, `toml.py` writes TOML.
+"""
+
+from .document import Document, load
+from .files import begins_as_log, find, read
+from .overrides import Overrides, parse_assignments
+from .table import ByKey, Table
+from .toml import edit, to_toml, toml_value
+
+__all__ = [
+    "ByKey",
+    "Document",
+    "Overrides",
+    "Table",
+    "begins_as_log",
+    "edit",
+    "find",
+    "load",
+    "parse_assignments",
+    "read",
+    "to_toml",
+    "toml_value",
+]

@@ -1,0 +1,149 @@
+"""One kind of document: a pydantic model of the whole file, which knows where it came from and what was overridden in it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, ClassVar, Self, TypeVar
+
+import numpy as np
+from pydantic import PrivateAttr, ValidationError
+
+from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError, shortened
+from granular_env.components.support.validation import faults_of
+from granular_env.writing import with_article
+
+from .files import find, read
+from .overrides import Overrides, set_key, source_of, to_overrides
+from .table import Table
+
+D = TypeVar("D", bound="Document")
+
+
+class Document(Table):
+    """Base of the models of whole files.
+
+    Attributes:
+        kind: what messages call it.
+        shelf: where shipped ones lie, as `shipped_files` calls it.
+    """
+
+    kind: ClassVar[str]
+    shelf: ClassVar[str]
+
+    _origin: str = PrivateAttr("")
+    _folder: Path = PrivateAttr(default_factory=Path)
+    _overrides: tuple[Override, ...] = PrivateAttr(())
+
+    @property
+    def origin(self) -> str:
+        """The file it came from, as messages call it."""
+        return self._origin
+
+    @property
+    def folder(self) -> Path:
+        """The folder that paths in it are relative to."""
+        return self._folder
+
+    @property
+    def overrides(self) -> tuple[Override, ...]:
+        """What was set beside what its file says."""
+        return self._overrides
+
+    @classmethod
+    def parse(
+        cls, content: Mapping[str, Any], origin: str = "", folder: Path | None = None, overrides: tuple[Override, ...] = ()
+    ) -> Self:
+        """Return a document from the content of its file; `ExperimentError` with every fault in it."""
+        origin = origin or cls.kind
+        faults = []
+        try:
+            document = cls.model_validate(content)
+            document._origin, document._folder, document._overrides = origin, folder or Path(), overrides
+            return document
+        except ValidationError as error:
+            faults = faults_of(error, content, cls)
+        except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:
+            faults = [Fault(received=f"not usable: {error}")]
+        raise ExperimentError(*(replace(one, source=source_of(one.location, origin, overrides)) for one in faults))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values for TOML, JSON and `parse`; what was left out stays out."""
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True, serialize_as_any=True)
+
+    @contextmanager
+    def locate(self, *location: str | int) -> Iterator[None]:
+        """Give the errors that are raised within a location in this document, and the override or the file that holds it.
+
+        Raises:
+            ExperimentError: with the same faults.
+        """
+        try:
+            yield
+        except (ExperimentError, StepError):
+            raise
+        except GranularError as error:
+            raise ExperimentError(*(self.located(fault, *location) for fault in error.faults)) from error
+        except MemoryError as error:
+            too_large = Fault(received="it asks for more memory than there is; make it smaller")
+            raise ExperimentError(self.located(too_large, *location)) from error
+
+    def located(self, fault: Fault, *location: str | int) -> Fault:
+        """Return a fault with its location in this document, and the override or the file that holds it."""
+        placed = fault.within(*location)
+        return replace(placed, source=source_of(placed.location, self.origin, self.overrides))
+
+
+def load(
+    model: type[D],
+    source: str | os.PathLike[str] | Mapping[str, Any] | D,
+    overrides: Overrides = (),
+    folder: Path | None = None,
+) -> D:
+    """Return a document, checked as far as that goes without what it describes.
+
+    Args:
+        model: its kind.
+        source: a shipped one's name, the path of a TOML file, the content of one as a mapping, or a document.
+        overrides: keys to set, such as ``{"component.grains": 500, "stop.0.above": 2.0}``.
+        folder: where the files lie that a mapping names; default: the current one.
+
+    Raises:
+        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+    """
+    changes, before = to_overrides(overrides), ()
+    if isinstance(source, model):
+        if not changes:
+            return source
+        content, origin, folder, before = source.to_dict(), source.origin, source.folder, source.overrides
+    elif isinstance(source, Mapping):
+        content, origin = _plain(source, model.kind), model.kind
+    elif isinstance(source, Document):
+        raise ExperimentError(f"{model.kind}: got a {source.kind}, expected {with_article(model.kind)}")
+    else:
+        path = find(source, model.kind, model.shelf)
+        content, origin, folder = read(path), str(path), path.parent
+    for override in changes:
+        set_key(content, replace(override, value=_plain(override.value, shortened(override.text, 60))))
+    return model.parse(content, origin, folder, (*before, *changes))
+
+
+def _plain(value: Any, origin: str) -> Any:
+    """Return a copy of a value in the types that a file has."""
+    try:
+        return _copied(value)
+    except RecursionError:
+        raise ExperimentError(f"{origin}: tables and lists are nested too deeply, or hold themselves") from None
+
+
+def _copied(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _copied(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_copied(part) for part in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return os.fspath(value) if isinstance(value, os.PathLike) else value

@@ -1,0 +1,87 @@
+"""Files of documents: found by a shipped name or a path, and read as TOML."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import tomllib
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from granular_env.components.errors import ExperimentError, shortened
+from granular_env.components.files import read_bounded
+from granular_env.shipped import shipped_files
+
+# The first bytes of every MCAP file.
+_LOG_MAGIC = b"\x89MCAP"
+_LARGEST_FILE = 16 * 2**20
+
+
+def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
+    """Return the file behind a shipped name or a path.
+
+    Args:
+        source: the name or the path.
+        kind: what it is called in messages, such as "experiment".
+        shelf: where shipped ones lie, as `shipped_files` calls it.
+
+    Raises:
+        ExperimentError: there is none; the nearest name is told.
+    """
+    try:
+        path = Path(source)
+        is_file = path.is_file()
+    except (TypeError, ValueError, OSError) as error:
+        raise ExperimentError(f"{kind} {shortened(source, 60)}: no name and no path: {error}") from None
+    if is_file:
+        if begins_as_log(path):
+            raise ExperimentError(f"{path}: this is a log, try `granular-env check` or `granular-env report`")
+        return path
+    shipped = shipped_files(shelf)
+    if str(source) in shipped:
+        return shipped[str(source)]
+    if path.exists():
+        what = "a folder" if path.is_dir() else "a device, a pipe or a socket"
+        raise ExperimentError(f"{path}: it is {what}, expected a TOML file or a name of `granular-env list`")
+    if path.suffix == ".toml":
+        raise ExperimentError(f"{path}: there is no such file")
+    advice = nearest_names(str(source), shipped)
+    raise ExperimentError(f"{kind} {shortened(str(source), 60)}: no shipped {kind} and no file; {advice}")
+
+
+def begins_as_log(path: Path) -> bool:
+    """Return whether a file begins as logs do."""
+    with suppress(OSError), path.open("rb") as file:
+        return file.read(len(_LOG_MAGIC)) == _LOG_MAGIC
+    return False
+
+
+def nearest_names(name: str, known: Iterable[str]) -> str:
+    """Return advice for an unknown name: the right one if it is plain, else the nearest, and where the list is.
+
+    The last part of a name will do: 3.4-piston for nesterenko-1983/3.4-piston.
+    """
+    names = sorted(known)
+    short = {name.rpartition("/")[2]: name for name in names}
+    close = [short[name]] if name in short else difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    if close:
+        return f"did you mean {close[0]!r}?"
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.0)
+    return f"the nearest: {', '.join(near)}; `granular-env list` names all"
+
+
+def read(path: Path) -> dict[str, Any]:
+    """Return the content of a TOML file; `ExperimentError` with the line where it is none."""
+    try:
+        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError).decode("utf-8")
+        return tomllib.loads(text)
+    except OSError as error:
+        raise ExperimentError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise ExperimentError(f"{path}: byte {error.start} is no UTF-8 text; save the file as plain text") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ExperimentError(f"{path}: not valid TOML: {error}") from None
+    except (RecursionError, ValueError, ArithmeticError) as error:
+        raise ExperimentError(f"{path}: not readable as TOML: {error}") from None

@@ -1,0 +1,117 @@
+"""Single keys of a document, set from outside: `{"component.grains": 500}` in a script, `component.grains=500` in a shell."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+from granular_env.components.errors import ExperimentError, Fault, Override, Phrase, shortened
+
+from .toml import toml_value
+
+Overrides = Mapping[str, Any] | Iterable[Override]
+
+_BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
+
+
+def parse_assignments(texts: Iterable[str]) -> tuple[Override, ...]:
+    """Return what a shell's ``key=value`` texts set, the values as in TOML; a bare word is a string too.
+
+    Raises:
+        ExperimentError: a text is none, or its value is none.
+    """
+    return tuple(_parse_assignment(text) for text in texts)
+
+
+def to_overrides(given: Any) -> tuple[Override, ...]:
+    """Return a script's overrides, checked.
+
+    Raises:
+        ExperimentError: they are no mapping; texts are answered with the mapping to write instead.
+    """
+    if isinstance(given, Mapping):
+        return tuple(_override(key, value) for key, value in given.items())
+    overrides: list[Any] = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
+    if all(isinstance(one, Override) for one in overrides):
+        return tuple(overrides)
+    example = {"component.grains": 500}
+    with suppress(ExperimentError, TypeError, AttributeError):
+        example = {".".join(one.key): one.value for one in map(_parse_assignment, overrides)}
+    raise ExperimentError(
+        Fault(
+            ("overrides",), f"got {shortened(given)}", "a mapping of keys and values", f"write overrides={shortened(example)}"
+        )
+    )
+
+
+def set_key(content: dict[str, Any], override: Override) -> None:
+    """Set one key of a document; tables on the way to it are made if need be.
+
+    Raises:
+        ExperimentError: the key leads into what is no table, or past the end of a list.
+    """
+    node: Any = content
+    for depth, part in enumerate(override.key):
+        key: Any = part
+        if isinstance(node, list):
+            if part not in map(str, range(len(node))):
+                raise _fault(override, f"got the index {shortened(part)}, expected 0 to {len(node) - 1}")
+            key = int(part)
+        elif not isinstance(node, dict):
+            above = ".".join(override.key[:depth])
+            raise _fault(override, f"{above} is {shortened(node)}, so it has no {part!r}; set {above} as a whole")
+        if depth == len(override.key) - 1:
+            node[key] = override.value
+        else:
+            node = node.setdefault(key, {}) if isinstance(node, dict) else node[key]
+
+
+def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> Phrase:
+    """Return what holds a fault: the override that set its key; the file, with overrides of the same table; or the file."""
+    keys = tuple(map(str, location))
+    for override in reversed(overrides):
+        if override.key == keys[: len(override.key)]:
+            return override
+    near = [override for override in overrides if override.key[:1] == keys[:1]]
+    listed = [part for override in near for part in (", ", override)][1:]
+    return (origin, " with ", *listed) if near else origin
+
+
+def _parse_assignment(text: str) -> Override:
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise ExperimentError(
+            Fault(received="expected key=value, such as component.grains=500", source=Override((), None, text))
+        )
+    return _override(key, _parse_value(text, value.strip()), text)
+
+
+def _parse_value(text: str, value: str) -> Any:
+    try:
+        parsed = tomllib.loads(f"value = {value}")
+        if parsed.keys() == {"value"}:
+            return parsed["value"]
+    except (ValueError, RecursionError, ArithmeticError):
+        if _BARE_WORD.fullmatch(value):
+            return value
+    advice = "write a number, a list, or a string in quotes"
+    raise _fault(Override((), None, text), f"{shortened(value, 60)} is no TOML value; {advice}")
+
+
+def _override(key: Any, value: Any, text: str | None = None) -> Override:
+    parts = tuple(part.strip().strip("\"'") for part in key.split(".")) if isinstance(key, str) else ()
+    override = Override(parts, value, text or f"{key}={_text_of(value)}")
+    if not all(parts) or not parts:
+        raise _fault(override, f"got the key {shortened(key)}, expected names with dots between them, such as component.grains")
+    return override
+
+
+def _text_of(value: Any) -> str:
+    return toml_value(value) if isinstance(value, str | bool | float) else shortened(value)
+
+
+def _fault(override: Override, text: str) -> ExperimentError:
+    return ExperimentError(Fault(received=text, source=override))

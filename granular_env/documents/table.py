@@ -1,0 +1,67 @@
+"""Tables of a document: strict pydantic models whose faults are data, and unions of them that one key tells apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Self, get_args
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic_core import CoreSchema, core_schema
+
+from granular_env.components.errors import nearest, shortened
+from granular_env.components.support.validation import as_validation_error, faults_of, refusal
+
+
+class Table(BaseModel):
+    """Base of every table of a document: frozen, strict about types, no unknown keys, finite numbers.
+
+    A field that is missing is explained by its description, or by "advice" in its `json_schema_extra`.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True)
+
+    @classmethod
+    def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
+        """Return what to do about an unknown key of the table; "" for the nearest known one."""
+        return ""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _explain(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Turn what pydantic finds into faults here, where the names of this table are known."""
+        try:
+            return handler(given)
+        except ValidationError as error:
+            raise as_validation_error(faults_of(error, given, cls)) from None
+
+
+@dataclass(frozen=True)
+class ByKey:
+    """Marks a union of tables that the value of one key tells apart: ``Annotated[Triangle | Constant, ByKey("profile")]``.
+
+    Each table declares its value as the Literal of that field.
+
+    Attributes:
+        key: the field's name.
+        advice: what to say of an unknown value, from it and the known ones.
+    """
+
+    key: str
+    advice: Callable[[str, list[str]], str] = nearest
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Choose the table first, so that only its own faults are told."""
+        return core_schema.no_info_plain_validator_function(lambda given: self._validate(given, get_args(source)))
+
+    def _validate(self, given: Any, tables: tuple[type[Table], ...]) -> Table:
+        if isinstance(given, tables):
+            return given
+        if not isinstance(given, Mapping):
+            raise refusal(f"got {shortened(given)}", f'a table with {self.key} = "..."')
+        choices = {value: table for table in tables for value in get_args(table.model_fields[self.key].annotation)}
+        value = given.get(self.key)
+        if not isinstance(value, str) or value not in choices:
+            received = "missing" if value is None else f"got {shortened(value)}"
+            raise refusal(received, hint=self.advice(str(value), list(choices)), at=(self.key,))
+        return choices[value].model_validate(given)

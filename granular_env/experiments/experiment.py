@@ -1,0 +1,125 @@
+"""What an experiment file holds, and how one is found and read.
+
+name = "my-pulse"
+description = "what it shows"   # optional, as is source: the citation
+duration = 5.45e-4              # s
+
+[component]                     # type: a catalogue name; the rest are its parameters
+[start]                         # start values of state variables: a number, a list, or { index = value }
+[input.left_force]              # for each input a number, a list, or a table with a profile (inputs.py)
+[[stop]]                        # rules that end the run early (stops.py)
+[record]                        # what the log keeps besides the inputs and the hashes
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from granular_env.components import catalogue
+from granular_env.components.errors import ParameterError
+from granular_env.components.support.validation import as_validation_error, faults_of, refusal
+from granular_env.documents import Document, Overrides, Table, load
+from granular_env.shipped import shipped_files
+
+from .inputs import Input
+from .stops import StopRule
+
+
+class ComponentTable(Table):
+    """The `[component]` table: the type, and that type's parameters."""
+
+    model_config = ConfigDict(extra="allow")
+
+    type: str = Field(description="a catalogue name, such as 'chain'")
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Everything but the type."""
+        return dict(self.model_extra or {})
+
+    @model_validator(mode="after")
+    def _check_parameters(self) -> Self:
+        try:
+            model = catalogue.component_class(self.type).Parameters
+        except ParameterError as error:
+            raise refusal(str(error), at=("type",)) from None
+        try:
+            model(**self.parameters)
+        except ValidationError as error:
+            raise as_validation_error(faults_of(error, self.parameters, model)) from None
+        except MemoryError:
+            raise refusal("it asks for more memory than there is; make it smaller") from None
+        except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:
+            raise refusal(f"not usable: {error}") from None
+        return self
+
+
+class RecordTable(Table):
+    """The `[record]` table."""
+
+    every: float | None = Field(default=None, gt=0.0, description="time between two frames of the outputs [s]")
+    variables: list[str] | None = Field(
+        default=None, description="names of the outputs to keep; default: the component's own choice"
+    )
+    hash_every: int | None = Field(default=None, ge=1, description="internal steps between two hashes of the state")
+    key_every: float | None = Field(default=None, gt=0.0, description="time between two whole snapshots [s]")
+
+
+class Experiment(Document):
+    """One experiment, checked as far as that is possible without building its component."""
+
+    kind: ClassVar[str] = "experiment"
+    shelf: ClassVar[str] = "experiments"
+
+    name: str = Field(min_length=1, max_length=200, description="what logs and pages call it")
+    description: str = Field("", description="what it shows, for people")
+    source: str | None = Field(None, description="where it comes from: a citation")
+    duration: float = Field(gt=0.0, description="simulated time from start to end [s]")
+    seed: int | None = Field(None, ge=0, lt=2**63, description="for components that draw random numbers")
+    component: ComponentTable = Field(
+        json_schema_extra={"advice": 'give a table [component] with a type, such as type = "chain"'}
+    )
+    start: dict[str, Any] = Field(default_factory=dict, description="start values of state variables")
+    input: dict[str, Input] = Field(default_factory=dict, description="numbers, arrays, or profiles of time")
+    stop: list[StopRule] = Field(default_factory=list, description="rules that end the run early")
+    record: RecordTable = RecordTable()
+
+    @classmethod
+    def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
+        """Return the whole key where one such as grains belongs into a table."""
+        for table, fields in (("component", _parameters(given.get("component"))), ("record", RecordTable.model_fields)):
+            if key in fields:
+                return f"did you mean {f'{table}.{key}'!r}?"
+        return ""
+
+
+Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
+
+
+def _parameters(component: Any) -> Mapping[str, Any]:
+    with suppress(ParameterError, KeyError, TypeError):
+        model: type[BaseModel] = catalogue.component_class(component["type"]).Parameters
+        return model.model_fields
+    return {}
+
+
+def shipped_experiments() -> list[str]:
+    """Return the names of the experiments that come with the package, such as ``nesterenko-1983/3.4-piston``."""
+    return list(shipped_files(Experiment.shelf))
+
+
+def load_experiment(source: Source, overrides: Overrides = (), folder: Path | None = None) -> Experiment:
+    """Return an experiment, checked as far as that goes without building its component; see `documents.load`.
+
+        load_experiment("nesterenko-1983/3.4-piston", {"component.grains": 500, "duration": 1e-3})
+
+    Raises:
+        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+    """
+    return load(Experiment, source, overrides, folder)
