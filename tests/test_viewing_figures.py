@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from granular_env import colours
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.domains.chain.viewing.space_time import space_time_picture
 from granular_env.recording import open_log, record
 from granular_env.recording.exaggeration import chosen_exaggeration
-from granular_env.viewing import colours, figures, report
+from granular_env.viewing import figures, report
 from granular_env.viewing.footage import from_component, from_log
 from granular_env.viewing.incidents import incident_sentences
 

@@ -13,6 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
+from granular_env.colours import diverging
+
 from ..components.component import Component
 from ..components.drawables import Points, main_points
 from .task import Task
@@ -24,7 +26,7 @@ _GRAINS_ROW, _BARS_ROW, _BARS_REACH = 105, 255, 72
 _LETTERS = 16
 
 _PAPER, _INK, _PALE = (255, 255, 255), (40, 40, 48), (205, 205, 212)
-_BLUE, _GREY, _RED = np.array([33.0, 102.0, 172.0]), np.array([225.0, 225.0, 228.0]), np.array([178.0, 24.0, 43.0])
+_ZERO = "#e1e1e4"
 
 
 def draw(
@@ -148,9 +150,8 @@ def _disc(pen: ImageDraw.ImageDraw, column: float, row: float, radius: float, co
 def _colours(values: npt.NDArray[np.float64]) -> list[Colour]:
     """Return blue at -1, grey at 0, red at 1."""
     # The root lets weak motion show.
-    strength = np.sqrt(np.clip(np.abs(values), 0.0, 1.0))[:, None]
-    ends = np.where(values[:, None] < 0.0, _BLUE, _RED)
-    return [tuple(colour) for colour in (_GREY + strength * (ends - _GREY)).astype(int).tolist()]
+    strength = np.sign(values) * np.sqrt(np.clip(np.abs(values), 0.0, 1.0))
+    return [tuple(colour) for colour in diverging(strength, 1.0, _ZERO).tolist()]
 
 
 def _write(pen: ImageDraw.ImageDraw, column: int, row: int, text: str) -> None:

@@ -100,7 +100,7 @@ def _input(origin: str, folder: Path, component: Component, name: str, value: An
     known = {v.name: v for v in component.variables.values() if v.causality == "input"}
     with blamed(origin, f"input.{name}"):
         if name not in known:
-            raise ParameterError(f"unknown to this {component.name}; {component._input_advice(name)}")
+            raise ParameterError(f"unknown to this {component.name}; {component.input_advice(name)}")
         if not isinstance(value, ProfileTable):
             return value
         profile = value.build(folder, known[name].unit)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from granular_env.components.support.arrays import FloatArray
+
+from ..components.support.roots import round_down_to_125
 
 # The deepest overlap of two neighbours is drawn as about this part of the smaller radius.
 _DRAWN_OVERLAP = 0.5
@@ -73,5 +74,4 @@ def _contact_limit(reference: FloatArray, radius: FloatArray, displacement: Floa
 def _rounded_down(factor: float) -> float:
     if not math.isfinite(factor) or factor <= 0.0:
         return 1.0
-    decade = 10.0 ** math.floor(math.log10(min(factor, _LARGEST)))
-    return float(f"{max(step * decade for step in (1, 2, 5) if step * decade <= factor * (1.0 + 1e-12)):.6g}")
+    return round_down_to_125(min(factor, _LARGEST) * (1.0 + 1e-12))

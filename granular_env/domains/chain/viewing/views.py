@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.colours import rgb
 from granular_env.viewing.caption import plain
-from granular_env.viewing.colours import rgb
 from granular_env.viewing.extras import needed
 from granular_env.viewing.footage import Motion
 from granular_env.viewing.scene import Scales, roomy_limit, time_columns
