@@ -133,3 +133,13 @@ def test_everything_that_a_domain_offers_is_there(domain):
     for name, home in offers.papers.items():
         assert load(home).name == name
     assert domain in catalogue.names()
+
+
+def test_nobody_reads_the_private_members_of_a_component():
+    """Recording, environments and loops use what is public, so that any component can keep its state as it likes."""
+    private = {"_block", "_memory_bytes", "_held", "_tick", "_observers", "_profiled", "_backup", "_stepping", "_failure"}
+    for path in sorted((ROOT / "granular_env").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            own = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in ("self", "cls")
+            read = isinstance(node, ast.Attribute) and not own and node.attr in private
+            assert not read, f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)} reads a private member of a component"

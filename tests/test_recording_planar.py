@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from component_examples import PULL, RING
-from conformance_tools import bits, drive
-from planar_toy import Ring
-from recording_helpers import changed, film_topics, rewrite
+from support.component_examples import PULL, RING
+from support.conformance_tools import bits, drive
+from support.planar_toy import Ring
+from support.recording_helpers import changed, film_topics, rewrite
 
 import granular_env as ge
 from granular_env.components.component import Component

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from planar_toy import Ring
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.profiles import Profile
+from support.planar_toy import Ring
 
 
 @dataclass(frozen=True)
