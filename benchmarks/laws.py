@@ -16,6 +16,7 @@ LAWS: dict[str, dict[str, Any]] = {
     "kuwabara_kono": {"law": {"name": "kuwabara_kono", "dissipation": 100.0}},
     "elastic_plastic": {"law": "elastic_plastic"},
     "power": GENERAL,
+    "walton_braun": {"law": {"name": "walton_braun", "unloading_stiffness": 2e7}, "contact_stiffness": 1e7},
     "linear": {"law": {"name": "linear", "dissipation": 1.0}, "contact_stiffness": 1e7},
 }
 WANTED = {"viscous": 0.5, "kuwabara_kono": 0.5}

@@ -59,7 +59,7 @@ class Component(Stepping, metaclass=_Fixed):
         Raises:
             ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
         """
-        self._memory = memory
+        self._given_memory = memory
         self.parameters = validated(self.Parameters, parameters, f"component {self.name!r}")
         refuse_beyond(self.memory_needed(self.parameters), f"component {self.name!r}")
         try:
@@ -88,23 +88,24 @@ class Component(Stepping, metaclass=_Fixed):
         **fields: tuple[str, tuple[int, ...]],
     ) -> None:
         """Set `_block`: the state, as `snapshot.Block` lays it out, in the memory of a parent where there is one."""
-        if growing and self._memory is not None:
+        if growing and self._given_memory is not None:
             raise ParameterError(f"memory: the state of {self._named} grows, so it needs memory of its own")
         words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
         self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent where there is one."""
-        if self._memory is None:
+        memory: Any = self._given_memory
+        if memory is None:
             self._memory = np.zeros(shape)
             return self._memory
-        memory: Any = self._memory
         sound = isinstance(memory, np.ndarray) and memory.dtype == np.float64 and memory.flags.c_contiguous
         if not sound or not memory.flags.writeable or memory.size != math.prod(shape):
             came = f"{memory.dtype} of shape {memory.shape}" if isinstance(memory, np.ndarray) else shortened(memory)
             raise ParameterError(f"memory: got {came}, expected writable C-ordered float64 of shape {shape}")
         memory[...] = 0.0
-        return memory.reshape(shape)
+        self._memory: FloatArray = memory.reshape(shape)
+        return self._memory
 
     def clone(self, memory: FloatArray | None = None) -> Self:
         """Return a component of the same parameters, at its start; in the memory of a parent where that is given."""
@@ -232,7 +233,7 @@ class Component(Stepping, metaclass=_Fixed):
     @property
     def memory(self) -> FloatArray:
         """The memory that the component lives in: the state, and what its kernels keep beside it. To be read only."""
-        return self._memory  # type: ignore[return-value]
+        return self._memory
 
     @property
     def state_bytes(self) -> int:
@@ -249,7 +250,8 @@ class Component(Stepping, metaclass=_Fixed):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
-        self._refuse_while_stepping("restore")
+        if self._stepping:
+            self._refuse_while_stepping("restore")
         if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
@@ -261,8 +263,9 @@ class Component(Stepping, metaclass=_Fixed):
         except ValueError:  # another length
             self.refuse_foreign(snapshot)
             raise
-        own: dict[str, Any] = vars(self)  # as in `step`
-        own["_tick"], own["_failure"] = snapshot.tick, -1
+        own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
+        own["_tick"] = snapshot.tick
+        own["_failure"] = -1
         for observer in self._observers:
             observer.began(self)
 

@@ -23,12 +23,11 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from .errors import ParameterError, nearest, shortened
 from .files import read_bounded
+from .support.arrays import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 Row = tuple[int, list[str]]
 Header = list[tuple[str, str | None]]
 

@@ -25,7 +25,6 @@ FloatArray = npt.NDArray[np.float64]
 
 # Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.
 _SINE_DEGREE = 23
-HALF_SINE_ERROR = 1.8e-13
 _MAXIMUM_DEGREE = 31
 # Two times closer than this part of a tick are the same instant: the rounding of decimal fractions of a second.
 _SAME_TICK = 1e-6

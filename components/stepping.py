@@ -46,6 +46,8 @@ class Stepping(Physics):
         # The tick at which the last step failed, until something else succeeds.
         self._failure = -1
         self._chunk_ticks = 256
+        # Steps up to so many ticks are made in one piece; none where the undo of a list that grows is needed.
+        self._direct_ticks = 0 if self._block.grows else self._chunk_ticks
         # Assigning between byte views is the quickest copy there is from Python; lists that grow need a slower one.
         self._memory_bytes = self._block.memory.reshape(-1).data.cast("B")
         self._backup: Any = self._block.to_bytes() if self._block.grows else memoryview(bytearray(self._memory_bytes.nbytes))
@@ -102,14 +104,11 @@ class Stepping(Physics):
                     own["_held"] = inputs if len(inputs) == len(held) else {**held, **inputs}
                 else:
                     self._hold({**held, **inputs})
-            if self._observers or ticks > self._chunk_ticks:
+            if self._observers or ticks > self._direct_ticks:
                 self._long_step(ticks, inputs, held)
                 return
             before = self._tick
-            if self._grows:
-                own["_backup"] = self._block.to_bytes()
-            else:
-                self._backup[:] = self._memory_bytes
+            self._backup[:] = self._memory_bytes
             try:
                 status = self._advance(ticks)
                 if status:
@@ -213,7 +212,7 @@ class Stepping(Physics):
         for name, value in inputs.items():
             variable = self._inputs.get(name)
             if variable is None:
-                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {self._input_advice(name)}")
+                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {self.input_advice(name)}")
             held[name] = hold_input(
                 name,
                 value,
@@ -231,8 +230,8 @@ class Stepping(Physics):
         if before or self._profiled:
             self._apply(held)
 
-    def _input_advice(self, name: str) -> str:
-        """What to say to whoever gives an input that there is not."""
+    def input_advice(self, name: str) -> str:
+        """Return what to say to whoever gives an input that there is not."""
         return nearest(name, self._inputs)
 
     # -- pieces of a long step, and their undoing --------------------------------------------------------------------
@@ -287,6 +286,16 @@ class Stepping(Physics):
                 self._chunk_ticks *= 2
             elif spent > 2.0 * _CHUNK_SECONDS and ticks > 1:
                 self._chunk_ticks //= 2
+            self._direct_ticks = 0 if self._grows else self._chunk_ticks
+
+    def undo_seconds(self) -> float:
+        """Return what the copy for the undo takes, which every call of `step` makes [s].
+
+        Who steps in a loop makes its calls so long that this does not matter.
+        """
+        begin = perf_counter()
+        self._keep_for_undo()
+        return perf_counter() - begin
 
     def _keep_for_undo(self) -> None:
         if self._grows:

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import granular_env as ge
+from granular_env.colours import diverging
 from granular_env.recording import Log
-from granular_env.viewing.colours import diverging
 
 IMAGES = Path(__file__).parent / "images"
 # Ink and paper of a light and of a dark page.

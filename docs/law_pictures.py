@@ -173,6 +173,27 @@ def linear():
     save(figure, "linear")
 
 
+@drawing.styled
+def walton_braun():
+    """Two collisions of the same contact, and restitution against the ratio of the stiffnesses."""
+    figure = drawing.new_figure(9.0, 3.6)
+    left, right = figure.subplots(1, 2)
+
+    def law(ratio):
+        unloading = {"name": "walton_braun", "unloading_stiffness": 1e7 / ratio}
+        return {"law": unloading, "mass": 2e-3, "contact_stiffness": 1e7}
+
+    loops(
+        left, [("k1/k2 = 0.5, 1 m/s", 1.0, law(0.5)), ("k1/k2 = 0.5, 0.6 m/s", 0.6, law(0.5)), ("k1/k2 = 0.2", 1.0, law(0.2))]
+    )
+    ratios, runs = np.linspace(0.02, 1.0, 99), np.linspace(0.1, 1.0, 10)
+    right.plot(ratios, np.sqrt(ratios), **drawing.line(1), label="sqrt(k1/k2)")
+    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
+    right.set(xlabel="k1 / k2", ylabel="e", title="Restitution, at any speed")
+    right.legend()
+    save(figure, "walton-braun")
+
+
 def draw():
     """All of them."""
     IMAGES.mkdir(parents=True, exist_ok=True)
@@ -182,6 +203,7 @@ def draw():
         dissipative(name, law, loss)
     elastic_plastic()
     linear()
+    walton_braun()
 
 
 if __name__ == "__main__":

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from granular_env.components.support.arrays import FloatArray
+
 from .components.errors import ParameterError, shortened
-from .components.snapshot import FloatArray
 
 # A polynomial through so many samples says what lies between them.
 SAMPLES = 7

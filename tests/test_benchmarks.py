@@ -31,7 +31,7 @@ from granular_env.components.chain.laws import LAWS  # noqa: E402
 
 SMALL = {
     "kernel": (lambda: kernel.measure(sizes=(30,), rounds=2), 2),
-    "laws": (lambda: laws.measure(grains=30, rounds=2), 5),
+    "laws": (lambda: laws.measure(grains=30, rounds=2), 6),
     "numpy": (lambda: numpy_peer.measure(grains=30, ticks=5, rounds=2), 1),
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),

@@ -39,6 +39,7 @@ CASES: dict[str, dict[str, Any]] = {
     "kuwabara_kono": {"law": {"name": "kuwabara_kono", "dissipation": 4e3}, **SPHERES},
     "elastic_plastic": {"law": {"name": "elastic_plastic", "yield_pressure": 2e9}, **SPHERES},
     "linear": {"law": {"name": "linear", "dissipation": 20.0}, "contact_stiffness": 1e7},
+    "walton_braun": {"law": {"name": "walton_braun", "unloading_stiffness": 2.5e7}, "contact_stiffness": 1e7},
 }
 
 
@@ -264,7 +265,7 @@ def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monk
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
     monkeypatch.setitem(globals(), "energy", force)
     chain = ge.Chain(grains=3, law="unfinished", contact_stiffness=1e9)
-    said = "no gradients of 'unfinished', which lacks stiffness, force_pullback, energy_pullback; use hertz, "
+    said = "no gradients of 'unfinished', which lacks force_slopes, energy_pullback; use hertz, "
     with pytest.raises(ParameterError, match=said):
         value_and_adjoint(chain, np.zeros((3, 2)), 1, Objective(_note, _value, _pull))
 

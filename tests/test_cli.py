@@ -320,7 +320,7 @@ def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder
     from granular_env.recording import caps
 
     monkeypatch.setattr(caps, "_CHUNK_BYTES", 10)
-    monkeypatch.setattr(caps, "_memory", lambda: 0)
+    monkeypatch.setattr(caps, "whole_memory", lambda: 0)
     assert main(arguments) == 2
     told = capsys.readouterr().err
     # In the words of the command line, and in no others.

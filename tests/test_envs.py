@@ -15,6 +15,7 @@ from gymnasium.utils.env_checker import check_env
 from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
 from granular_env.components.contract import Variable
+from granular_env.components.drawables import Points
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain.tasks import ENVIRONMENTS
@@ -150,6 +151,9 @@ class Pair(Oscillator):
         place = lambda: np.array([[float(self._block["position"]), 1.0], [2.0, -20.0]])  # noqa: E731
         return {**super()._outputs(), "place": place}
 
+    def drawables(self) -> tuple[Points, ...]:
+        return (Points("bodies", np.array([[0.0, 0.0], [2.0, 1.0]]), np.array([0.3, 0.2]), "place"),)
+
 
 class Reach(Swing):
     """The toy's task, which sees an array in a plane."""
@@ -168,7 +172,9 @@ def test_outputs_of_any_shape_are_observed_row_by_row() -> None:
         x, v = float(info["position"]), float(info["velocity"])
         expected = np.clip([v, x / 4.0, 0.25, 0.5, -5.0, x / 0.5], -3.0, 3.0)
         np.testing.assert_allclose(observation, expected, rtol=2e-7, atol=2e-38)
-    assert env.render().shape == (360, 960, 3)
+    picture = env.render()
+    # Seen from above: the second body, 1 m higher up and moved by 20 m downwards, has left the picture.
+    assert picture.shape == (360, 960, 3) and 0 < (picture[60:] != 255).any(axis=2).sum() < 20_000
     check_env(env, skip_render_check=True)
 
 

@@ -192,7 +192,7 @@ def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int
     from granular_env.components.chain.component import Chain
     from granular_env.recording import caps
 
-    monkeypatch.setattr(caps, "_memory", lambda: gigabytes << 30)
+    monkeypatch.setattr(caps, "whole_memory", lambda: gigabytes << 30)
     checks = caps.Caps("a.mcap")
     for count in (grains, int(grains)):
         if fits:

@@ -13,11 +13,12 @@ import pytest
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, StepError
+from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.experiments.prepare import prepare
 from granular_env.recording import open_log, verify
-from granular_env.running import replay, run
+from granular_env.running import advance, replay, run
 
 ROOT = Path(__file__).resolve().parents[1]
 OSCILLATOR = {
@@ -279,3 +280,27 @@ def test_ctrl_c_on_the_command_line_leaves_a_complete_log(command, tmp_path):
     with open_log(log) as opened:
         assert opened.complete
         assert opened.duration > 0.0
+
+
+def test_the_undo_of_a_large_state_costs_little():
+    """A state of 64 MB is not copied every 20 ms: the calls of step become long enough."""
+
+    class Heavy(Oscillator):
+        def _build(self) -> None:
+            super()._build()
+            self._lay_out(position=("f8", ()), velocity=("f8", ()), tally=("f8", (4,)), ballast=("f8", (8_000_000,)))
+
+        def _advance(self, ticks: int) -> int:
+            time.sleep(1e-3 * ticks)
+            return 0
+
+    heavy, calls = Heavy(), []
+    original_step = heavy.step
+    vars(heavy)["step"] = lambda *arguments, **inputs: (calls.append(heavy.tick), original_step(*arguments, **inputs))
+    copy = min(heavy.undo_seconds() for _ in range(5))
+    assert copy > 1e-3, "a copy that is too small to matter shows nothing"
+    began = time.perf_counter()
+    advance(heavy, 6000, inputs={})
+    seconds = time.perf_counter() - began
+    # The first, short pieces are over soon.
+    assert len(calls) * copy <= 0.05 * seconds

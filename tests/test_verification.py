@@ -90,7 +90,7 @@ def _header(name: str, value: Any) -> Callable[[Record], Record]:
         ("command", "by hand"),
         ("version", 7),
         ("platform_bound", True),
-        ("state_words", 3),
+        ("event_kinds", {"slipped": "a grain slipped"}),
         ("parent", {"log": "0123456789abcdef"}),
         ("machine", {"cpu": "another"}),
         ("options", {"frame_every": 1, "doubling": 64, "hash_every": 4096, "key_every": 0}),

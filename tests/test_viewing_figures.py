@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from granular_env import colours
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.domains.chain.viewing.space_time import space_time_picture
 from granular_env.recording import open_log, record
 from granular_env.recording.exaggeration import chosen_exaggeration
-from granular_env.viewing import colours, figures, report
+from granular_env.viewing import figures, report
 from granular_env.viewing.footage import from_component, from_log
 from granular_env.viewing.incidents import incident_sentences
 
@@ -89,6 +90,15 @@ def test_exaggeration_closes_gaps_without_passing():
     displacement[1, 0, 0] = 0.01
     assert chosen_exaggeration(reference, np.ones(2), displacement) == 100.0
     assert chosen_exaggeration(reference, np.ones(2), np.zeros((2, 2, 3))) == 1.0
+
+
+def test_exaggeration_in_a_plane_looks_at_those_that_nearly_touch():
+    """Two discs above each other, and one far away at nearly the same x, which may pass."""
+    reference = np.array([[0.0, 0, 0], [0, 2.0, 0], [0.1, 40.0, 0]])
+    displacement = np.zeros((2, 3, 3))
+    displacement[1, 1, 1] = -0.004  # towards the first; half a radius of overlap is reached at 125 times
+    displacement[1, 2, 0] = -0.1
+    assert chosen_exaggeration(reference, np.ones(3), displacement) == 100.0
 
 
 def test_colours_are_symmetric_about_white():

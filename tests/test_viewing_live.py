@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from granular_env.cli import main
+from granular_env.colours import rgb
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 from granular_env.domains.chain.viewing.space_time import GrowingPicture
 from granular_env.running import run
 from granular_env.viewing import LiveViewer, pacing
-from granular_env.viewing.colours import rgb
 from granular_env.viewing.drawing import NOT_SAMPLED, nearest_frames
 from granular_env.viewing.footage import from_component
 from granular_env.viewing.pacing import Pacing

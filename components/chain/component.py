@@ -119,7 +119,7 @@ class Chain(Component):
         """
         other: Self = object.__new__(type(self))
         vars(other).update(vars(self))
-        other._memory = memory
+        other._given_memory = memory
         memory = other._claim_memory(self._table.shape)
         memory[:] = self._table
         # Warnings that this chain gave already move its limits.
@@ -305,12 +305,13 @@ class Chain(Component):
         finally:
             self._tick = begin
 
-    def _input_advice(self, name: str) -> str:
+    def input_advice(self, name: str) -> str:
+        """Return which end a missing input would need."""
         side, _, quantity = name.partition("_")
         if side in ("left", "right") and quantity in ("force", "velocity"):
             wanted = "piston" if quantity == "velocity" else "free"
             return f"{side} is {getattr(self.parameters, side)!r}, and {name} needs {side} = {wanted!r}"
-        return super()._input_advice(name)
+        return super().input_advice(name)
 
     def _limit_passed(self, done: int, ticks: int) -> int:
         """A limit was passed in the last of `done` ticks: an error, or a warning (once) and on with the rest."""

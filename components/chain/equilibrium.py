@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import ParameterError
+from ..support.arrays import FloatArray
 from .parameters import ChainParameters
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:

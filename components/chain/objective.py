@@ -11,11 +11,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import ParameterError, shortened
-
-FloatArray = npt.NDArray[np.float64]
+from ..support.arrays import FloatArray
 
 
 def _nothing() -> FloatArray:

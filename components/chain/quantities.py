@@ -23,7 +23,7 @@ from ..support.powers import power
 from . import kernels
 from .laws import functions as law
 from .laws.functions import DISSIPATES
-from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
+from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, STIFFNESS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
 from .specialisation import of_any_law
 
 # -- contacts and ends, and the work of inputs ---------------------------------------------------------------------------
@@ -64,7 +64,7 @@ def _add_overlap(bar, j, slope):
 def _contact_force_pullback(a, bar, j, slope):
     """Add slope dF/da."""
     d = _pressed_overlap(a, j)
-    steepness = slope * law.stiffness(a, j, d)
+    by_overlap = 0.0
     if DISSIPATES:
         speed = a[V, j] - a[V, j + 1]
         coefficient = law.coefficient(a, j, d) if d > 0.0 else 0.0
@@ -73,9 +73,10 @@ def _contact_force_pullback(a, bar, j, slope):
         bar[V, j] += slope * coefficient
         bar[V, j + 1] -= slope * coefficient
         if d > 0.0:
-            steepness += law.coefficient_pullback(a, bar, j, d, slope * speed)
-    law.force_pullback(a, bar, j, d, slope)
-    _add_overlap(bar, j, steepness)
+            by_overlap = law.coefficient_pullback(a, bar, j, d, slope * speed)
+    _, stiffness, by_stiffness = law.force_slopes(a, j, d)
+    bar[STIFFNESS, j] += slope * by_stiffness
+    _add_overlap(bar, j, slope * stiffness + by_overlap)
 
 
 @jit

@@ -17,7 +17,7 @@ def available() -> int | None:
     On Linux what the kernel estimates, and never more than a container may have; elsewhere all the memory of the machine.
     """
     amounts = [amount for amount in (_meminfo(), _container_limit()) if amount is not None]
-    return min(amounts) if amounts else _whole_memory()
+    return min(amounts) if amounts else whole_memory()
 
 
 def refuse_beyond(needed: int, what: str, kind: type[GranularError] = ParameterError) -> None:
@@ -47,7 +47,8 @@ def _container_limit() -> int | None:
         return None
 
 
-def _whole_memory() -> int | None:
+def whole_memory() -> int | None:
+    """Return the bytes of memory of this machine; None where the system does not say."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):

@@ -15,7 +15,7 @@ _locks: list[Any] = []  # open files; a lock is held as long as its file is open
 # Where a function lives, what it belongs to, and the seconds of one core that all of them take, about.
 _GROUPS = (
     ("granular_env.components.chain.adjoint", "gradients", 10),
-    ("granular_env.components", "the chain", 20),
+    ("granular_env.components", "the chain", 8),
     ("granular_env", "environments", 10),
 )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
-from granular_env.viewing.colours import PALETTE
+from granular_env.colours import PALETTE
 from granular_env.viewing.drawing import PAPER, new_figure, styled, svg
 from granular_env.viewing.extras import needed
 

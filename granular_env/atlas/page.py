@@ -11,7 +11,7 @@ from pathlib import Path
 from jinja2 import Template
 from markupsafe import Markup
 
-from granular_env.viewing.colours import PALETTE
+from granular_env.colours import PALETTE
 from granular_env.viewing.page import template_environment
 
 from .building import Atlas

@@ -10,7 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from granular_env.components.support.arrays import FloatArray
+
 Counts = npt.NDArray[np.int64]
 
 

@@ -1,8 +1,8 @@
 """A small picture of a component: its particles, what colours them, and the inputs it feels.
 
 From the top: time and inputs in words; the particles in true size and place, coloured by velocity (blue to the left, red to the
-right), and its walls; the same values as bars under each particle, with what is wanted of them as dark marks. A component
-without particles shows its observed outputs as bars.
+right), and its walls; the same values as bars under each particle, with what is wanted of them as dark marks. Particles that do
+not lie in a row are seen from above. A component without particles shows its observed outputs as bars.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
+from granular_env.colours import diverging
+
 from ..components.component import Component
-from ..components.drawables import main_points
+from ..components.drawables import Points, main_points
 from .task import Task
 
 Colour = tuple[int, ...]
@@ -24,7 +26,7 @@ _GRAINS_ROW, _BARS_ROW, _BARS_REACH = 105, 255, 72
 _LETTERS = 16
 
 _PAPER, _INK, _PALE = (255, 255, 255), (40, 40, 48), (205, 205, 212)
-_BLUE, _GREY, _RED = np.array([33.0, 102.0, 172.0]), np.array([225.0, 225.0, 228.0]), np.array([178.0, 24.0, 43.0])
+_ZERO = "#e1e1e4"
 
 
 def draw(
@@ -44,43 +46,60 @@ def draw(
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
     _write(pen, _MARGIN, 24, _caption(component, task))
-    if main_points(component.drawables()) is None:
+    points = main_points(component.drawables())
+    if points is None:
         _draw_outputs(pen, component, task)
+    elif points.reference.shape[1] > 1 and np.ptp(points.reference[:, 1]) > 0.0:
+        _draw_plane(pen, component, task, points)
     else:
-        _draw_particles(pen, component, task, walls, wanted)
+        _draw_row(pen, component, task, points, walls, wanted)
     return np.array(image)
 
 
 def _caption(component: Component, task: Task) -> str:
     parts = [task.name, f"t = {component.time * 1e3:.4f} ms" if component.step_size < 1e-3 else f"t = {component.time:.2f} s"]
     for name in task.actions:
-        parts.append(f"{name} = {component.get(name):+.2f} {component.variables[name].unit}")
+        value, unit = component.get(name), component.variables[name].unit
+        shown = f"{name} = {value:+.2f}" if np.ndim(value) == 0 else f"|{name}| <= {np.abs(value).max():.2f}"
+        parts.append(f"{shown} {unit}")
     return "      ".join(parts)
 
 
-def _draw_particles(
+def _draw_plane(pen: ImageDraw.ImageDraw, component: Component, task: Task, points: Points) -> None:
+    """Draw points as seen from above, in the room below the caption."""
+    places, radius = points.reference[:, :2], points.radius[:, None]
+    low, high = (places - radius).min(axis=0), (places + radius).max(axis=0)
+    pixels = float(((WIDTH - 2 * _MARGIN, HEIGHT - 2 * _MARGIN) / (high - low)).min())
+    moved = component.get(points.displacement)
+    shift = moved[:, :2] if moved.ndim == 2 else np.stack([moved, np.zeros_like(moved)], axis=1)
+    values = component.get(points.colour) if points.colour else np.zeros(len(places))
+    scale = task.observations.get(points.colour) or float(np.abs(values).max()) or 1.0
+    for (x, y), size, colour in zip(places + shift - 0.5 * (low + high), points.radius, _colours(values / scale), strict=True):
+        _disc(pen, WIDTH / 2 + x * pixels, HEIGHT / 2 + _MARGIN / 2 - y * pixels, max(size * pixels, 1.5), colour)
+
+
+def _draw_row(
     pen: ImageDraw.ImageDraw,
     component: Component,
     task: Task,
+    particles: Points,
     walls: tuple[bool, bool],
     wanted: npt.NDArray[np.float64] | None,
 ) -> None:
-    particles = main_points(component.drawables())
-    assert particles is not None
     along = particles.reference[:, 0]
     begin, end = float((along - particles.radius).min()), float((along + particles.radius).max())
     pixels = (WIDTH - 2 * _MARGIN) / (end - begin)
     moved = component.get(particles.displacement)
     moved = moved if moved.ndim == 1 else moved[:, 0]
-    values = component.get(particles.colour)
-    variable = component.variables[particles.colour]
+    values = component.get(particles.colour) if particles.colour else np.zeros(len(along))
+    title = f"{particles.colour} of each particle, {component.variables[particles.colour].unit}" if particles.colour else ""
     scale = task.observations.get(particles.colour) or float(np.abs(values).max()) or 1.0
     colours = _colours(values / scale)
     pen.rectangle((_MARGIN, _GRAINS_ROW - 1, WIDTH - _MARGIN, _GRAINS_ROW), _PALE)
     for place, shift, radius, colour in zip(along, moved, particles.radius, colours, strict=True):
-        _disc(pen, _MARGIN + (place + shift - begin) * pixels, max(radius * pixels, 1.5), colour)
+        _disc(pen, _MARGIN + (place + shift - begin) * pixels, _GRAINS_ROW, max(radius * pixels, 1.5), colour)
     half = 0.4 * pixels * float(np.diff(along).min()) if len(along) > 1 else 8.0
-    _draw_axis(pen, f"{particles.colour} of each particle, {variable.unit}", scale)
+    _draw_axis(pen, title, scale)
     for place, value, colour in zip(along, values / scale, colours, strict=True):
         _bar(pen, _MARGIN + (place - begin) * pixels, half, value, colour)
     for side, column in ((0, _MARGIN - 8), (1, WIDTH - _MARGIN)):
@@ -122,18 +141,17 @@ def _bar(pen: ImageDraw.ImageDraw, centre: float, half: float, value: float, col
         pen.rectangle((left, top, max(right - 1, left), bottom), colour)
 
 
-def _disc(pen: ImageDraw.ImageDraw, column: float, radius: float, colour: Colour) -> None:
+def _disc(pen: ImageDraw.ImageDraw, column: float, row: float, radius: float, colour: Colour) -> None:
     """Draw a filled circle with a darker rim."""
-    box = (column - radius, _GRAINS_ROW - radius, column + radius, _GRAINS_ROW + radius)
+    box = (column - radius, row - radius, column + radius, row + radius)
     pen.ellipse(box, colour, tuple(channel // 2 for channel in colour))
 
 
 def _colours(values: npt.NDArray[np.float64]) -> list[Colour]:
     """Return blue at -1, grey at 0, red at 1."""
     # The root lets weak motion show.
-    strength = np.sqrt(np.clip(np.abs(values), 0.0, 1.0))[:, None]
-    ends = np.where(values[:, None] < 0.0, _BLUE, _RED)
-    return [tuple(colour) for colour in (_GREY + strength * (ends - _GREY)).astype(int).tolist()]
+    strength = np.sign(values) * np.sqrt(np.clip(np.abs(values), 0.0, 1.0))
+    return [tuple(colour) for colour in diverging(strength, 1.0, _ZERO).tolist()]
 
 
 def _write(pen: ImageDraw.ImageDraw, column: int, row: int, text: str) -> None:

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..components.errors import ParameterError, shortened
+from granular_env.components.support.arrays import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
+from ..components.errors import ParameterError, shortened
 
 
 class Policy(Protocol):

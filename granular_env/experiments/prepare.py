@@ -13,7 +13,7 @@ from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, StepError, caution, nearest
 from granular_env.components.profiles import Profile
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.arrays import FloatArray
 from granular_env.documents import Document, Overrides, load
 
 from .experiment import Experiment
@@ -115,7 +115,7 @@ class _Branch(Document):
 def _input(folder: Path, component: Component, name: str, value: Any) -> InputValue:
     known = {v.name: v for v in component.variables.values() if v.causality == "input"}
     if name not in known:
-        raise ParameterError(f"unknown to this {component.name}; {component._input_advice(name)}")
+        raise ParameterError(f"unknown to this {component.name}; {component.input_advice(name)}")
     if isinstance(value, list):
         return _array(name, value, known[name].shape)
     if not isinstance(value, ProfileTable):

@@ -98,7 +98,7 @@ class Profiles:
 def hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:
     """One word for each state variable, one for the whole state, one for each input now held; int64."""
     row = [_word(digest(words(component.peek(name)))) for name in state]
-    row.append(_word(digest(component._memory_bytes)))
+    row.append(_word(digest(component.state_view())))
     held = component.held_inputs
     row += [held_word(held[name]) for name in inputs]
     return np.array(row, dtype=np.int64)

@@ -11,8 +11,6 @@ from ..components.errors import GranularError, LogError
 from ..components.support.validation import validated
 from .caps import Caps
 
-_OWN_PACKAGE = "granular_env.components."
-
 
 def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) -> type[Component]:
     """The class of a component that a log names: one of ours, or one that the caller hands over."""

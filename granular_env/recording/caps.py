@@ -6,7 +6,6 @@ is never larger than the bytes that hold it, and nothing than the memory that is
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from ..components.errors import Fault, LogError, Option
-from ..components.support.memory_limits import refuse_beyond
+from ..components.support.memory_limits import refuse_beyond, whole_memory
 
 _ADVICE = ("pass ", Option("allow_large"), " if you trust where it comes from")
 # One chunk is decompressed as a whole; ours are near 1 MB or hold one array, which for the largest components is more [bytes].
@@ -48,7 +47,9 @@ class Caps:
 
     def chunk(self, size: int) -> None:
         """Bytes that a chunk says it decompresses to."""
-        self._check("the decompressed size of a chunk, in bytes,", size, max(_CHUNK_BYTES, _memory() // _CHUNK_SHARE))
+        self._check(
+            "the decompressed size of a chunk, in bytes,", size, max(_CHUNK_BYTES, (whole_memory() or 0) // _CHUNK_SHARE)
+        )
         if size > _CHUNK_BYTES:
             refuse_beyond(size, f"log {self.path!r}: a chunk", LogError)
 
@@ -74,16 +75,8 @@ class Caps:
 
     def parameters(self, given: Mapping[str, Any], model: type[BaseModel]) -> None:
         """The whole numbers (grains, nodes, cells) among the parameters of a component that is about to be built."""
-        limit = max(_COUNT, min(_MOST, _memory() // (_COMPONENT_SHARE * _UNIT_BYTES)))
+        limit = max(_COUNT, min(_MOST, (whole_memory() or 0) // (_COMPONENT_SHARE * _UNIT_BYTES)))
         for name, field in model.model_fields.items():
             value = given.get(name)
             if field.annotation is int and isinstance(value, (int, float)) and not value <= limit:
                 self._check(f"parameter {name!r}", int(min(value, 2.0**62)), limit)
-
-
-def _memory() -> int:
-    """Bytes of memory that this machine has; 0 where it does not say."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, OSError, ValueError):
-        return 0

@@ -11,7 +11,6 @@ from .container import Container
 from .format import (
     CLOSED,
     COLUMNS,
-    END,
     EVENTS,
     FRAMES,
     HASHES,
@@ -154,6 +153,3 @@ def _rows(container: Container, log: str):  # noqa: ANN202 - rows of the index
             if kind is not None:
                 record = decode(message.data, kind, log if kind != HEADER else None, container.most_text)
                 yield (*record.row, chunk)
-
-
-__all__ = ["CHUNK", "COUNT", "DETAIL", "END", "FIRST", "KIND", "LAST", "NUMBER", "SEGMENT", "Index", "Segment", "find_index"]

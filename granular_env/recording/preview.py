@@ -31,6 +31,7 @@ from functools import cache
 
 import numpy as np
 
+from ..colours import diverging
 from ..components.drawables import Cells, Curve, Drawable, Links, Points, main_points, spatial
 from . import cdr, schemas
 from .exaggeration import chosen_exaggeration
@@ -49,7 +50,8 @@ _COLUMN_POINTS = 8
 _LINK_DOTS, _MOST_OTHERS = 5, 20_000
 # Steps to which heights, displacements (per radius) and shades are rounded: unchanged grains then cost next to no bytes.
 _HEIGHT_STEPS, _PLACES_PER_RADIUS, _SHADES = 32, 16, 15
-_NEGATIVE, _ZERO, _POSITIVE = np.array([[40.0, 90.0, 220.0], [190.0, 190.0, 190.0], [220.0, 50.0, 40.0]])
+# Seen on light and on dark grounds.
+_ZERO = "#bebebe"
 
 PARTICLES_TOPIC, PREVIEW_TOPIC, GRAINS_TOPIC = "/particles", "/preview", "/preview/grains"
 SCALARS_TOPIC, ABOUT_TOPIC = "/scalars", "/about"
@@ -447,9 +449,8 @@ def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
 
 @cache
 def _palette() -> np.ndarray:
-    part = np.linspace(-1.0, 1.0, 2 * _SHADES + 1)[:, None]
-    shade = np.where(part < 0.0, _ZERO + (_ZERO - _NEGATIVE) * part, _ZERO + (_POSITIVE - _ZERO) * part)
-    return np.concatenate([shade, np.full_like(part, 255.0)], axis=1).round().astype(np.uint8)
+    shades = diverging(np.linspace(-1.0, 1.0, 2 * _SHADES + 1), 1.0, _ZERO)
+    return np.concatenate([shades, np.full((len(shades), 1), 255, dtype=np.uint8)], axis=1)
 
 
 # -- words -----------------------------------------------------------------------------------------------------------------

@@ -14,7 +14,6 @@ from ..components.component import Component
 from ..components.contract import Event, Variable
 from ..components.drawables import Drawable
 from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest, shortened
-from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
 from ..writing import counted
@@ -32,7 +31,6 @@ from .format import (
     INCIDENTS,
     PROFILE,
     SNAPSHOTS,
-    START,
     STEPS,
     TOPICS,
     Record,
@@ -40,7 +38,7 @@ from .format import (
     log_identity,
     nanoseconds,
 )
-from .index import CHUNK, COUNT, DETAIL, FIRST, LAST, SEGMENT, Segment, find_index
+from .index import CHUNK, COUNT, DETAIL, FIRST, SEGMENT, Segment, find_index
 from .sink import as_path
 from .steps import Steps
 
@@ -484,6 +482,3 @@ def restore(component: Component, snapshot: Snapshot) -> None:
         component.restore(snapshot)
     except GranularError as error:
         raise LogError(f"a snapshot in the log does not fit its component: {error}") from error
-
-
-__all__ = ["Held", "Log", "LAST", "START", "open_log", "restore"]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-NEVER = 2**62
+from ..components.support.roots import round_up_to_125
+
 # Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
 HASH_EVERY = 4096
 _KEY_EVERY = 4096
@@ -81,12 +82,7 @@ class Agenda:
 
 def frames_for(ticks: int) -> int:
     """An interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks."""
-    scale = 1
-    while True:
-        for factor in (1, 2, 5):
-            if factor * scale * _FRAMES >= ticks:
-                return factor * scale
-        scale *= 10
+    return int(round_up_to_125(max(ticks / _FRAMES, 1.0)))
 
 
 def doubling_for(values: int) -> int:

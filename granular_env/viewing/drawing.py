@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from .colours import DIVERGING, PALETTE, symmetric_limit
+from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
+from granular_env.components.support.arrays import FloatArray
+
 from .extras import needed
 from .fields import Field
 from .footage import Curve
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-FloatArray = npt.NDArray[np.float64]
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
 
-from .colours import DIVERGING, PALETTE
 from .drawing import (
     broken,
     draw_curves,

@@ -15,6 +15,8 @@ from granular_env.components.contract import Variable
 from granular_env.components.drawables import Points, main_points, spatial
 from granular_env.recording.facts import BalanceNames, balance_facts, balance_names_from
 
+from .views import views_class
+
 FloatArray = npt.NDArray[np.float64]
 
 # Bounds of what is shown: viewers die of more.
@@ -60,8 +62,8 @@ class Motion:
         displacement: shape (frames, n, 3) [m]; zeros where it was not recorded.
         colour: the variable that colours them, shape (frames, n); None where it was not recorded.
         colour_variable: name, unit and meaning of it.
-        contact: force or overlap of particles i and i + 1, never negative, shape (frames, n - 1); None where unknown.
-        contact_name, contact_unit: which of the two it is.
+        contact: what the domain knows of the contacts, never negative, shape (frames, contacts); None where it knows nothing.
+        contact_name, contact_unit: what that is.
         every: each `every`-th particle is shown; 1 shows all.
         total: how many particles there are.
         located: whether the displacements were recorded; otherwise the particles stay at their positions at the start.
@@ -162,14 +164,16 @@ def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion 
     colour = None
     if _has_frames(log, particles.colour):
         colour = sampled(log, particles.colour, picked, lambda part: progress(0.5 + 0.5 * part))[1][:, shown]
-    force = log.variables.get("contact_force")
-    known = force is not None and _fits(force, len(particles.radius))
-    force_frames = sampled(log, "contact_force", picked)[1] if known else None
+
+    def read(name: str) -> FloatArray | None:
+        return sampled(log, name, picked)[1] if name in log.variables else None
+
+    contacts = views_class(str(log.metadata.get("component"))).contacts
     return Motion(
         np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
         particles.reference[shown], particles.radius[shown], displacement[:, shown],
         colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
-        *_contacts(particles, displacement if source else None, force_frames, every),
+        *(contacts(particles, displacement if source else None, read) if every == 1 else (None, "", "")),
         every, len(particles.radius), source is not None, cuts_of(log, clock, picked),
     )  # fmt: skip
 
@@ -184,27 +188,6 @@ def _displacement(
     if source != particles.displacement:
         displacement -= particles.reference if moved.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
     return displacement
-
-
-def _fits(force: Variable, particles: int) -> bool:
-    return force.shape == (particles + 1,) and particles > 1
-
-
-def _contacts(
-    particles: Points, displacement: FloatArray | None, force: FloatArray | None, every: int
-) -> tuple[FloatArray | None, str, str]:
-    """Contact forces where they are known, else the overlaps of neighbours, with name and unit."""
-    # Neighbours in a row follow one another; in a plane or in space only the component knows them.
-    if every > 1 or len(particles.radius) < 2 or np.ptp(particles.reference[:, 1:], axis=0).any():
-        return None, "", ""
-    if force is not None:
-        return force[:, 1:-1], "force", "N"
-    if displacement is None:
-        return None, "", ""
-    gap = np.diff(particles.reference[:, 0]) - particles.radius[1:] - particles.radius[:-1]
-    overlap = -(gap + np.diff(displacement[..., 0], axis=1))
-    # What is closer than rounding is a touch.
-    return np.where(overlap > 1e-12 * particles.radius.min(), overlap * 1e6, 0.0), "overlap", "\u00b5m"
 
 
 def _displacement_source(log: Any, particles: Points) -> str | None:
@@ -334,12 +317,15 @@ def _present_motion(component: Component, now: FloatArray, tick: npt.NDArray[np.
     every = -(-total // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
     displacement = _as_vectors(np.asarray(component.get(particles.displacement))[None])
-    forces = component.variables.get("contact_force")
-    known = forces is not None and _fits(forces, total)
+    contacts = views_class(component.name).contacts
+
+    def read(name: str) -> FloatArray | None:
+        return np.asarray(component.get(name))[None] if name in component.variables else None
+
     return Motion(
         now, tick, particles.reference[shown], particles.radius[shown], displacement[:, shown],
         np.asarray(component.get(particles.colour))[None, shown] if particles.colour else None,
         component.variables.get(particles.colour) or Variable("", "output", "", (), ""),
-        *_contacts(particles, displacement, np.asarray(component.get("contact_force"))[None] if known else None, every),
+        *(contacts(particles, displacement, read) if every == 1 else (None, "", "")),
         every, total,
     )  # fmt: skip

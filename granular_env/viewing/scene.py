@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.colours import PALETTE, diverging, rgb, symmetric_limit
 from granular_env.recording.exaggeration import chosen_exaggeration
 
 from .camera import Camera
 from .caption import caption
-from .colours import PALETTE, diverging, rgb, symmetric_limit
 from .extras import needed
 from .footage import Footage, Motion
 from .plots import plots

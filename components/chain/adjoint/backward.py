@@ -31,6 +31,7 @@ from ..layout import (
     RIGHT_STATIC,
     SCALARS,
     STEP,
+    STIFFNESS,
     U,
     V,
 )
@@ -55,11 +56,12 @@ def _undo_forces(a, bar, row):
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         f_bar = bar[PUSH, j + _ONE] - bar[PUSH, j]
         d = kernels.pressed(a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j])
-        g = law.stiffness(a, j, d) * f_bar
+        force, by_overlap, by_stiffness = law.force_slopes(a, j, d)
+        g = by_overlap * f_bar
         bar[SLOPE, j] = g
-        bar[FORCE, j] = law.force(a, j, d)
+        bar[FORCE, j] = force
         bar[REST_OVERLAP, j] += g
-        law.force_pullback(a, bar, j, d, f_bar)
+        bar[STIFFNESS, j] += by_stiffness * f_bar
 
 
 @jit

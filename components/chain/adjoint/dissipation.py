@@ -19,6 +19,7 @@ from ..layout import (
     REST_OVERLAP,
     RIGHT_DRIVE,
     SCALARS,
+    STIFFNESS,
     U,
     V,
 )
@@ -93,12 +94,13 @@ def _undo_preparation(a, bar, u, h):
         bar[INVERSE_MASS, j] += masses_bar
         bar[INVERSE_MASS, j + _ONE] += masses_bar
         f_bar = -bound_bar * time
-        law.force_pullback(a, bar, j, d, f_bar)
-        g = law.stiffness(a, j, d) * f_bar + law.coefficient_pullback(a, bar, j, d, pull_bar * time)
+        force, by_overlap, by_stiffness = law.force_slopes(a, j, d)
+        bar[STIFFNESS, j] += by_stiffness * f_bar
+        g = by_overlap * f_bar + law.coefficient_pullback(a, bar, j, d, pull_bar * time)
         approach_bar = 0.0
         if JUMPS:
             if is_closing(middle, w, h):
-                time_bar = share * (pull_bar * coefficient - bound_bar * law.force(a, j, d))
+                time_bar = share * (pull_bar * coefficient - bound_bar * force)
                 g += time_bar / w
                 approach_bar = -time_bar * middle / (w * w)
         bar[REST_OVERLAP, j] += g

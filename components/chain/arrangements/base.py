@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-import numpy as np
-import numpy.typing as npt
-
 from ...materials.elastic import Material, material
+from ...support.arrays import FloatArray
 from ...support.tagged_union import Named
 from ..fields import Preset
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Arrangement(Named):

@@ -17,8 +17,12 @@ from .law import Dissipative, Law
 from .linear import Linear
 from .power import Power
 from .viscous import Viscous
+from .walton_braun import WaltonBraun
 
-__all__ = ["LAWS", "ChosenLaw", "Dissipative", "ElasticPlastic", "Hertz", "KuwabaraKono", "Law", "Linear", "Power", "Viscous"]
+__all__ = [
+    "LAWS", "ChosenLaw", "Dissipative", "ElasticPlastic", "Hertz", "KuwabaraKono", "Law", "Linear", "Power", "Viscous",
+    "WaltonBraun",
+]  # fmt: skip
 
 LAWS: dict[str, type[Law]] = {
     "hertz": Hertz,
@@ -27,6 +31,7 @@ LAWS: dict[str, type[Law]] = {
     "kuwabara_kono": KuwabaraKono,
     "elastic_plastic": ElasticPlastic,
     "linear": Linear,
+    "walton_braun": WaltonBraun,
 }
 
 ChosenLaw = Annotated[SerializeAsAny[Law], ByName(LAWS)]

@@ -46,13 +46,8 @@ def energy(a, j, d):
     return _refuse()
 
 
-def stiffness(a, j, d):
-    """Return dF/dd of contact j, 0 where it is open [N/m]."""
-    return _refuse()
-
-
-def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dc to bar for each constant c of contact j."""
+def force_slopes(a, j, d):
+    """Return F, dF/dd, which is 0 where the contact is open, and dF/dk, k being the stiffness of the contact."""
     return _refuse()
 
 
@@ -95,7 +90,7 @@ ELASTIC = ("force", "energy")
 """Every law has these."""
 DISSIPATIVE = ("coefficient",)
 HISTORY = ("begin", "remember")
-ELASTIC_GRADIENT = ("stiffness", "force_pullback", "energy_pullback")
+ELASTIC_GRADIENT = ("force_slopes", "energy_pullback")
 """A law that has these too has gradients, unless it has a history."""
 DISSIPATIVE_GRADIENT = ("coefficient_pullback",)
 ENERGY_ROOT = ("energy_root", "energy_root_pullback")

@@ -51,15 +51,10 @@ def energy(a, j, d):
 
 
 @inlined
-def stiffness(a, j, d):
-    """Return 1.5 k d^0.5."""
-    return a[STIFFNESS, j] * (1.5 * sqrt(d))
-
-
-@inlined
-def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk."""
-    bar[STIFFNESS, j] += (d * sqrt(d)) * slope
+def force_slopes(a, j, d):
+    """Return F, 1.5 k d^0.5 and d^1.5."""
+    k, root = a[STIFFNESS, j], sqrt(d)
+    return k * (d * root), k * (1.5 * root), d * root
 
 
 @inlined

@@ -14,12 +14,12 @@ import numpy as np
 from ...support.jit import inlined
 from ..fields import NotNegative, field
 from ..layout import LAW_CONSTANTS
-from .hertz import energy, energy_pullback, energy_root, energy_root_pullback, force, force_pullback, stiffness
+from .hertz import energy, energy_pullback, energy_root, energy_root_pullback, force, force_slopes
 from .law import Dissipative, FloatArray
 
 __all__ = [
     "KuwabaraKono", "coefficient", "coefficient_pullback", "energy", "energy_pullback", "energy_root", "energy_root_pullback",
-    "force", "force_pullback", "stiffness",
+    "force", "force_slopes",
 ]  # fmt: skip
 
 

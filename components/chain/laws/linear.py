@@ -53,15 +53,10 @@ def energy(a, j, d):
 
 
 @inlined
-def stiffness(a, j, d):
-    """Return k while the grains touch."""
-    return a[STIFFNESS, j] if d > 0.0 else 0.0
-
-
-@inlined
-def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk."""
-    bar[STIFFNESS, j] += d * slope
+def force_slopes(a, j, d):
+    """Return F, k while the grains touch, and d."""
+    k = a[STIFFNESS, j]
+    return k * d, k if d > 0.0 else 0.0, d
 
 
 @inlined

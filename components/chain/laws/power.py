@@ -55,16 +55,11 @@ def energy(a, j, d):
 
 
 @inlined
-def stiffness(a, j, d):
-    """Return p k d^(p - 1)."""
-    p = a[SCALARS, EXPONENT]
-    return a[STIFFNESS, j] * (p * _raised(d, p - 1.0))
-
-
-@inlined
-def force_pullback(a, bar, j, d, slope):
-    """Add slope dF/dk."""
-    bar[STIFFNESS, j] += _raised(d, a[SCALARS, EXPONENT]) * slope
+def force_slopes(a, j, d):
+    """Return F, p k d^(p - 1) and d^p."""
+    k, p = a[STIFFNESS, j], a[SCALARS, EXPONENT]
+    raised = _raised(d, p)
+    return k * raised, k * (p * _raised(d, p - 1.0)), raised
 
 
 @inlined

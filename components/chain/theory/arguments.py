@@ -6,11 +6,10 @@ import math
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from ...errors import ParameterError, shortened
+from ...support.arrays import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 # A number or an array of numbers; what a formula is given decides what it returns, and arrays broadcast.
 Number: TypeAlias = Any
 

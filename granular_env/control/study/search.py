@@ -9,13 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ExperimentError, StepError, nearest
+from granular_env.components.support.arrays import FloatArray
 
 from ..drive import DriveShape
 from ..problem import Policies, Problem
 from .track import PLAYED, RETURN, SLOPES, Track
-
-FloatArray = npt.NDArray[np.float64]
-
 
 # Objective of a drive that breaks the physics; a line search steps back from it.
 _BROKEN = 1e6

@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain.adjoint import value_and_adjoint
 from granular_env.components.errors import ParameterError
-
-FloatArray = npt.NDArray[np.float64]
+from granular_env.components.support.arrays import FloatArray
 
 # What one gradient counts as, in forward runs: a run forward, one again from the checkpoints, and the sweep back, which
 # differentiates every force of a run and transposes it: counted as two.

@@ -12,8 +12,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.adjoint import checked_drive, parameter_gradient, value_and_adjoint
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, shortened
-
-FloatArray = npt.NDArray[np.float64]
+from granular_env.components.support.arrays import FloatArray
 
 
 class Judged(Protocol):

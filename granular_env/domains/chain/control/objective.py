@@ -37,7 +37,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain import Chain, quantities
 from granular_env.components.chain.layout import U, V
@@ -60,7 +59,6 @@ __all__ = [
     "velocity",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 
 _VELOCITY, _DISPLACEMENT, _CONTACT_FORCE, _KINETIC, _ENERGY, _MOMENTUM, _APPLIED = range(7)
 _LINEAR, _SQUARED, _PEAK = range(3)

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number
 
-FloatArray = npt.NDArray[np.float64]
 ACTUATE = "void(float64[::1], int64[::1], float64[::1], float64, int64, float64[::1], float64[::1])"
 _LONGEST_DELAY = 100_000
 

@@ -13,6 +13,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.parameters import WALLS
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, ParameterError, StepError, shortened
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import entry_point
 from granular_env.components.support.validation import finite_number
 from granular_env.envs.clock import show_clock
@@ -28,7 +29,6 @@ from .sensors import observe as observe_kernel
 from .task import BEGIN, JUDGE, ChainTask, task_kernel
 from .task_check import refuse_slips
 
-FloatArray = npt.NDArray[np.float64]
 _LARGEST_COUNT = 2.0**53
 
 

@@ -16,11 +16,10 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain, quantities
 from granular_env.components.chain.layout import U, V
 from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.counter_random import normal, stream_key
 from granular_env.components.support.jit import JIT, inlined, jit
 from granular_env.components.support.validation import finite_number
-
-FloatArray = npt.NDArray[np.float64]
 
 # Kinds of a block of readings: a row of the table, or one of these.
 _CONTACT, _GRAIN = -1, -2

@@ -7,18 +7,16 @@ from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 from numpy.random import Generator
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import JIT, jit
 from granular_env.envs.policies import Policy
 from granular_env.envs.task import Seen, Task
-
-FloatArray = npt.NDArray[np.float64]
 
 # The table (`components.chain.layout`), the counters, the task's constants.
 BEGIN = "void(float64[:, ::1], float64[::1], float64[::1])"

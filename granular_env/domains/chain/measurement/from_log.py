@@ -8,7 +8,7 @@ import numpy as np
 
 from granular_env.components.component import Component
 from granular_env.components.errors import LogError, ParameterError, shortened
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.arrays import FloatArray
 
 from .chain_history import History
 from .validation import whole_number

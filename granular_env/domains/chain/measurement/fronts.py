@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from granular_env.components.errors import ParameterError
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.arrays import FloatArray
 from granular_env.peaks import crests, crossing, positive
 
 from .chain_history import Direction, History

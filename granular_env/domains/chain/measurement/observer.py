@@ -10,7 +10,7 @@ import numpy as np
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
 from granular_env.components.inputs import Held
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.peaks import positive
 

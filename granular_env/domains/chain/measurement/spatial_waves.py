@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.arrays import FloatArray
 from granular_env.peaks import ridges, top
 
 from .chain_history import Direction, History

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain import Chain
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.elementary import exponential, root, spline_through
 
 from .target_waves import (
@@ -21,8 +21,6 @@ from .target_waves import (
     SPEED,
     TABLES,
 )
-
-FloatArray = npt.NDArray[np.float64]
 
 _FINE, _FINER = 16, 32
 _RISE = 0.29

@@ -6,14 +6,12 @@ import copy
 from collections.abc import Callable, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError, StepError, caution
+from granular_env.components.support.arrays import FloatArray
 
 from .target_waves import AMPLITUDE, DENSITY, PLACE, POINTS, REACH, SHAPES, SPEED, TABLES
-
-FloatArray = npt.NDArray[np.float64]
 
 # Part of a wanted wave's energy that may be in the chain when the episode begins; that may hang over one of its ends, or reach
 # beyond the middle between two waves, when they are due.

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.layout import GRAINS, REST_OVERLAP, SCALARS, STIFFNESS, U
@@ -24,8 +23,6 @@ from .analytic_drives import ramped_push
 from .arguments import CLOCK, chosen, driven_chain, hertz_chain, timed
 from .arrival import caution_late
 from .baselines import open_loops
-
-FloatArray = npt.NDArray[np.float64]
 
 # Layout of the constants: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s]; of the
 # objective's also the binary logarithm of the p-norm's p, and the part of the impulse over which "all of it" is rounded.

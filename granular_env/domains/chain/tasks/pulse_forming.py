@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number
 from granular_env.envs.environment import environment_factory
@@ -23,8 +23,6 @@ from .arguments import CLOCK, chosen, driven_chain, hertz_chain, numbers, observ
 from .arrival import refuse_crowded, refuse_early
 from .baselines import open_loops
 from .target_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
-
-FloatArray = npt.NDArray[np.float64]
 
 # Layout of the constants: time from the start to the deadline [s], energy of the wanted waves [J], half width of what counts
 # as a wave [grains], number of waves, length of a control step [s], the objective's weight of the way there, then the goal's

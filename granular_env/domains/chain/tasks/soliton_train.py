@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 from numpy.random import Generator
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.elementary import root
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number
@@ -34,8 +34,6 @@ from .target_waves import (
     shape_energies,
     wave_shapes,
 )
-
-FloatArray = npt.NDArray[np.float64]
 
 # Layout of the constants: time from the start to the deadline [s], energy of a wave of 1 m/s [J], half width of what counts as
 # a wave [grains], number of rows of a goal, then the shapes. The objective's has its goal before the shapes.

@@ -15,16 +15,14 @@ import math
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain.layout import GRAINS, MASS, SCALARS, V
 from granular_env.components.chain.quantities import energy_root, energy_root_pullback, input_work
 from granular_env.components.chain.theory.lattice import LatticeWave, lattice_wave
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.elementary import exponential, logarithm, root
 from granular_env.components.support.jit import inlined, jit
-
-FloatArray = npt.NDArray[np.float64]
 
 # Layout of the shapes: how many, points of a table, points per grain, reach [grains], the mass of the grains that the shapes
 # stand for, then the tables.

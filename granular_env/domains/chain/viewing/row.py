@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.viewing.colours import sequential, symmetric_limit
+from granular_env.colours import sequential, symmetric_limit
 from granular_env.viewing.extras import needed
 from granular_env.viewing.footage import Motion
 from granular_env.viewing.scene import REST_COLOUR, Scales

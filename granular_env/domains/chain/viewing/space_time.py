@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.viewing.colours import diverging, rgb
+from granular_env.colours import diverging, rgb
+from granular_env.components.support.arrays import FloatArray
 from granular_env.viewing.drawing import DARK, NOT_SAMPLED, canvas, draw_space_time, nearest_frames, new_figure, time_unit
 from granular_env.viewing.extras import needed
 from granular_env.viewing.fields import as_field
 from granular_env.viewing.footage import Motion
-
-FloatArray = npt.NDArray[np.float64]
 
 # Rows that are kept of a run that goes on; when there are more, each second one is dropped.
 _ROWS = 400

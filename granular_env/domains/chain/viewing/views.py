@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.colours import rgb
 from granular_env.viewing.caption import plain
-from granular_env.viewing.colours import rgb
 from granular_env.viewing.extras import needed
 from granular_env.viewing.footage import Motion
 from granular_env.viewing.scene import Scales, roomy_limit, time_columns
 from granular_env.viewing.views import Views
 
 from .closeup import WINDOW, closeup_camera, has_closeup, send_closeup
+from .contacts import contacts_of
 from .row import WORDS, row_of, send_bars, send_guides, send_profile
 from .space_time import GrowingPicture, Picture, space_time_picture
 
@@ -30,6 +31,8 @@ class ChainViews(Views):
         if self._growing is not None and motion.colour is not None:
             # The axes now, so that the first frames do not wait for it.
             self._growing.prepare(motion, scales.colour_limit)
+
+    contacts = staticmethod(contacts_of)
 
     def reach(self, scales: Scales) -> tuple[float, float]:
         """Return where the words of the zero lines end, below and above [m]."""

@@ -1,4 +1,4 @@
-"""Colours of viewer and figures: one diverging map for signed values, and lines that the colour-blind can tell apart."""
+"""Colours of logs, viewer, figures and environments: one diverging map, and lines that the colour-blind can tell apart."""
 
 from __future__ import annotations
 
@@ -28,9 +28,16 @@ def _mapped(part: npt.NDArray[np.float64], anchors: tuple[str, ...]) -> npt.NDAr
     return np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
 
 
-def diverging(values: npt.NDArray[np.float64], limit: float) -> npt.NDArray[np.uint8]:
-    """Colours of signed values between -limit (blue) and +limit (red); 0 is near white. Shape (*values.shape, 3)."""
-    return _mapped(0.5 + 0.5 * np.asarray(values) / limit, DIVERGING)
+def diverging(values: npt.NDArray[np.float64], limit: float, zero: str | None = None) -> npt.NDArray[np.uint8]:
+    """Return the colours of signed values between -limit (blue) and +limit (red); shape (*values.shape, 3).
+
+    Args:
+        values: any shape.
+        limit: magnitude of the fullest colours.
+        zero: the colour of 0, such as a grey that is seen on white; default: near white.
+    """
+    anchors = DIVERGING if zero is None else (DIVERGING[0], zero, DIVERGING[-1])
+    return _mapped(0.5 + 0.5 * np.asarray(values) / limit, anchors)
 
 
 def sequential(values: npt.NDArray[np.float64], limit: float) -> npt.NDArray[np.uint8]:

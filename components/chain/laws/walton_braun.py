@@ -1,0 +1,95 @@
+"""Walton and Braun (1986): a linear spring that unloads along a steeper line, F = k1 d in loading, k2 (d - d_r) in unloading.
+
+O. R. Walton, R. L. Braun, J. Rheol. 30 (1986) 949, with constant k1 and k2. Unloading from the deepest overlap D ends at the
+residual overlap d_r = D (1 - k1/k2); reloading follows the same line back to D. A collision has the restitution sqrt(k1/k2) at
+any speed.
+
+A contact's history, D, changes once per completed step; inside a step the force is that of the history at its begin, so each
+step is conservative and the loss is booked when the history changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from ...errors import ParameterError
+from ...support.jit import inlined
+from ..fields import NotNegative, Positive, field
+from ..layout import DISSIPATED, LAW_CONSTANTS, STIFFNESS
+from .law import FloatArray, Law
+
+# Constants: k2, and 1 - k1/k2, the part of the deepest overlap that stays. History: the deepest overlap.
+UNLOADING, RESIDUAL_PART = LAW_CONSTANTS, LAW_CONSTANTS + 1
+DEEPEST = DISSIPATED - 1
+
+
+class WaltonBraun(Law):
+    """k1 d in loading, k1 being `contact_stiffness` in N/m, and along the stiffness k2 in unloading."""
+
+    exponent: ClassVar[float] = 1.0
+    history_rows: ClassVar[int] = 1
+    needs_stiffness: ClassVar[bool] = True
+    place_parameters: ClassVar[Mapping[str, bool]] = MappingProxyType({"unloading_stiffness": True})
+
+    name: Literal["walton_braun"] = field("walton_braun", "linear, with a stiffer unloading", "1")
+    unloading_stiffness: Positive | list[NotNegative] = field(
+        ..., "k2, at least contact_stiffness: one for all contacts, or one for each place", "N/m"
+    )
+
+    def contact_constants(
+        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
+    ) -> FloatArray:
+        """Return k2 and 1 - k1/k2."""
+        loading = stiffness[contacts]
+        unloading = (np.zeros(len(stiffness)) + np.asarray(self.unloading_stiffness))[contacts]
+        soft = unloading < loading
+        if soft.any():
+            where = int(np.argmax(soft))
+            raise ParameterError(
+                f"law.unloading_stiffness: got {unloading[where]:g} N/m for contact {contacts.start + where}, expected at "
+                f"least its contact_stiffness, {loading[where]:g} N/m: unloading is no softer than loading"
+            )
+        return np.column_stack([unloading, 1.0 - loading / unloading])
+
+    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+        """Return F / k1."""
+        return force / stiffness
+
+    def steepest(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+        """Return k2."""
+        return constants[:, 0]
+
+
+@inlined
+def force(a, j, d):
+    """Return the force on the unloading line, or on the loading line beyond the deepest overlap."""
+    past = d - a[RESIDUAL_PART, j] * a[DEEPEST, j]
+    unloaded = a[UNLOADING, j] * (past if past > 0.0 else 0.0)
+    return a[STIFFNESS, j] * d if d > a[DEEPEST, j] else unloaded
+
+
+@inlined
+def energy(a, j, d):
+    """Return what the contact would give back, were it unloaded now."""
+    past = (d if d < a[DEEPEST, j] else a[DEEPEST, j]) - a[RESIDUAL_PART, j] * a[DEEPEST, j]
+    past = past if past > 0.0 else 0.0
+    return 0.5 * a[UNLOADING, j] * (past * past)
+
+
+@inlined
+def begin(a, j):
+    """Write the history of a contact that was never loaded."""
+    a[DEEPEST, j] = 0.0
+
+
+@inlined
+def remember(a, j, d):
+    """Note a contact that is deeper than ever; between two depths k1 (1 - k1/k2) d is lost."""
+    deepest = a[DEEPEST, j]
+    if d > deepest:
+        a[DISSIPATED, j] += 0.5 * (a[STIFFNESS, j] * a[RESIDUAL_PART, j]) * ((d - deepest) * (d + deepest))
+        a[DEEPEST, j] = d

@@ -1,0 +1,94 @@
+"""Walton and Braun's law against its closed forms: restitution, the residual overlap, reloading, what is lost."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import granular_env as ge
+from granular_env.components.errors import ParameterError
+
+MASS, LOADING = 2e-3, 1e7
+
+
+def pair(speed: float, ratio: float, **parameters: object) -> ge.Chain:
+    """Return two equal grains about to meet, k1/k2 = ratio, with a step of 1/4000 of the elastic collision."""
+    law = {"name": "walton_braun", "unloading_stiffness": LOADING / ratio}
+    step_size = math.pi * math.sqrt(0.5 * MASS / LOADING) / 4000.0
+    chain = ge.Chain(
+        **({"grains": 2, "mass": MASS, "contact_stiffness": LOADING, "law": law, "step_size": step_size} | parameters)
+    )
+    chain.reset(velocity={0: speed})
+    return chain
+
+
+@pytest.mark.parametrize("speed", [0.01, 1.0, 10.0])
+@pytest.mark.parametrize("ratio", [1.0, 0.64, 0.25, 0.04])
+def test_restitution_is_the_root_of_the_ratio_at_any_speed(ratio: float, speed: float) -> None:
+    chain = pair(speed, ratio)
+    chain.step(6000 * chain.step_size)
+    assert chain.get("contact_force")[1] == 0.0
+    left, right = chain.get("velocity")
+    assert (right - left) / speed == pytest.approx(math.sqrt(ratio), rel=2e-6)
+    assert chain.get("dissipated_energy") == pytest.approx(0.25 * MASS * speed**2 * (1.0 - ratio), rel=1e-5, abs=1e-12)
+
+
+def test_the_contact_opens_at_the_residual_overlap_and_reloads_along_the_unloading_line() -> None:
+    """The grains are steered back: up to the deepest overlap the second loading is elastic, along k2 (d - d_r)."""
+    ratio, wall = 0.25, {"grains": 1, "right": "rigid_plane", "contact_stiffness": [0.0, LOADING]}
+    chain = pair(1.0, ratio, **wall)
+    deepest, opened = 0.0, None
+    for _ in range(8000):
+        chain.step()
+        overlap, force = chain.get("overlap")[1], chain.get("contact_force")[1]
+        deepest = max(deepest, overlap)
+        if force == 0.0 and chain.get("velocity")[0] < 0.0:
+            opened = overlap
+            break
+    assert opened == pytest.approx(deepest * (1.0 - ratio), rel=3e-3)
+    lost = chain.get("dissipated_energy")
+    state = chain.save()
+    for _ in range(6000):  # a push back, to less than the deepest overlap
+        chain.step(left_force=20.0)
+        overlap, force = chain.get("overlap")[1], chain.get("contact_force")[1]
+        line = LOADING / ratio * (overlap - deepest * (1.0 - ratio))
+        assert force == pytest.approx(max(0.0, line), abs=1e-3 * LOADING * deepest)
+    assert chain.get("dissipated_energy") == lost
+    chain.restore(state)
+    assert chain.get("dissipated_energy") == lost
+
+
+def test_equal_stiffnesses_are_a_spring_without_loss() -> None:
+    """Rounding apart, the run of the power law with exponent 1."""
+    chain = pair(1.0, 1.0)
+    spring = ge.Chain(
+        grains=2, mass=MASS, contact_stiffness=LOADING, step_size=chain.step_size, law={"name": "power", "exponent": 1.0}
+    )
+    spring.reset(velocity={0: 1.0})
+    for run in (chain, spring):
+        run.step(2500 * chain.step_size)
+    assert chain.get("velocity") == pytest.approx(spring.get("velocity"), rel=1e-12)
+    assert chain.get("dissipated_energy") == 0.0
+
+
+def test_each_contact_has_its_own_stiffnesses_and_a_pressed_chain_starts_on_the_loading_line() -> None:
+    loading, unloading = [1e7, 2e7, 4e7], [2e7, 2e7, 8e7]
+    law = {"name": "walton_braun", "unloading_stiffness": unloading}
+    chain = ge.Chain(grains=2, contact_stiffness=loading, law=law, left="plane", right="plane", precompression=50.0)
+    np.testing.assert_allclose(chain.get("overlap"), 50.0 / np.array(loading), rtol=1e-12)
+    np.testing.assert_allclose(chain.get("contact_force"), 50.0, rtol=1e-12)
+    assert chain.get("dissipated_energy") == 0.0
+
+
+def test_the_suggested_step_resolves_the_unloading() -> None:
+    """100 times the stiffness is a tenth of the step: steps are rounded down to 1, 2 or 5."""
+    laws = [{"name": "walton_braun", "unloading_stiffness": k} for k in (LOADING, 100.0 * LOADING)]
+    steps = [ge.Chain(grains=5, contact_stiffness=LOADING, law=law).step_size for law in laws]
+    assert steps[1] == pytest.approx(0.1 * steps[0], rel=1e-12)
+
+
+def test_an_unloading_that_is_softer_than_the_loading_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"law\.unloading_stiffness: got 9e\+06 N/m for contact 1, expected at least"):
+        ge.Chain(grains=3, contact_stiffness=LOADING, law={"name": "walton_braun", "unloading_stiffness": 9e6})
