@@ -13,7 +13,7 @@ from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, StepError, caution, nearest
 from granular_env.components.profiles import Profile
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.arrays import FloatArray
 from granular_env.documents import Document, Overrides, load
 
 from .experiment import Experiment

@@ -71,7 +71,7 @@ class _Replay:
         self._segment: Segment | None = None
         self._framed = -1
         self._film = FilmMaker(log, self.component)
-        incidents = [str(incident.get("event")) for incident in log.metadata["incidents"]]
+        incidents = [str(incident.get("incident")) for incident in log.metadata["incidents"]]
         self.result = Verification(str(log.path), log.complete, incidents=incidents)
 
     def run(self) -> Verification:

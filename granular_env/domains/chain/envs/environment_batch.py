@@ -24,7 +24,7 @@ from .vector_kernel import observe_lanes, step_lanes
 _NO_DRIVE = np.zeros((0, 2))
 
 
-class Lanes:
+class EnvironmentBatch:
     """`count` environments whose chains are one array, and whose memories are another.
 
     Attributes:
@@ -56,7 +56,7 @@ class Lanes:
             self.single.append(lane)
         self.size = first.observation_size
         self._lent: set[int] = set()
-        # Lanes whose chain has been drawn anew since it was last looked at.
+        # EnvironmentBatch whose chain has been drawn anew since it was last looked at.
         self._new: set[int] = set()
         self._drawn: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         self._stack(first)

@@ -16,7 +16,7 @@ from granular_env.envs.environment import _count, checked_seed
 from granular_env.envs.state import EnvState
 
 from .environment import ChainEnv
-from .environment_batch import Lanes
+from .environment_batch import EnvironmentBatch
 from .episode_state import RUNNING
 
 Observations = npt.NDArray[np.float32]
@@ -76,7 +76,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             raise ParameterError(f"autoreset_mode: got {shortened(autoreset_mode)}, expected one of {modes}") from None
         self.num_envs = int(num_envs)
         self._limit = None if max_episode_steps in (None, -1) else _count("max_episode_steps", max_episode_steps)
-        self._lanes = Lanes(environment, self.num_envs, parameters, {**arguments, "info": info})
+        self._lanes = EnvironmentBatch(environment, self.num_envs, parameters, {**arguments, "info": info})
         first = self._lanes.single[0]
         self.info, self.render_mode, self.single_hold = info, first.render_mode, first.hold
         self.metadata = {**first.metadata, "autoreset_mode": self.autoreset_mode}
