@@ -150,8 +150,8 @@ def played(name: str, path: Path | None = None) -> ge.Component:
         if path is None:
             play(component)
         else:
-            # Of very short ticks every other one is hashed, so that the file stays small.
-            with ge.record(component, path, every=every, hash_every=1 if component.step_size >= 1e-7 else 2):
+            # Of very short ticks every third one is hashed, so that the file stays small.
+            with ge.record(component, path, every=every, hash_every=1 if component.step_size >= 1e-7 else 3):
                 play(component)
     return component
 
