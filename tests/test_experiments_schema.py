@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from planar_toy import Ring
+from support.planar_toy import Ring
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError
