@@ -326,12 +326,13 @@ def balance_variables(balance: Balance) -> Iterable[Variable]:
         (balance.lost, "lost since the reset"),
         (balance.supplied, "supplied by inputs and boundaries since the reset"),
     )
+    quantity = balance.quantity.replace("_", " ")
     for entries, what in kinds:
         for name, amount in entries.items():
-            text = f"{name.replace('_', ' ')}: {balance.quantity} {what}"
+            text = f"{name.replace('_', ' ')}: {quantity} {what}"
             yield Variable(name, "output", balance.unit, np.shape(amount), text)
     added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))
-    text = f"{added} - {balance.quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
+    text = f"{added} - {quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
     yield Variable(f"{balance.quantity}_residual", "output", balance.unit, np.shape(balance.residual), text)
 
 
