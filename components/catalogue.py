@@ -39,7 +39,7 @@ def summary(name: str) -> str:
 
 
 def component_class(name: str) -> type[Component]:
-    """The class behind a catalogue name; imported only now.
+    """Return the class behind a catalogue name; imported only now.
 
     Raises:
         ParameterError: no such component, or a third party's cannot be loaded.
@@ -49,12 +49,12 @@ def component_class(name: str) -> type[Component]:
         return getattr(import_module(module, __package__), attribute)
     for point in _foreign():
         if point.name == name:
-            return _loaded(point)
+            return _load_class(point)
     raise ParameterError(f"component type {name!r} is unknown; {nearest(name, names())}")
 
 
 def make(name: str, **parameters: Any) -> Component:
-    """A component by its catalogue name."""
+    """Return a component by its catalogue name."""
     return component_class(name)(**parameters)
 
 
@@ -62,7 +62,7 @@ def _foreign() -> list[EntryPoint]:
     return list(entry_points(group=ENTRY_POINT_GROUP))
 
 
-def _loaded(point: EntryPoint) -> type[Component]:
+def _load_class(point: EntryPoint) -> type[Component]:
     try:
         loaded = point.load()
     except Exception as error:

@@ -344,7 +344,7 @@ class Profile:
         return 0.0 if piece < 0 else _horner(self.coefficients[piece], time - float(self.starts[piece]))
 
     def __add__(self, other: Profile) -> Profile:
-        """The sum of two profiles, as `total`."""
+        """Return the sum of two profiles, as `total`."""
         return Profile.total([self, other]) if isinstance(other, Profile) else NotImplemented
 
     def __mul__(self, factor: Any) -> Profile:
@@ -376,7 +376,7 @@ class Profile:
         pieces = np.searchsorted(self.starts, lasts[begin:end], side="right") - 1
         # A piece that begins at this breakpoint keeps its coefficients' bits.
         offsets = np.maximum(firsts[begin:end] - self.starts[pieces], 0.0)
-        part = _shifted_rows(self.coefficients[pieces], offsets)
+        part = _shift_rows(self.coefficients[pieces], offsets)
         rows[begin:end, : part.shape[1]] += part
 
     @cached_property
@@ -384,7 +384,7 @@ class Profile:
         return {}
 
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
-        """The same signal on a tick grid; warns where a breakpoint has to move, refuses where a signal would vanish.
+        """Return the signal on a tick grid; warn where a breakpoint has to move, refuse where a signal would vanish.
 
         Args:
             step_size: seconds per tick.
@@ -473,7 +473,7 @@ def _sum_description(profiles: Sequence[Profile]) -> str:
     return text if len(profiles) < 4 and len(text) <= _LONGEST_DESCRIPTION else f"sum of {len(profiles)} profiles"
 
 
-def _shifted_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
+def _shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
     """Coefficients of p(s + offset) for each row, bit for bit as `_shifted`; rows without an offset keep their bits."""
     shifted = coefficients.copy()
     moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))

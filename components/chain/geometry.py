@@ -82,8 +82,8 @@ def geometry(parameters: ChainParameters) -> Geometry:
     left_radius, right_radius = _sides(
         radius, _wall_radius(parameters.left, radius[0]), _wall_radius(parameters.right, radius[-1])
     )
-    reduced_radius = _reduced(left_radius, right_radius)
-    reduced_mass = _reduced(*_sides(_inertia(parameters, mass), np.inf, np.inf))
+    reduced_radius = _reduced_value(left_radius, right_radius)
+    reduced_mass = _reduced_value(*_sides(_inertia(parameters, mass), np.inf, np.inf))
     stiffness = np.zeros(count + 1)
     stiffness[real] = _stiffness(parameters, radius, materials, reduced_radius)[real]
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
@@ -188,7 +188,7 @@ def _pressed_step(chain: Geometry, parameters: ChainParameters, largest_angle: f
 
 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
-    """C / m* of the contact that dissipates fastest, at its deepest [1/s]."""
+    """Return c / m* of the contact that dissipates fastest, at its deepest [1/s]."""
     real = chain.contact_slice
     moved = np.isfinite(chain.reduced_mass[real])
     overlap = _deepest(chain, speed, law.exponent)[real][moved]
@@ -260,7 +260,7 @@ def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Mater
 
 
 def _inertia(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
-    """What a contact accelerates: a piston does not give way, whatever its mass."""
+    """Return the mass that a contact accelerates: a piston does not give way, whatever its mass."""
     inertia = mass.copy()
     inertia[[0] if parameters.left == "piston" else []] = np.inf
     inertia[[-1] if parameters.right == "piston" else []] = np.inf
@@ -284,16 +284,16 @@ def _yield_strength(parameters: ChainParameters, materials: list[Material]) -> F
 
 
 def _wall_radius(boundary: str, end_radius: float) -> float:
-    """A fixed grain is a grain like the end one; a plane has no curvature."""
+    """Return the radius of a wall: a fixed grain is like the end one; a plane has no curvature."""
     return end_radius if boundary == "fixed_grain" else np.inf
 
 
 def _sides(values: FloatArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:
-    """What lies left and right of each contact place."""
+    """Return the values left and right of each contact place."""
     return np.concatenate(([left], values)), np.concatenate((values, [right]))
 
 
-def _reduced(left: FloatArray, right: FloatArray) -> FloatArray:
+def _reduced_value(left: FloatArray, right: FloatArray) -> FloatArray:
     """1 / (1/left + 1/right); infinite where both are."""
     with np.errstate(divide="ignore"):
         return 1.0 / (1.0 / left + 1.0 / right)
@@ -302,7 +302,7 @@ def _reduced(left: FloatArray, right: FloatArray) -> FloatArray:
 def _stiffness(
     parameters: ChainParameters, radius: FloatArray, materials: list[Material], reduced_radius: FloatArray
 ) -> FloatArray:
-    """K = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E; a given scalar is scaled for walls as K is."""
+    """Return k = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E; a given scalar is scaled for walls alike."""
     compliance = _per_grain(materials, "plane_compliance")
     left, right = _sides(
         compliance,

@@ -107,7 +107,7 @@ class ChainParameters(Parameters):
         return self
 
     def _check_places(self) -> None:
-        """Lists of what belongs to contacts have a value for each place, 0 where there is no contact."""
+        """Check that lists for contacts have a value for each place, 0 where there is no contact."""
         for holder, name, needed in (
             (self, "contact_stiffness", True), (self, "gap", False),
             *((self.law, name, needed) for name, needed in self.law.place_parameters.items()),
@@ -128,12 +128,12 @@ class ChainParameters(Parameters):
                     raise ValueError(f"{name}[{place}]: got 0, expected more than 0: a contact is there")
 
     @model_validator(mode="after")
-    def _arranged(self) -> ChainParameters:
+    def _validate_arrangement(self) -> ChainParameters:
         refuse_misfit(self)
         return self
 
     @model_serializer(mode="wrap")
-    def _told_once(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _serialize_without_arrangement(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Without what the arrangement stands in for, so that this reads back; and without an arrangement that does nothing."""
         fields = serialize(self)
         spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.given()

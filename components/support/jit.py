@@ -73,7 +73,7 @@ def refuse_stale(function: Callable[..., Any]) -> None:
     Raises:
         ParameterError: a global, an enclosed variable or a called function has another value now; names it.
     """
-    function = _kept_right(function)
+    function = _recompile_if_plain_numba(function)
     kept = getattr(function, "_cache", None)
     if isinstance(kept, KernelCache) and not is_of_package(function):
         kept.refuse_stale()
@@ -87,12 +87,12 @@ def current(function: Callable[..., Any]) -> Any:
     Raises:
         ParameterError: as `refuse_stale`.
     """
-    compiled = _kept_right(function)
+    compiled = _recompile_if_plain_numba(function)
     refuse_stale(compiled)
     return compiled
 
 
-def _kept_right(function: Callable[..., Any]) -> Any:
+def _recompile_if_plain_numba(function: Callable[..., Any]) -> Any:
     """Return a jitted function itself, or compiled by `jit` where numba.njit made it, which keeps old values."""
     if (
         not isinstance(function, Dispatcher)
@@ -106,7 +106,7 @@ def _kept_right(function: Callable[..., Any]) -> Any:
 
 
 def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., Any]:
-    """The machine code of a jitted function for one signature, without numba's look-up of the arguments' types at each call.
+    """Return the machine code of a jitted function for one signature: no look-up of the arguments' types at each call.
 
     That look-up costs as much as a step of twenty grains. Whoever calls it promises the types.
 
@@ -138,7 +138,7 @@ def address(function: Callable[..., Any], signature: str) -> Any:
 
 
 def caller(signature: str) -> Any:
-    """A function for jitted code, call(where, (argument, ...)), that calls what lies at an `address` of that signature.
+    """Return a function for jitted code, call(where, (argument, ...)), that calls what lies at an `address` of that signature.
 
     The arguments must have exactly the signature's types.
     """

@@ -44,7 +44,7 @@ class DriveShape:
         return self.knots * self.entries
 
     def actions(self, points: FloatArray) -> FloatArray:
-        """The drives of some points.
+        """Return the drives of some points.
 
         Args:
             points: shape (members, size), each the knots of the first entry of the action, then those of the second.
@@ -57,10 +57,10 @@ class DriveShape:
         wished = np.zeros((len(points), self.steps, self.entries))
         between = knots[:, :, before] + part * (knots[:, :, after] - knots[:, :, before])
         wished[:, : len(part)] = between.transpose(0, 2, 1)
-        return wished if self.rate is None else _limited(wished, self.rate)
+        return wished if self.rate is None else _limit_rate(wished, self.rate)
 
     def pull(self, point: FloatArray, slopes: FloatArray) -> FloatArray:
-        """The slopes of a number with respect to the point, shape (size,), from those with respect to its drive.
+        """Return the slopes of a number with respect to the point, shape (size,), from those with respect to its drive.
 
         Args:
             point: shape (size,).
@@ -68,7 +68,7 @@ class DriveShape:
         """
         if self.rate is not None:
             unlimited = DriveShape(**{**self.__dict__, "rate": None})
-            slopes = _limited_pull(unlimited.actions(point[None])[0], slopes, self.rate)
+            slopes = _limit_rate_pullback(unlimited.actions(point[None])[0], slopes, self.rate)
         before, after, part = self._places()
         pulled = np.zeros((self.entries, self.knots))
         for entry in range(self.entries):
@@ -78,7 +78,7 @@ class DriveShape:
         return pulled.reshape(-1)
 
     def fitted(self, actions: FloatArray) -> FloatArray:
-        """The point whose drive is nearest to some actions, by least squares, shape (size,).
+        """Return the point whose drive is nearest to some actions, by least squares, shape (size,).
 
         Args:
             actions: shape (any number of control steps, entries); missing ones are 0.
@@ -104,7 +104,7 @@ class DriveShape:
         return before, before + 1, along - before
 
 
-def _limited(wished: FloatArray, rate: float) -> FloatArray:
+def _limit_rate(wished: FloatArray, rate: float) -> FloatArray:
     followed, last = np.empty_like(wished), np.zeros((len(wished), wished.shape[2]))
     for step in range(wished.shape[1]):
         last = last + np.clip(wished[:, step] - last, -rate, rate)
@@ -112,9 +112,9 @@ def _limited(wished: FloatArray, rate: float) -> FloatArray:
     return followed
 
 
-def _limited_pull(wished: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
+def _limit_rate_pullback(wished: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
     """Slopes with respect to what was wished: where the limit binds they belong to the action before."""
-    followed = _limited(wished[None], rate)[0]
+    followed = _limit_rate(wished[None], rate)[0]
     before = np.vstack([np.zeros((1, wished.shape[1])), followed[:-1]])
     free = np.abs(wished - before) < rate
     pulled, carried = np.zeros_like(slopes), np.zeros(slopes.shape[1])
@@ -141,6 +141,6 @@ class Drive:
         self._step = 0
 
     def __call__(self, observation: Any, info: Any) -> FloatArray:
-        """The action of the next control step, shape (entries,)."""
+        """Return the action of the next control step, shape (entries,)."""
         step, self._step = self._step, self._step + 1
         return self.actions[step] if step < len(self.actions) else np.zeros(self.actions.shape[1])

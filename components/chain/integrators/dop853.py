@@ -188,7 +188,7 @@ HISTORY_ROWS, SCRATCH_ROWS = 0, 2 * _STAGES + 2
 
 @jit
 def _parts_to_close(a, n):
-    """Steps until the first open contact closes at the present speeds; infinite if none does."""
+    """Return the steps until the first open contact closes at the present speeds; infinite if none does."""
     soonest = np.inf
     for j in range(n + 1):
         gap = -(a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j])
@@ -202,7 +202,7 @@ def _parts_to_close(a, n):
 
 @jit
 def _stages(a, n, n_left, n_right, left_base, right_base, e, part):
-    """The twelve derivatives of a trial from e to e + part."""
+    """Evaluate the twelve derivatives of a trial from e to e + part."""
     h = a[SCALARS, STEP] * part
     for s in range(_STAGES):
         for i in range(n + BESIDE_GRAINS):
@@ -241,11 +241,11 @@ def _error(a, n, h):
         worst5 = max(worst5, abs(v5) * h, abs(u5))
         worst3 = max(worst3, abs(v3) * h, abs(u3))
     scale = 1.0 / (a[SCALARS, TOLERANCE] * fastest)
-    return max(_combined(worst5 * scale, worst3 * scale), _tally_error(a, n, h))
+    return max(_error_norm(worst5 * scale, worst3 * scale), _tally_error(a, n, h))
 
 
 @jit
-def _combined(error5, error3):
+def _error_norm(error5, error3):
     norm = sqrt(error5 * error5 + 0.01 * error3 * error3)
     # 0 also where the squares underflow.
     return error5 * error5 / norm if norm > 0.0 else 0.0
@@ -253,7 +253,7 @@ def _combined(error5, error3):
 
 @jit
 def _tally_error(a, n, h):
-    """The same of work, loss and impulse, relative to the chain's kinetic energy and momentum and to what they grow by.
+    """Return the error of work, loss and impulse, relative to kinetic energy and momentum and to what they grow by.
 
     Grains do not tell it: where a dissipative contact is cut off it carries no force, but gives up the energy left in it.
     """
@@ -273,7 +273,7 @@ def _tally_error(a, n, h):
             largest = max(largest, abs(rate))
         allowed = tolerance * (energy if k in (0, 1, 4) else momentum) + max(tolerance, _LEAST_TALLY_TOLERANCE) * largest * h
         if allowed > 0.0:
-            worst = max(worst, _combined(abs(error5) * h / allowed, abs(error3) * h / allowed))
+            worst = max(worst, _error_norm(abs(error5) * h / allowed, abs(error3) * h / allowed))
     return worst
 
 
