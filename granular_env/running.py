@@ -307,7 +307,7 @@ def memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
 
 @contextmanager
 def collected() -> Iterator[list[str]]:
-    """The warnings of this package, gathered as sentences, and warned of as usual when it is over."""
+    """Collect this package's warnings as sentences, and issue them as usual at the end of the block."""
     told: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)

@@ -134,7 +134,7 @@ class Recorder:
     # -- observing --------------------------------------------------------------------------------------------------
 
     def began(self, component: Component) -> None:
-        """A new segment, unless nothing happened in the last one: then that one begins anew."""
+        """Begin a new segment; where nothing happened in the last one, begin that one anew."""
         with self._lock:
             self._begin(component)
 

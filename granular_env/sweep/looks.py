@@ -83,10 +83,10 @@ class Looks:
         """Nothing is kept of the steps themselves."""
 
     def failed(self, component: Component, error: BaseException) -> None:
-        """A run that failed has no measures."""
+        """Do nothing: a run that failed has no measures."""
 
     def values(self, component: Component, report: Mapping[str, float]) -> tuple[list[float], list[str]]:
-        """The measures of a run that is over, in their order; NaN, and a sentence, where one has no value."""
+        """Return the measures of a finished run, in their order; NaN, and a sentence, where one has no value."""
         if self._last < component.tick and self._gathered:
             for gathered in self._gathered.values():
                 gathered.take(component, component.time)

@@ -125,7 +125,7 @@ class LiveViewer:
     # -- the observer -----------------------------------------------------------------------------------------------
 
     def began(self, component: Component) -> None:
-        """A new history starts here; time goes on."""
+        """Start a new history; the viewer's time goes on."""
         self._elapsed += self._last_tick - component.tick
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
@@ -148,7 +148,7 @@ class LiveViewer:
         self._last_tick = component.tick
 
     def failed(self, component: Component, error: BaseException) -> None:
-        """The component went back to where its step began; so does the next look."""
+        """Go back to where the failed step began, as the component did."""
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
         self.next_tick = component.tick + 1
@@ -218,7 +218,7 @@ class LiveViewer:
             self._drawn_at = perf_counter()
 
     def _shifted(self, footage: Footage) -> Footage:
-        """The footage in the viewer's time."""
+        """Return the footage in the viewer's time."""
         if not self._elapsed:
             return footage
         ticks, seconds = self._elapsed, self._elapsed * self._component.step_size
