@@ -197,7 +197,7 @@ def advance(
     with ExitStack() as stack:
         show = _shown(stack, title, component, end, progress) if progress is not False else None
         for observer in observers if isinstance(observers, Iterable) else [observers]:
-            if not hasattr(observer, "stepped"):
+            if not hasattr(observer, "on_step"):
                 raise ParameterError(
                     f"observers: got {shortened(observer)}, expected observers, such as measurement.Watch(1e-6)"
                 )

@@ -102,7 +102,7 @@ class Computer:
         """Return a task's experiment, ready to run, and its measures; raise `GranularError` where they do not fit."""
         experiment = load_experiment(self._job.document, dict(order.overrides), self._inputs)
         ready = prepare(experiment)
-        self._looks(experiment.duration, experiment.record.every).began(ready.component)
+        self._looks(experiment.duration, experiment.record.every).on_reset(ready.component)
         return ready
 
     def warm(self, order: Order) -> None:
