@@ -49,7 +49,7 @@ def component_class(name: str) -> type[Component]:
         return getattr(import_module(module, __package__), attribute)
     for point in _foreign():
         if point.name == name:
-            return _loaded(point)
+            return _load_class(point)
     raise ParameterError(f"component type {name!r} is unknown; {nearest(name, names())}")
 
 
@@ -62,7 +62,7 @@ def _foreign() -> list[EntryPoint]:
     return list(entry_points(group=ENTRY_POINT_GROUP))
 
 
-def _loaded(point: EntryPoint) -> type[Component]:
+def _load_class(point: EntryPoint) -> type[Component]:
     try:
         loaded = point.load()
     except Exception as error:

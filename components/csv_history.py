@@ -88,7 +88,7 @@ def read_history(
     Raises:
         ParameterError: the file and the line, what stands there, and what was expected.
     """
-    path = _checked_path(path)
+    path = _as_path(path)
     _check_choices(delimiter=(delimiter, _DELIMITERS), decimal=(decimal, (".", ",")), gaps=(gaps, ("refuse", "bridge")))
     for name, given in (("time_unit", time_unit), ("value_unit", value_unit), ("unit", unit)):
         if given is not None and not isinstance(given, str):
@@ -118,7 +118,7 @@ def read_history(
     return times, values
 
 
-def _checked_path(path: str | os.PathLike[str]) -> Path:
+def _as_path(path: str | os.PathLike[str]) -> Path:
     try:
         return Path(path)
     except TypeError:
@@ -224,7 +224,7 @@ def _rows(path: Path, delimiter: str, decimal: str, skip: int) -> Iterator[Row]:
     for number, line in enumerate(_content(path).split(b"\n"), start=1):
         if number <= skip:
             continue
-        text = _decoded(path, number, line, begun).strip()
+        text = _decode(path, number, line, begun).strip()
         if text.startswith("#"):
             continue
         if not text:
@@ -242,7 +242,7 @@ def _rows(path: Path, delimiter: str, decimal: str, skip: int) -> Iterator[Row]:
         yield number, cells
 
 
-def _decoded(path: Path, number: int, line: bytes, begun: bool) -> str:
+def _decode(path: Path, number: int, line: bytes, begun: bool) -> str:
     """Return a line as text: UTF-8, or Latin-1 (a micro sign, names) in a comment or before the first sample."""
     try:
         return line.decode("utf-8")

@@ -70,7 +70,7 @@ class Fault:
     def text(self, words: Words = python_words) -> str:
         """Return it as a sentence; `words` writes the options and overrides in it."""
         source, received, expected, hint = (
-            _rendered(part, words) for part in (self.source, self.received, self.expected, self.hint)
+            _render(part, words) for part in (self.source, self.received, self.expected, self.hint)
         )
         said = ", ".join(filter(None, (received, f"expected {expected}" if expected else "")))
         said = "; ".join(filter(None, (said, hint)))
@@ -95,7 +95,7 @@ def _cut(text: str, length: int = 60) -> str:
     return text if len(text) <= length else f"{text[: length - 3]}..."
 
 
-def _rendered(phrase: Phrase, words: Words) -> str:
+def _render(phrase: Phrase, words: Words) -> str:
     parts = phrase if isinstance(phrase, tuple) else (phrase,)
     return "".join(part if isinstance(part, str) else words(part) for part in parts)
 

@@ -376,7 +376,7 @@ class Profile:
         pieces = np.searchsorted(self.starts, lasts[begin:end], side="right") - 1
         # A piece that begins at this breakpoint keeps its coefficients' bits.
         offsets = np.maximum(firsts[begin:end] - self.starts[pieces], 0.0)
-        part = _shifted_rows(self.coefficients[pieces], offsets)
+        part = _shift_rows(self.coefficients[pieces], offsets)
         rows[begin:end, : part.shape[1]] += part
 
     @cached_property
@@ -473,7 +473,7 @@ def _sum_description(profiles: Sequence[Profile]) -> str:
     return text if len(profiles) < 4 and len(text) <= _LONGEST_DESCRIPTION else f"sum of {len(profiles)} profiles"
 
 
-def _shifted_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
+def _shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
     """Coefficients of p(s + offset) for each row, bit for bit as `_shifted`; rows without an offset keep their bits."""
     shifted = coefficients.copy()
     moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))

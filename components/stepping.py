@@ -246,7 +246,7 @@ class Stepping(Physics):
                 stop = min(end, self._tick + self._chunk_ticks)
                 for observer in self._observers:
                     stop = min(stop, max(observer.next_tick, self._tick + 1))
-                self._timed_advance(stop - self._tick)
+                self._advance_with_timing(stop - self._tick)
                 if not told and (spent := perf_counter() - begun) > _SILENT_SECONDS:
                     told = True
                     self._tell_time_left(self._tick - start, ticks, spent)
@@ -274,7 +274,7 @@ class Stepping(Physics):
             "undoes the step. Durations are in seconds: a microsecond is 1e-6"
         )
 
-    def _timed_advance(self, ticks: int) -> None:
+    def _advance_with_timing(self, ticks: int) -> None:
         begin = perf_counter()
         status = self._advance(ticks)
         if status:

@@ -20,7 +20,7 @@ def rgb(text: str) -> tuple[int, int, int]:
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
-def _mapped(part: npt.NDArray[np.float64], anchors: tuple[str, ...]) -> npt.NDArray[np.uint8]:
+def _map_colours(part: npt.NDArray[np.float64], anchors: tuple[str, ...]) -> npt.NDArray[np.uint8]:
     table = np.array([rgb(anchor) for anchor in anchors], dtype=np.float64)
     places = np.linspace(0.0, 1.0, len(anchors))
     part = np.clip(np.nan_to_num(part, nan=0.5), 0.0, 1.0)
@@ -37,12 +37,12 @@ def diverging(values: npt.NDArray[np.float64], limit: float, zero: str | None = 
         zero: the colour of 0, such as a grey that is seen on white; default: near white.
     """
     anchors = DIVERGING if zero is None else (DIVERGING[0], zero, DIVERGING[-1])
-    return _mapped(0.5 + 0.5 * np.asarray(values) / limit, anchors)
+    return _map_colours(0.5 + 0.5 * np.asarray(values) / limit, anchors)
 
 
 def sequential(values: npt.NDArray[np.float64], limit: float) -> npt.NDArray[np.uint8]:
     """Colours of values from 0 (dark) to limit (yellow). Shape (*values.shape, 3)."""
-    return _mapped(np.asarray(values) / limit, SEQUENTIAL)
+    return _map_colours(np.asarray(values) / limit, SEQUENTIAL)
 
 
 def symmetric_limit(values: npt.ArrayLike) -> float:

@@ -99,7 +99,7 @@ def run_experiment(args: argparse.Namespace) -> int:
     hashes = [] if args.hash_every is None else [f"record.hash_every={args.hash_every}"]
     experiment = load_experiment(args.experiment, parse_assignments([*args.overrides, *hashes]))
     show = not args.quiet and not args.json
-    with _told_by_us(), _log_target(args, args.log, experiment.name) as (log, overwrite):
+    with _silence_own_warnings(), _log_target(args, args.log, experiment.name) as (log, overwrite):
         result = run(experiment, log=log, progress=show, live=args.live, pace=args.pace, overwrite=overwrite)
     if args.json:
         print(json.dumps(_result_facts(result), indent=2))
@@ -154,7 +154,7 @@ def replay_log(args: argparse.Namespace) -> int:
     if not args.verify:
         from granular_env.running import replay
 
-        with _told_by_us():
+        with _silence_own_warnings():
             result = replay(args.log, progress=not args.json, allow_large=args.allow_large)
         if args.json:
             print(json.dumps(_result_facts(result), indent=2))
@@ -164,7 +164,7 @@ def replay_log(args: argparse.Namespace) -> int:
     from granular_env.recording import verify
     from granular_env.running import collected
 
-    with _told_by_us(), collected() as told:
+    with _silence_own_warnings(), collected() as told:
         found = verify(args.log, progress=not args.json, allow_large=args.allow_large)
     if args.json:
         print(json.dumps({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": told}, indent=2))
@@ -185,7 +185,7 @@ def branch_off(args: argparse.Namespace) -> int:
         begun = log.branch(args.at)
         left_at = _instant(args.at, begun.component.time, log.step_size)
         inputs = branch_inputs(parse_assignments(args.overrides), begun.component)
-        stack.enter_context(_told_by_us())
+        stack.enter_context(_silence_own_warnings())
         out, overwrite = stack.enter_context(_log_target(args, args.out, f"{Path(args.log).stem}-branch"))
         result = run_branch(begun, out, inputs, args.until, progress=not args.quiet, overwrite=overwrite)
     if not args.quiet:
@@ -329,7 +329,7 @@ def run_study(args: argparse.Namespace) -> int:
         raise ExperimentError("study: no study was named; `granular-env study --list` names those that come with the package")
     _refuse_what_another_command_runs(args.study, "study")
     study = load_study(args.study, parse_assignments(args.overrides))
-    with _told_by_us():
+    with _silence_own_warnings():
         result = running.run_study(study, args.out, overwrite=args.overwrite, progress=not args.quiet, only=args.only)
     print(result.folder / "report.html" if args.quiet else telling.closing(result))
     return _INTERRUPTED if result.interrupted else 0
@@ -484,7 +484,7 @@ def _instant(asked: float, found: float, step_size: float) -> str:
     return f"{found:.9g} s" + (f" (the step nearest to {asked:.9g} s)" if between else "")
 
 
-def _told_by_us() -> warnings.catch_warnings:
+def _silence_own_warnings() -> warnings.catch_warnings:
     """Silence the run's warnings, which the command prints with its result."""
     return warnings.catch_warnings(action="ignore", category=GranularWarning)
 

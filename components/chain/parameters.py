@@ -128,12 +128,12 @@ class ChainParameters(Parameters):
                     raise ValueError(f"{name}[{place}]: got 0, expected more than 0: a contact is there")
 
     @model_validator(mode="after")
-    def _arranged(self) -> ChainParameters:
+    def _validate_arrangement(self) -> ChainParameters:
         refuse_misfit(self)
         return self
 
     @model_serializer(mode="wrap")
-    def _told_once(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _serialize_without_arrangement(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Without what the arrangement stands in for, so that this reads back; and without an arrangement that does nothing."""
         fields = serialize(self)
         spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.given()

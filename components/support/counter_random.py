@@ -10,7 +10,7 @@ from .jit import jit
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
-def _mixed(word: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+def _mix(word: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
     """The finaliser of SplitMix64 (Steele, Lea & Flood 2014)."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -26,8 +26,8 @@ def uniform(seed: int, stream: int, count: int) -> npt.NDArray[np.float64]:
         count: how many.
     """
     with np.errstate(over="ignore"):
-        key = _mixed(_mixed(np.array([seed], np.uint64) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
-        words = _mixed(key + (np.arange(count, dtype=np.uint64) + np.uint64(1)) * _GOLDEN)
+        key = _mix(_mix(np.array([seed], np.uint64) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
+        words = _mix(key + (np.arange(count, dtype=np.uint64) + np.uint64(1)) * _GOLDEN)
     return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
@@ -37,7 +37,7 @@ _WORDS, _MIDDLE = 3, 12 * 32767.5
 
 @jit
 def mixed(word):
-    """`_mixed` of one number, in jitted code."""
+    """`_mix` of one number, in jitted code."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return word ^ (word >> np.uint64(31))

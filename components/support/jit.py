@@ -73,7 +73,7 @@ def refuse_stale(function: Callable[..., Any]) -> None:
     Raises:
         ParameterError: a global, an enclosed variable or a called function has another value now; names it.
     """
-    function = _kept_right(function)
+    function = _recompile_if_plain_numba(function)
     kept = getattr(function, "_cache", None)
     if isinstance(kept, KernelCache) and not is_of_package(function):
         kept.refuse_stale()
@@ -87,12 +87,12 @@ def current(function: Callable[..., Any]) -> Any:
     Raises:
         ParameterError: as `refuse_stale`.
     """
-    compiled = _kept_right(function)
+    compiled = _recompile_if_plain_numba(function)
     refuse_stale(compiled)
     return compiled
 
 
-def _kept_right(function: Callable[..., Any]) -> Any:
+def _recompile_if_plain_numba(function: Callable[..., Any]) -> Any:
     """Return a jitted function itself, or compiled by `jit` where numba.njit made it, which keeps old values."""
     if (
         not isinstance(function, Dispatcher)

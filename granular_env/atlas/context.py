@@ -59,7 +59,7 @@ class Context:
         loaded = load_experiment(experiment, overrides)
         content = json.dumps(loaded.to_dict(), sort_keys=True)
         if content not in self._paths:
-            self._paths[content] = self._recorded(loaded, content)
+            self._paths[content] = self._record_run(loaded, content)
         path = self._paths[content]
         if path.name not in self._used:
             self._used.append(path.name)
@@ -80,7 +80,7 @@ class Context:
         loaded = load_experiment(experiment)
         watch = _watch(loaded.component.type, every)
         if recorded:
-            path = self._recorded(loaded, json.dumps(loaded.to_dict(), sort_keys=True), [watch])
+            path = self._record_run(loaded, json.dumps(loaded.to_dict(), sort_keys=True), [watch])
             self._used.append(path.name)
         else:
             self._run(loaded, None, [watch])
@@ -101,7 +101,7 @@ class Context:
         self._runs += 1
         self._on_run(self._runs)
 
-    def _recorded(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:
+    def _record_run(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:
         """Run it. Another process may be at the same: each writes its own file, and the last one, which is equal, stays."""
         short = re.sub(r"[^A-Za-z0-9._-]+", "-", experiment.name.rpartition("/")[2]).strip("-.") or "run"
         path = self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"

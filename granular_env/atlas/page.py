@@ -77,7 +77,7 @@ def _changed(atlas: Atlas) -> list[str]:
 
 def _columns(value: Value) -> list[tuple[str, str]]:
     """Return head and words of a value's own cells."""
-    return list(zip(HEAD[1:5], (value.label, _printed(value), _computed(value), _tolerance(value)), strict=True))
+    return list(zip(HEAD[1:5], (value.label, _format_printed(value), _format_computed(value), _tolerance(value)), strict=True))
 
 
 def _unbroken(words: str) -> str:
@@ -85,14 +85,14 @@ def _unbroken(words: str) -> str:
     return _UNIT.sub("\\1\u00a0", words).replace("± ", "±\u00a0")
 
 
-def _printed(value: Value) -> str:
+def _format_printed(value: Value) -> str:
     if value.printed is None:
         return "—"
     # Words have no unit.
     return f"{value.printed} {value.unit}".strip().replace("-", "−") if value.printed[-1:].isdigit() else value.printed
 
 
-def _computed(value: Value) -> str:
+def _format_computed(value: Value) -> str:
     if isinstance(value.computed, str):
         return value.computed
     number = str(value.band) if value.band is not None else f"{value.shown:.{max(value.digits, 6)}g}"

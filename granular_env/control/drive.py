@@ -57,7 +57,7 @@ class DriveShape:
         wished = np.zeros((len(points), self.steps, self.entries))
         between = knots[:, :, before] + part * (knots[:, :, after] - knots[:, :, before])
         wished[:, : len(part)] = between.transpose(0, 2, 1)
-        return wished if self.rate is None else _limited(wished, self.rate)
+        return wished if self.rate is None else _limit_rate(wished, self.rate)
 
     def pull(self, point: FloatArray, slopes: FloatArray) -> FloatArray:
         """The slopes of a number with respect to the point, shape (size,), from those with respect to its drive.
@@ -68,7 +68,7 @@ class DriveShape:
         """
         if self.rate is not None:
             unlimited = DriveShape(**{**self.__dict__, "rate": None})
-            slopes = _limited_pull(unlimited.actions(point[None])[0], slopes, self.rate)
+            slopes = _limit_rate_pullback(unlimited.actions(point[None])[0], slopes, self.rate)
         before, after, part = self._places()
         pulled = np.zeros((self.entries, self.knots))
         for entry in range(self.entries):
@@ -104,7 +104,7 @@ class DriveShape:
         return before, before + 1, along - before
 
 
-def _limited(wished: FloatArray, rate: float) -> FloatArray:
+def _limit_rate(wished: FloatArray, rate: float) -> FloatArray:
     followed, last = np.empty_like(wished), np.zeros((len(wished), wished.shape[2]))
     for step in range(wished.shape[1]):
         last = last + np.clip(wished[:, step] - last, -rate, rate)
@@ -112,9 +112,9 @@ def _limited(wished: FloatArray, rate: float) -> FloatArray:
     return followed
 
 
-def _limited_pull(wished: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
+def _limit_rate_pullback(wished: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
     """Slopes with respect to what was wished: where the limit binds they belong to the action before."""
-    followed = _limited(wished[None], rate)[0]
+    followed = _limit_rate(wished[None], rate)[0]
     before = np.vstack([np.zeros((1, wished.shape[1])), followed[:-1]])
     free = np.abs(wished - before) < rate
     pulled, carried = np.zeros_like(slopes), np.zeros(slopes.shape[1])

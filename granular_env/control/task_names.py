@@ -61,7 +61,7 @@ def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any
     module, colon, rest = name.partition(":")
     if not colon:
         return _registered(name)
-    imported = _imported(name, module, folder)
+    imported = _import_object(name, module, folder)
     return _registered(rest) if "/" in rest else _own(name, imported, rest)
 
 
@@ -100,7 +100,7 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
     return env
 
 
-def _imported(name: str, module: str, folder: Path | None) -> Any:
+def _import_object(name: str, module: str, folder: Path | None) -> Any:
     if folder is not None and str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
     try:

@@ -82,7 +82,7 @@ class TaskProblem:
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, Counts]:
         """Returns averaged over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
         actions = np.repeat(drives, len(seeds), axis=0)
-        return self._rolled(len(drives), seeds, lambda step, observations: actions[:, step])
+        return self._roll_out(len(drives), seeds, lambda step, observations: actions[:, step])
 
     def policy_returns(
         self, policies: Callable[[int], Policies], members: int, seeds: Sequence[int]
@@ -90,9 +90,9 @@ class TaskProblem:
         """The same for policies; `policies(episodes)` gives the batch for members x episodes environments, member by member."""
         batch = policies(len(seeds))
         batch.reset()
-        return self._rolled(members, seeds, lambda step, observations: batch(observations))
+        return self._roll_out(members, seeds, lambda step, observations: batch(observations))
 
-    def _rolled(
+    def _roll_out(
         self, members: int, seeds: Sequence[int], act: Callable[[int, npt.NDArray[Any]], npt.NDArray[Any]]
     ) -> tuple[FloatArray, Counts]:
         count = members * len(seeds)

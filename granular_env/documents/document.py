@@ -134,16 +134,16 @@ def load(
 def _plain(value: Any, origin: str) -> Any:
     """Return a copy of a value in the types that a file has."""
     try:
-        return _copied(value)
+        return _copy(value)
     except RecursionError:
         raise ExperimentError(f"{origin}: tables and lists are nested too deeply, or hold themselves") from None
 
 
-def _copied(value: Any) -> Any:
+def _copy(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): _copied(part) for key, part in value.items()}
+        return {str(key): _copy(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_copied(part) for part in value]
+        return [_copy(part) for part in value]
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     return os.fspath(value) if isinstance(value, os.PathLike) else value

@@ -41,7 +41,7 @@ class Recreatable(metaclass=_Announcing):
         """Keep the arguments; `ParameterError` with the nearest name for a keyword that there is not."""
         refuse_unknown(cls, keywords)
         made = super().__new__(cls)
-        made._made_by, made._made_with = cls, (_kept(arguments), _kept(keywords))
+        made._made_by, made._made_with = cls, (_keep(arguments), _keep(keywords))
         return made
 
     def is_read_once(self, name: str) -> bool:
@@ -62,7 +62,7 @@ def recreatable(make: Callable[Given, Made]) -> Callable[Given, Made]:
     @wraps(make)
     def made(*arguments: Given.args, **keywords: Given.kwargs) -> Made:
         refuse_unknown(made, keywords)
-        kept = _kept(arguments), _kept(keywords)
+        kept = _keep(arguments), _keep(keywords)
         one = make(*arguments, **keywords)
         one._made_by, one._made_with = made, kept
         return one
@@ -106,10 +106,10 @@ def _options(function: Callable[..., Any], name: str) -> Iterable[str] | None:
     return get_type_hints(inside[0]) if get_origin(hint) is not None and len(inside) == 1 else None
 
 
-def _kept(value: Any) -> Any:
+def _keep(value: Any) -> Any:
     """Return arguments as they are now, whatever the caller does to its lists and mappings later."""
     if isinstance(value, Mapping):
-        return {name: _kept(item) for name, item in value.items()}
+        return {name: _keep(item) for name, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return type(value)(_kept(item) for item in value) if type(value) in (list, tuple) else value
+        return type(value)(_keep(item) for item in value) if type(value) in (list, tuple) else value
     return value.copy() if isinstance(value, np.ndarray) else value

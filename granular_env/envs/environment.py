@@ -333,7 +333,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def _inputs(self, action: npt.ArrayLike) -> dict[str, Any]:
         """Return the inputs that an action stands for: numbers, and arrays in the shapes of their variables."""
-        numbers = self._checked_action(action).tolist()
+        numbers = self._validate_action(action).tolist()
         for entry, number in zip(self._entries, numbers, strict=True):
             if not math.isfinite(number):
                 raise ParameterError(f"action: got {number} for {entry}, expected a number from -1 to 1")
@@ -343,7 +343,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             for name, scale, part, shape in self._driven
         }
 
-    def _checked_action(self, action: npt.ArrayLike) -> npt.NDArray[Any]:
+    def _validate_action(self, action: npt.ArrayLike) -> npt.NDArray[Any]:
         count = len(self._entries)
         try:
             given = np.asarray(action)

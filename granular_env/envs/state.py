@@ -84,8 +84,8 @@ class EnvState:
             if not isinstance(task, str) or not isinstance(random, dict):
                 raise LogError("an environment's state has no task or no random numbers; the data is damaged")
             bit_generator(random)
-            drawn = _checked_drawn(header.get("drawn", {}))
-            episode = arrays["episode"] if "episode" in arrays else _checked_episode(*header["episode"])
+            drawn = _validate_drawn(header.get("drawn", {}))
+            episode = arrays["episode"] if "episode" in arrays else _validate_episode(*header["episode"])
             if isinstance(episode, np.ndarray):
                 if episode.dtype != np.int64 or episode.ndim != 1:
                     raise LogError("an environment's memory is not a list of 8-byte words")
@@ -114,13 +114,13 @@ def bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
     return made
 
 
-def _checked_episode(elapsed: Any, running: Any, counters: Any) -> tuple[int, bool, dict[str, float]]:
+def _validate_episode(elapsed: Any, running: Any, counters: Any) -> tuple[int, bool, dict[str, float]]:
     if type(elapsed) is not int or elapsed < 0 or type(running) is not bool:
         raise LogError("an environment's state does not say how long its episode lasts; the data is damaged")
     return elapsed, running, {str(name): float.fromhex(text) for name, text in counters.items()}
 
 
-def _checked_drawn(drawn: Any) -> dict[str, float | dict[str, float]]:
+def _validate_drawn(drawn: Any) -> dict[str, float | dict[str, float]]:
     if not isinstance(drawn, dict):
         raise LogError("an environment's state has drawn parameters that are no mapping; the data is damaged")
     for name, value in drawn.items():

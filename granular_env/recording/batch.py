@@ -247,11 +247,11 @@ def _frames(batch: Batch, sink: Sink, names: list[str]) -> Iterator[Record]:
         together = max(1, CHUNK_BYTES // max(values[0].nbytes, 1))
         for begin in range(0, len(values), together):
             ticks = np.array([tick for tick, _ in batch.frames[begin : begin + together]], dtype=np.int64)
-            arrays = {"ticks": ticks, "values": _stacked(values[begin : begin + together])}
+            arrays = {"ticks": ticks, "values": _stack(values[begin : begin + together])}
             place = (batch.segment, int(ticks[0]), int(ticks[-1]), len(ticks))
             yield Record(FRAMES, variable, *place, sink.number(FRAMES), {}, arrays)
 
 
-def _stacked(values: list[np.ndarray]) -> np.ndarray:
+def _stack(values: list[np.ndarray]) -> np.ndarray:
     """One array of all; a single large frame is not copied."""
     return values[0][np.newaxis] if len(values) == 1 else np.stack(values)

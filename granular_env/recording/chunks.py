@@ -143,7 +143,7 @@ class ChunkWriter:
     def _write_chunk(self) -> None:
         compressor = lz4.frame.LZ4FrameCompressor(compression_level=self.level)
         compressed, crc = [compressor.begin()], 0
-        for part in _joined(self._parts):
+        for part in _join_small_parts(self._parts):
             compressed.append(compressor.compress(part))
             crc = zlib.crc32(part, crc)
         compressed = [b"".join([*compressed, compressor.flush()])] if self._size < _SMALL else [*compressed, compressor.flush()]
@@ -184,7 +184,7 @@ class ChunkWriter:
             self._offset += len(part)
 
 
-def _joined(parts: Sequence[Part]) -> Iterator[Part]:
+def _join_small_parts(parts: Sequence[Part]) -> Iterator[Part]:
     """Small parts together, large ones as they are: each call to compress may cost a wait for the interpreter's lock."""
     small: list[Part] = []
     for part in parts:

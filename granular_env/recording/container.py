@@ -112,7 +112,7 @@ class Container:
         known = self._cache.get(chunk)
         if known is None:
             offset, length = self._places[chunk]
-            known = self._parsed(self._chunk_content(offset, length), length)
+            known = self._parse_messages(self._chunk_content(offset, length), length)
             self._cache[chunk] = known
             self._forget()
         self._cache.move_to_end(chunk)
@@ -217,7 +217,7 @@ class Container:
                 return
             if opcode == _CHUNK_OP:
                 try:
-                    self._parsed(self._chunk_content(offset, total), total)
+                    self._parse_messages(self._chunk_content(offset, total), total)
                 except LogError as error:
                     fault = error.faults[0]
                     self.damage, self.advice = replace(fault, hint="").text(), fault.hint if fault.hint != _RECOVER else ""
@@ -244,12 +244,12 @@ class Container:
         if begin > length or struct.unpack_from("<Q", data, begin - 8)[0] != length - begin:
             raise self._damaged(place)
         self._caps.chunk(size)
-        content = self._decompressed(memoryview(data)[begin:], name, size, place)
+        content = self._decompress(memoryview(data)[begin:], name, size, place)
         if crc == 0 or zlib.crc32(content) != crc:
             raise self._damaged(place)
         return content
 
-    def _decompressed(self, data: memoryview, name: bytes, size: int, place: str) -> bytes:
+    def _decompress(self, data: memoryview, name: bytes, size: int, place: str) -> bytes:
         if name == b"":
             content = bytes(data)
         elif name == b"lz4":
@@ -266,7 +266,7 @@ class Container:
             raise self._damaged(place)
         return content
 
-    def _parsed(self, content: bytes, compressed: int) -> list[RawMessage]:
+    def _parse_messages(self, content: bytes, compressed: int) -> list[RawMessage]:
         messages = []
         for number, (opcode, body) in enumerate(self._records(memoryview(content))):
             self._caps.records(number, compressed)

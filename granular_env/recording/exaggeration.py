@@ -34,7 +34,7 @@ def chosen_exaggeration(reference: FloatArray, radius: FloatArray, displacement:
     if len(radius) > 1:
         in_a_row = not np.ptp(reference[:, 1:], axis=0).any()
         limits.append((_row_limit if in_a_row else _contact_limit)(reference, radius, displacement))
-    return max(1.0, _rounded_down(min(limits)))
+    return max(1.0, _round_down(min(limits)))
 
 
 def _travel_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
@@ -71,7 +71,7 @@ def _contact_limit(reference: FloatArray, radius: FloatArray, displacement: Floa
     return float((allowed[moving] / closing[moving]).min(initial=_LARGEST))
 
 
-def _rounded_down(factor: float) -> float:
+def _round_down(factor: float) -> float:
     if not math.isfinite(factor) or factor <= 0.0:
         return 1.0
     return round_down_to_125(min(factor, _LARGEST) * (1.0 + 1e-12))

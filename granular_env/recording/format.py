@@ -95,7 +95,7 @@ def decode(data: bytes | memoryview, kind: int, log: str | None, most_text: int 
     Raises:
         LogError: `encode` did not write that for this log and this kind.
     """
-    header, arrays = unpack(_unwrapped(memoryview(data)), most_text)
+    header, arrays = unpack(_unwrap(memoryview(data)), most_text)
     if not isinstance(header, dict) or header.get("kind") != KINDS[kind]:
         raise LogError(
             f"a message under {KINDS[kind]!r} is of another kind; the log is damaged or was put together from others"
@@ -134,7 +134,7 @@ def varint(value: int) -> bytes:
     return bytes(parts)
 
 
-def _unwrapped(data: memoryview) -> memoryview:
+def _unwrap(data: memoryview) -> memoryview:
     if len(data) < 2 or data[0] != 0x0A:
         raise LogError("a message is no block of granular-env; the log is damaged")
     length = shift = 0

@@ -86,7 +86,7 @@ def create(path: Path, overwrite: bool) -> LogFile:
             raise _existing(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         try:
-            return LogFile(target, _locked(open(target, "xb"), path))
+            return LogFile(target, _lock(open(target, "xb"), path))
         except FileExistsError:
             return _replacement(path, target, overwrite)
     except ParameterError:
@@ -117,7 +117,7 @@ def _replacement(path: Path, target: Path, overwrite: bool) -> LogFile:
             # An empty file has nothing that could be lost.
             return LogFile(target, older)
         part = target.with_name(f".{secrets.token_hex(8)}.part")
-        return LogFile(target, _locked(open(part, "xb"), path), part, older)
+        return LogFile(target, _lock(open(part, "xb"), path), part, older)
     except BaseException:
         older.close()
         raise
@@ -126,7 +126,7 @@ def _replacement(path: Path, target: Path, overwrite: bool) -> LogFile:
 def _open_older(path: Path, target: Path) -> IO[bytes]:
     """Open what stands there, locked; another writer may just have put its own in that place, then open that one."""
     while True:
-        older = _locked(open(target, "r+b"), path)
+        older = _lock(open(target, "r+b"), path)
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(older.fileno()), os.stat(target)):
                 return older
@@ -142,7 +142,7 @@ def _check_is_log(file: IO[bytes], path: Path) -> bool:
     return bool(head)
 
 
-def _locked(file: IO[bytes], path: Path) -> IO[bytes]:
+def _lock(file: IO[bytes], path: Path) -> IO[bytes]:
     try:
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

@@ -34,7 +34,7 @@ def metadata_of(header: Mapping[str, Any], parameters: type[BaseModel] | None = 
     }
     found["parameters"] = "".join(_parameter_lines(header.get("parameters") or {}, parameters))
     found["units"] = "; ".join(_units([*(header.get("variables") or ()), *(header.get("inputs") or ())]))
-    return {name: _shortened(str(text), _LONGEST) for name, text in found.items()}
+    return {name: _shorten(str(text), _LONGEST) for name, text in found.items()}
 
 
 def metadata_of_log(header: Mapping[str, Any], parameters: type[BaseModel] | None) -> dict[str, str]:
@@ -63,7 +63,7 @@ def _parameter_lines(values: Mapping[str, Any], model: type[BaseModel] | None) -
     for name, value in values.items():
         if value is not None:
             unit = _unit(model, name)
-            yield f"{name} = {_shortened(toml_value(value), _LONGEST_VALUE)}{f'  # {unit}' if unit not in ('', '1') else ''}\n"
+            yield f"{name} = {_shorten(toml_value(value), _LONGEST_VALUE)}{f'  # {unit}' if unit not in ('', '1') else ''}\n"
 
 
 def _units(variables: Iterable[Mapping[str, Any]]) -> Iterator[str]:
@@ -75,5 +75,5 @@ def _units(variables: Iterable[Mapping[str, Any]]) -> Iterator[str]:
         yield f"{unit}: {', '.join(having)}"
 
 
-def _shortened(text: str, longest: int) -> str:
+def _shorten(text: str, longest: int) -> str:
     return text if len(text) <= longest else text[: longest - 1] + "\u2026"

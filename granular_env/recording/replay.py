@@ -159,7 +159,7 @@ class _Replay:
     def _run_segment(self, segment: Segment) -> None:
         self._segment, self._framed = segment, -1
         component, start = self.component, self.log.snapshot(segment, segment.start)
-        restore(component, self._adopted(start))
+        restore(component, self._adopt(start))
         self._agreed, self._balances = {}, (-1, {})
         self._events_before, self._events_seen = component.event_count, 0
         changes = self.log.steps_of(segment).changes(start.inputs)
@@ -203,7 +203,7 @@ class _Replay:
         for row in self.log._index.select(HASHES, 0, segment.number):
             record = self.log._record(row)
             ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
-            width = len(self._hashed())
+            width = len(self._hashed_names())
             if ticks is None or rows is None or rows.shape != (record.count, width) or ticks.shape != (record.count,):
                 raise LogError(f"log {str(self.log.path)!r}: a record of hashes has the wrong form")
             if rows.dtype != np.int64 or ticks.dtype != np.int64 or (np.diff(ticks) <= 0).any() or ticks[0] < row[FIRST]:
@@ -244,7 +244,7 @@ class _Replay:
 
     def _check_hash(self, tick: int, row: np.ndarray) -> None:
         own = hash_row(self.component, self._state(), list(self.log.input_variables))
-        for name, here, there in zip(self._hashed(), own.tolist(), row.tolist(), strict=True):
+        for name, here, there in zip(self._hashed_names(), own.tolist(), row.tolist(), strict=True):
             if here != there:
                 raise Difference(name, tick, None, self._start_reason(tick))
             self._agreed[name] = tick
@@ -261,7 +261,7 @@ class _Replay:
         self._agreed["events"] = tick
 
     def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
-        snapshot = self._adopted(self.log._snapshot(row))
+        snapshot = self._adopt(self.log._snapshot(row))
         mine = self.component.save()
         reason = f"the snapshot at {tick * self.log.step_size:.12g} s does not hold what the re-run gives"
         for name, value in mine.inputs.items():
@@ -292,7 +292,7 @@ class _Replay:
             self._balances = self.component.tick, self.component.balance_values()
         return self._balances[1]
 
-    def _adopted(self, snapshot: Snapshot) -> Snapshot:
+    def _adopt(self, snapshot: Snapshot) -> Snapshot:
         """With changed parameters, go on all the same: the first difference is what people want to know."""
         if snapshot.identity != self.log._header.get("identity"):
             self._trusted = False
@@ -302,7 +302,7 @@ class _Replay:
     def _state(self) -> list[str]:
         return [v.name for v in self.component.variables.values() if v.state]
 
-    def _hashed(self) -> list[str]:
+    def _hashed_names(self) -> list[str]:
         return [*self._state(), "state", *self.log.input_variables]
 
     # -- what the header says -----------------------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ class Sink:
         self._failed: LogError | None = None
         self._topics = list(TOPICS)
         try:
-            self._guarded(self._start)
+            self._run_guarded(self._start)
         except LogError:
             self.abandon()
             raise
@@ -76,7 +76,7 @@ class Sink:
 
     def add_metadata(self, texts: dict[str, str]) -> None:
         """Write the Metadata record that stock tools show."""
-        self._guarded(lambda: self._writer.add_metadata(METADATA_NAME, texts))
+        self._run_guarded(lambda: self._writer.add_metadata(METADATA_NAME, texts))
 
     def add_preview(self, messages: Iterable[PreviewMessage]) -> None:
         """Write what stock viewers draw, in chunks of its own."""
@@ -86,7 +86,7 @@ class Sink:
             if sum(map(len, message.parts)) > _SMALL_MESSAGE:
                 self._writer.level = 0
             if message.topic.name not in self._channels:
-                self._guarded(partial(self._add_channel, message.topic))
+                self._run_guarded(partial(self._add_channel, message.topic))
             self._add_message(message.topic.name, message.parts, message.log_time, message.publish_time)
         self.flush()
         self._writer.level = 0
@@ -104,14 +104,14 @@ class Sink:
         self._unfinished_bytes += size
         self._bytes += size
         place = self._channels[topic], sequence & 0xFFFFFFFF, nanoseconds
-        self._guarded(lambda: self._writer.add_message(*place, parts, publish_time))
+        self._run_guarded(lambda: self._writer.add_message(*place, parts, publish_time))
         if self._unfinished_bytes >= min(CHUNK_BYTES, max(_FIRST_CHUNK_BYTES, self._bytes // _CHUNK_SHARE)):
             self.flush()
 
     def flush(self) -> None:
         """End the chunk and hand everything to the operating system."""
         if self._unfinished_bytes:
-            self._guarded(self._writer.flush)
+            self._run_guarded(self._writer.flush)
             self._chunk += 1
             self._unfinished_bytes = 0
 
@@ -119,8 +119,8 @@ class Sink:
         """End the file with the summary that makes it complete, and close it."""
         try:
             self.flush()
-            self._guarded(self._writer.finish)
-            self._guarded(self._file.sync)
+            self._run_guarded(self._writer.finish)
+            self._run_guarded(self._file.sync)
             self.publish()
         finally:
             self.abandon()
@@ -128,7 +128,7 @@ class Sink:
     def publish(self) -> None:
         """Put the file in the place of the older log that it replaces, if it does."""
         if not self._file.published:
-            self._guarded(self._file.publish)
+            self._run_guarded(self._file.publish)
 
     @property
     def published(self) -> bool:
@@ -143,7 +143,7 @@ class Sink:
             # What could not be written has been reported already, by the write itself.
             pass
 
-    def _guarded(self, write) -> None:  # noqa: ANN001
+    def _run_guarded(self, write) -> None:  # noqa: ANN001
         if self._failed is not None:
             raise self._failed
         try:

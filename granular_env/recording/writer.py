@@ -315,7 +315,7 @@ class Recorder:
     def _hurry(self) -> None:
         self._wake.set()
         with self._written:
-            self._written.wait_for(self._kept_up, _LONGEST_WAIT)
+            self._written.wait_for(self._is_keeping_up, _LONGEST_WAIT)
 
     def _tell_error(self) -> None:
         if self._error is not None:
@@ -325,7 +325,7 @@ class Recorder:
                 "Recording has stopped; further steps go on without it"
             ) from self._error
 
-    def _kept_up(self) -> bool:
+    def _is_keeping_up(self) -> bool:
         behind = perf_counter() > self._due or self._backlog > _WAIT_BYTES
         return not behind or self._error is not None or not self._thread.is_alive()
 

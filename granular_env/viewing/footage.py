@@ -117,10 +117,10 @@ def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float],
         name: input_curve_of(log, name) for name, (times, values) in log.inputs.items() if len(times) and values.ndim == 1
     }
     notes = tuple(_notes(log, motion))
-    return Footage(title_of(log), motion, curves, inputs, notes, _shown_balances(log.balances, log.variables))
+    return Footage(title_of(log), motion, curves, inputs, notes, _balances_to_show(log.balances, log.variables))
 
 
-def _shown_balances(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
+def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
     """Return the balances with the names of vectors' curves in the place of the vectors' own."""
 
     def split(names: Iterable[str]) -> tuple[str, ...]:
@@ -305,7 +305,7 @@ def from_component(component: Component, title: str | None = None) -> Footage:
         _present_motion(component, now, tick),
         {curve.name: curve for variable in scalars if variable.causality == "output" for curve in curves(variable)},
         {curve.name: curve for variable in scalars if variable.causality == "input" for curve in curves(variable)},
-        balances=_shown_balances(balances, component.variables),
+        balances=_balances_to_show(balances, component.variables),
     )
 
 

@@ -241,11 +241,11 @@ def _error(a, n, h):
         worst5 = max(worst5, abs(v5) * h, abs(u5))
         worst3 = max(worst3, abs(v3) * h, abs(u3))
     scale = 1.0 / (a[SCALARS, TOLERANCE] * fastest)
-    return max(_combined(worst5 * scale, worst3 * scale), _tally_error(a, n, h))
+    return max(_error_norm(worst5 * scale, worst3 * scale), _tally_error(a, n, h))
 
 
 @jit
-def _combined(error5, error3):
+def _error_norm(error5, error3):
     norm = sqrt(error5 * error5 + 0.01 * error3 * error3)
     # 0 also where the squares underflow.
     return error5 * error5 / norm if norm > 0.0 else 0.0
@@ -273,7 +273,7 @@ def _tally_error(a, n, h):
             largest = max(largest, abs(rate))
         allowed = tolerance * (energy if k in (0, 1, 4) else momentum) + max(tolerance, _LEAST_TALLY_TOLERANCE) * largest * h
         if allowed > 0.0:
-            worst = max(worst, _combined(abs(error5) * h / allowed, abs(error3) * h / allowed))
+            worst = max(worst, _error_norm(abs(error5) * h / allowed, abs(error3) * h / allowed))
     return worst
 
 

@@ -35,7 +35,7 @@ class Power(Law):
 
 
 @inlined
-def _raised(d, p):
+def _open_power(d, p):
     """Return d^p, 0 where the contact is open."""
     pressed = d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP
     return power(pressed, p) if d > SMALLEST_OVERLAP else 0.0 * d
@@ -44,26 +44,26 @@ def _raised(d, p):
 @inlined
 def force(a, j, d):
     """Return F = k d^p."""
-    return a[STIFFNESS, j] * _raised(d, a[SCALARS, EXPONENT])
+    return a[STIFFNESS, j] * _open_power(d, a[SCALARS, EXPONENT])
 
 
 @inlined
 def energy(a, j, d):
     """Return E = k d^(p + 1) / (p + 1)."""
     p = a[SCALARS, EXPONENT]
-    return a[STIFFNESS, j] * (d * _raised(d, p)) / (p + 1.0)
+    return a[STIFFNESS, j] * (d * _open_power(d, p)) / (p + 1.0)
 
 
 @inlined
 def force_slopes(a, j, d):
     """Return F, p k d^(p - 1) and d^p."""
     k, p = a[STIFFNESS, j], a[SCALARS, EXPONENT]
-    raised = _raised(d, p)
-    return k * raised, k * (p * _raised(d, p - 1.0)), raised
+    raised = _open_power(d, p)
+    return k * raised, k * (p * _open_power(d, p - 1.0)), raised
 
 
 @inlined
 def energy_pullback(a, bar, j, d, slope):
     """Add slope dE/dk."""
     p = a[SCALARS, EXPONENT]
-    bar[STIFFNESS, j] += (d * _raised(d, p)) / (p + 1.0) * slope
+    bar[STIFFNESS, j] += (d * _open_power(d, p)) / (p + 1.0) * slope

@@ -99,7 +99,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     middle = (0.5 * (low**2 + high**2)) ** 0.5
     at_half = float(np.arccosh((depth / (middle - low)) ** 0.5))
     width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
-    return _mirrored(c3, energy, _antiderivative(rate, angles), root(angles), width, np.inf)
+    return _mirror(c3, energy, _antiderivative(rate, angles), root(angles), width, np.inf)
 
 
 def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave:
@@ -142,7 +142,7 @@ def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave
     at_half = float(np.arccos(((middle - low) / (high - low)) ** 0.5))
     width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
     eta = _antiderivative(rate, angles)
-    return _mirrored(c3, energy, eta, root(angles), width, 2.0 * eta[-1])
+    return _mirror(c3, energy, eta, root(angles), width, 2.0 * eta[-1])
 
 
 def critical_viscosity(c3: float) -> float:
@@ -237,7 +237,7 @@ def _solitary_factors(c3: float, low: float) -> tuple[float, Polynomial]:
     high = low * ratio_of_c3(c3) ** 0.5
     quotient = [-0.5, 0.625, 0.0, -c3, 0.0, float(_hill(c3)(low))]
     for root in (low, low, high):
-        quotient = _divided(quotient, root)
+        quotient = _divide_by_root(quotient, root)
     return high, Polynomial((-np.array(quotient))[::-1])
 
 
@@ -253,11 +253,11 @@ def _periodic_factors(c3: float, energy: float, rim: float, bottom: float, depth
 
     low = rim if depth == 1.0 else turning(rim, bottom)
     high = turning(bottom, 1.5)
-    quotient = _divided(_divided([-0.5, 0.625, 0.0, -c3, 0.0, energy], low), high)
+    quotient = _divide_by_root(_divide_by_root([-0.5, 0.625, 0.0, -c3, 0.0, energy], low), high)
     return low, high, Polynomial((-np.array(quotient))[::-1])
 
 
-def _divided(coefficients: list[float], root: float) -> list[float]:
+def _divide_by_root(coefficients: list[float], root: float) -> list[float]:
     """A polynomial, highest power first, divided by s - root; the remainder is dropped."""
     quotient = [coefficients[0]]
     for coefficient in coefficients[1:-1]:
@@ -272,7 +272,7 @@ def _antiderivative(rate: Callable[[FloatArray], FloatArray], nodes: FloatArray)
     return np.concatenate(([0.0], np.cumsum(half * (rate(places) @ _WEIGHTS))))
 
 
-def _mirrored(c3: float, energy: float, eta: FloatArray, root: FloatArray, width: float, period: float) -> StationaryWave:
+def _mirror(c3: float, energy: float, eta: FloatArray, root: FloatArray, width: float, period: float) -> StationaryWave:
     """Both halves of a wave from that right of its crest; eta in diameters."""
     scale = 10.0**-0.5
     position = np.concatenate((-eta[:0:-1], eta)) * scale

@@ -140,13 +140,13 @@ class Track:
             hint = ("choose another folder, or ", *START_ANEW)
             raise ExperimentError(Fault(received="it belongs to another study", hint=hint, source=str(path)))
         try:
-            return cls._filled(header, arrays)
+            return cls._from_arrays(header, arrays)
         except (KeyError, TypeError, ValueError) as error:
             fault = Fault(received=f"it is no whole record: {error}", hint=START_ANEW, source=str(path))
             raise ExperimentError(fault) from error
 
     @classmethod
-    def _filled(cls, header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Track:
+    def _from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Track:
         track = cls()
         track._kinds, track._points = arrays["kinds"].tolist(), arrays["points"].tolist()
         track._values, track._steps = arrays["values"].tolist(), arrays["steps"].tolist()

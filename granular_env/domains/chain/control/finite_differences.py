@@ -75,14 +75,14 @@ def central_differences(
     quotients, steps, kink, size = [], [], None, 0.0
     for level in range(_LEVELS):
         h = step / _FACTOR**level
-        ends = [_moved(chain, base, direction, sign * h) for sign in (1.0, -1.0)]
+        ends = [_move(chain, base, direction, sign * h) for sign in (1.0, -1.0)]
         kink = next((found for end in ends if (found := _first_change(here, contact_states(*end, ticks)))), None)
         if kink is None or level == _LEVELS - 1:
             plus, minus = (evaluate(other, inputs[None], ticks, judged)[0] for other, inputs in ends)
             quotients.append(float(plus - minus) / (2.0 * h))
             steps.append(h)
             size = max(size, abs(plus), abs(minus))
-    value, error = _extrapolated(quotients, [_ROUNDING * size / h for h in steps])
+    value, error = _extrapolate(quotients, [_ROUNDING * size / h for h in steps])
     return Difference(value, error, steps[0], kink)
 
 
@@ -91,7 +91,7 @@ def _first_change(one: npt.NDArray[np.uint64], other: npt.NDArray[np.uint64]) ->
     return (int(places[0][0]), int(places[0][1])) if len(places) else None
 
 
-def _extrapolated(quotients: list[float], roundings: list[float]) -> tuple[float, float]:
+def _extrapolate(quotients: list[float], roundings: list[float]) -> tuple[float, float]:
     """Return the entry of Neville's table that is worth most: C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75.
 
     `scipy.differentiate.derivative` needs 11 to 15 evaluations instead of 16, but on the cases of the tests its errors are 5
@@ -111,7 +111,7 @@ def _extrapolated(quotients: list[float], roundings: list[float]) -> tuple[float
     return best, error
 
 
-def _moved(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike], h: float) -> tuple[Chain, FloatArray]:
+def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike], h: float) -> tuple[Chain, FloatArray]:
     """A chain of other parameters in the state of this one, and another drive."""
     for name in direction:
         if name not in KNOWN:

@@ -45,9 +45,9 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     objective = replace(objective, note=current(objective.note), value=current(objective.value), pull=current(objective.pull))
     rng = np.random.default_rng(_SEED)
     a, inputs = _state(chain, rng), rng.normal(size=2)
-    sums = _noted(objective, a, 0, steps, inputs)
+    sums = _feature_sums(objective, a, 0, steps, inputs)
     for step in range(1, steps):
-        sums += _noted(objective, a, step, steps, inputs)
+        sums += _feature_sums(objective, a, step, steps, inputs)
     worst = _check_value(objective, sums, tolerance)
     looked_at = sorted({0, min(1, steps - 1), steps - 1})
     for step in looked_at:
@@ -68,7 +68,7 @@ def _state(chain: Chain, rng: np.random.Generator) -> FloatArray:
     return a
 
 
-def _noted(objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray) -> FloatArray:
+def _feature_sums(objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray) -> FloatArray:
     sums = np.zeros(objective.count)
     objective.note(a, step, steps, inputs, objective.constants, sums)
     if not np.isfinite(sums).all():
@@ -99,7 +99,7 @@ def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> fl
     quotients = np.array([float(_quotient(value, trial, (k,), _STEP * scales[k])) for k in range(objective.count)])
     errors = np.abs(slopes - quotients) * scales
     sizes = np.maximum(np.abs(slopes), np.abs(quotients)) * scales
-    return _judged(
+    return _largest_error(
         errors, sizes, abs(float(value())), tolerance,
         lambda k: f"objective.value: slopes[{k}] is {slopes[k]:.9g}, differences of it give {quotients[k]:.9g}",
     )  # fmt: skip
@@ -114,7 +114,7 @@ def _check_pull(
         raise ParameterError("objective.pull: it changes `a`, expected it to add to `bar` and `input_bar` only")
 
     def feature() -> FloatArray:
-        return np.array(slopes @ _noted(objective, a, step, steps, inputs))
+        return np.array(slopes @ _feature_sums(objective, a, step, steps, inputs))
 
     names, given, quotients, scales = [], [], [], []
     for name, row in _ROWS.items():
@@ -131,19 +131,19 @@ def _check_pull(
         scales.append(1.0)
     found, wanted, weights = np.array(given), np.array(quotients), np.array(scales)
     sizes = np.maximum(np.abs(found), np.abs(wanted)) * weights
-    return _judged(
+    return _largest_error(
         np.abs(found - wanted) * weights, sizes, abs(float(feature())), tolerance,
         lambda k: f"objective.pull: {names[k]} is {found[k]:.9g} at step {step}, differences of note give {wanted[k]:.9g}",
     )  # fmt: skip
 
 
 def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray) -> None:
-    before = _noted(objective, a, step, steps, inputs)
+    before = _feature_sums(objective, a, step, steps, inputs)
     for name in ("PEAK", "DISSIPATED", "TALLY", "LIMIT"):
         row = getattr(layout, name)
         kept = a[row].copy()
         a[row] = 1.0 + np.where(np.isfinite(kept), kept, 0.0)
-        after = _noted(objective, a, step, steps, inputs)
+        after = _feature_sums(objective, a, step, steps, inputs)
         a[row] = kept
         if not np.array_equal(before, after):
             raise ParameterError(
@@ -152,7 +152,7 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
             )
 
 
-def _judged(errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, said: Callable[[int], str]) -> float:
+def _largest_error(errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, said: Callable[[int], str]) -> float:
     """The largest error as a part of its derivative, or of what rounding leaves of differences of a value of that size."""
     relative = errors / np.maximum(sizes + _SMALL_PART * value, np.finfo(np.float64).tiny)
     wrong = int(np.argmax(relative))

@@ -112,9 +112,9 @@ def task_kernel(task: ChainTask, name: str) -> Callable[..., Any]:
     function = getattr(type(task), name, None)
     if not callable(function):
         raise ParameterError(f"task {task.name!r}: it has no {name}; give it a jitted function, see ChainTask")
-    return function if hasattr(function, "compile") or not JIT else _jitted(function)
+    return function if hasattr(function, "compile") or not JIT else _compile(function)
 
 
 @cache
-def _jitted(function: Callable[..., Any]) -> Callable[..., Any]:
+def _compile(function: Callable[..., Any]) -> Callable[..., Any]:
     return jit(function)

@@ -66,7 +66,7 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
     one = getattr(env, "unwrapped", None)
     if not isinstance(one, ComponentEnv):
         raise ParameterError(f"env: got {shortened(env)}, expected the environment of one task, such as ChainEnv(chain, task)")
-    copy: Any = _guarded_copy(one, len(_grains(one))) if isinstance(one, ChainEnv) else one
+    copy: Any = _guard_copy(one, len(_grains(one))) if isinstance(one, ChainEnv) else one
     before = None if copy is not one else one.save()
     random = np.random.default_rng(seed)
     try:
@@ -98,7 +98,7 @@ def refuse_slips(env: ChainEnv) -> None:
     if known in _refused_nothing:
         return
     try:
-        copy = _guarded_copy(env, grains)
+        copy = _guard_copy(env, grains)
         copy.reset(seed=0)
         for last in (False, True):
             if last and copy._steps:
@@ -126,7 +126,7 @@ def _grains(env: Any) -> range:
     return range(env.component.parameters.grains)
 
 
-def _guarded_copy(env: ChainEnv, grains: int) -> Any:
+def _guard_copy(env: ChainEnv, grains: int) -> Any:
     """Return an environment like this one whose kernels are plain Python and see guarded arrays."""
     copy: Any = env.lane(np.zeros_like(env.component.table), np.zeros_like(env._memory))
     names = env.task.counter_names
@@ -231,7 +231,7 @@ class _Guarded(np.ndarray[Any, Any]):
             return
         row, column = index
         if isinstance(column, (int, np.integer)) and row in _GRAIN_ROWS and not 0 <= column <= self._grains + 1:
-            if not (row == layout.V and column >= 0 and _asked_by_package(sys._getframe(2))):
+            if not (row == layout.V and column >= 0 and _is_called_by_package(sys._getframe(2))):
                 raise self._slip("reads", index)
 
     def _slip(self, does: str, index: Any) -> _SlipError:
@@ -242,7 +242,7 @@ class _Guarded(np.ndarray[Any, Any]):
         return _SlipError(f"{self._kernel} {does} {self._name}[{_index_text(index)}], but {why}")
 
 
-def _asked_by_package(frame: FrameType) -> bool:
+def _is_called_by_package(frame: FrameType) -> bool:
     """Return whether code of this package asks: it knows of the tallies behind the chain."""
     return frame.f_globals.get("__name__", "").split(".")[0] == __name__.split(".")[0]
 

@@ -19,7 +19,7 @@ def compute(context: Context) -> Findings:
     """Six waves of a striker of five masses; their return."""
     wall = case(context, "3.2-wall-striker")
     strikers = {mass: _long(context, mass) for mass in (4, 5, 6)}
-    return Findings([_count(context, strikers), _reflected(context, wall)], [_figure(context, wall, strikers[5])])
+    return Findings([_count(context, strikers), _reflection(context, wall)], [_figure(context, wall, strikers[5])])
 
 
 def _long(context: Context, masses: int) -> History:
@@ -46,7 +46,7 @@ def _count(context: Context, strikers: dict[int, History]) -> Item:
     )  # fmt: skip
 
 
-def _reflected(context: Context, wall: History) -> Item:
+def _reflection(context: Context, wall: History) -> Item:
     """The tallest wave before and after the wall, at a grain that it passes between other waves."""
     place = grain(context, 60)
     before, after = waves(wall, place)[0], waves(wall, place, direction="left")[0]

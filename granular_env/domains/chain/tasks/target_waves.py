@@ -57,7 +57,7 @@ def _shape(shapes, table, x):
 
 
 @jit
-def _wanted(shapes, goal, waves, left, place, contact):
+def _target(shapes, goal, waves, left, place, contact):
     """What is wanted at a place with a time `left`: grain velocity, or energy root / sqrt(m) of a contact; its waves' sum."""
     total, count = 0.0, int(shapes[POINTS])
     for w in range(waves):
@@ -73,10 +73,10 @@ def distance(a, shapes, goal, waves, left):
     """Square of the distance to the wanted waves, `left` seconds before they are due [J]."""
     n, root, total = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS]), 0.0
     for i in range(1, n + 1):
-        off = a[V, i] - _wanted(shapes, goal, waves, left, i - 1.0, False)
+        off = a[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
         total += 0.5 * a[MASS, i] * (off * off)
     for j in range(1, n):
-        off = energy_root(a, j) - root * _wanted(shapes, goal, waves, left, j - 0.5, True)
+        off = energy_root(a, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
         total += off * off
     return total
 
@@ -86,11 +86,11 @@ def distance_pullback(a, bar, shapes, goal, waves, left, slope):
     """Bar += slope ddistance/da."""
     n, root = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS])
     for i in range(1, n + 1):
-        off = a[V, i] - _wanted(shapes, goal, waves, left, i - 1.0, False)
+        off = a[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
         bar[V, i] += slope * a[MASS, i] * off
         bar[MASS, i] += slope * 0.5 * (off * off)
     for j in range(1, n):
-        off = energy_root(a, j) - root * _wanted(shapes, goal, waves, left, j - 0.5, True)
+        off = energy_root(a, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
         energy_root_pullback(a, bar, j, 2.0 * slope * off)
 
 
@@ -122,7 +122,7 @@ def amplitude_error(a, shapes, goal, waves, left, window):
         fastest, wanted = 0.0, 0.0
         for i in range(max(int(np.ceil(place - window)), 0) + 1, min(int(np.floor(place + window)), n - 1) + 2):
             fastest = max(fastest, a[V, i])
-            wanted = max(wanted, _wanted(shapes, goal, waves, left, i - 1.0, False))
+            wanted = max(wanted, _target(shapes, goal, waves, left, i - 1.0, False))
         if wanted > 0.5 * goal[row + AMPLITUDE]:
             worst = max(worst, abs(fastest / wanted - 1.0))
     return worst
@@ -218,7 +218,7 @@ def _layout(mass: float, waves: list[LatticeWave]) -> FloatArray:
     for wave in waves:
         crest = int(np.argmax(wave.velocity))
         piece = slice(crest - count // 2, crest + count // 2 + 1)
-        tables += [_padded(wave.velocity, piece, count), _padded(_energy_roots(wave), piece, count)]
+        tables += [_pad(wave.velocity, piece, count), _pad(_energy_roots(wave), piece, count)]
     scaled = [table / float(waves[i // 2].velocity.max()) for i, table in enumerate(tables)]
     # The first point lies one beyond the reach.
     head = [float(len(waves)), float(count), float(density), (count - 3) / 2.0 / density, mass]
@@ -229,7 +229,7 @@ def _reach(wave: LatticeWave) -> float:
     return float(np.abs(wave.position[wave.velocity > _NOTHING * wave.velocity.max()]).max())
 
 
-def _padded(values: FloatArray, piece: slice, count: int) -> FloatArray:
+def _pad(values: FloatArray, piece: slice, count: int) -> FloatArray:
     out = np.zeros(count)
     begin = max(piece.start, 0)
     chosen = values[begin : piece.stop]
