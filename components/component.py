@@ -174,7 +174,7 @@ class Component(Stepping, metaclass=_Fixed):
         starts = {name: 0.0 if variable.start is None else variable.start for name, variable in self._inputs.items()}
         self._hold(self.hold({**starts, **given}))
         for observer in self._observers:
-            observer.began(self)
+            observer.on_reset(self)
 
     def get(self, name: str) -> Any:
         """Return the present value of any variable: a number, or a fresh array of its shape."""
@@ -267,7 +267,7 @@ class Component(Stepping, metaclass=_Fixed):
         own["_tick"] = snapshot.tick
         own["_failure"] = -1
         for observer in self._observers:
-            observer.began(self)
+            observer.on_reset(self)
 
     def refuse_foreign(self, snapshot: Snapshot) -> None:
         """Raise what `restore` would raise for this snapshot, and change nothing."""

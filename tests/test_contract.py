@@ -193,33 +193,33 @@ class Bystander:
         if what == self.raises:
             raise RuntimeError(what)
 
-    def began(self, component: Component) -> None:
+    def on_reset(self, component: Component) -> None:
         pass
 
-    def look(self, component: Component) -> None:
+    def on_sample(self, component: Component) -> None:
         pass
 
-    def stepped(self, component: Component, ticks: int, inputs: object) -> None:
-        self._note("stepped")
+    def on_step(self, component: Component, ticks: int, inputs: object) -> None:
+        self._note("on_step")
 
-    def failed(self, component: Component, error: BaseException) -> None:
-        self._note("failed")
+    def on_failure(self, component: Component, error: BaseException) -> None:
+        self._note("on_failure")
 
 
 def test_an_observer_that_raises_hides_no_step_from_those_behind_it() -> None:
-    oscillator, first, second = Oscillator(), Bystander("stepped"), Bystander()
+    oscillator, first, second = Oscillator(), Bystander("on_step"), Bystander()
     for observer in (first, second):
         oscillator.observe(observer)
-    with pytest.raises(RuntimeError, match="stepped"):
+    with pytest.raises(RuntimeError, match="on_step"):
         oscillator.step(3 * oscillator.step_size)
-    assert oscillator.tick == 3 and first.told == second.told == ["stepped"]
+    assert oscillator.tick == 3 and first.told == second.told == ["on_step"]
 
 
 def test_a_component_is_stepped_by_one_at_a_time() -> None:
     oscillator, seen = Oscillator(), []
 
     class Meddler(Bystander):
-        def stepped(self, component: Component, ticks: int, inputs: object) -> None:
+        def on_step(self, component: Component, ticks: int, inputs: object) -> None:
             other = threading.Thread(target=self.meddle, args=(component,))
             other.start()
             other.join()

@@ -52,7 +52,7 @@ def checked_schedule(
 
 
 def plain_values(value: Any) -> Any:
-    """What a component reports, as JSON holds it: numbers that are not finite become texts."""
+    """Return a component's report as JSON holds it: numbers that are not finite become texts."""
     if isinstance(value, dict):
         return {str(name): plain_values(part) for name, part in value.items()}
     if isinstance(value, (list, tuple)):

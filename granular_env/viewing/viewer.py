@@ -133,7 +133,7 @@ def screenshot(
     size: tuple[int, int] = (1600, 1000),
     exaggerate: float | None = None,
 ) -> Path:
-    """A picture of the whole viewer, taken without a screen.
+    """Take a picture of the whole viewer, taken without a screen.
 
     Args:
         log: an open log.
