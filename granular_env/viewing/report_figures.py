@@ -108,7 +108,7 @@ def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Sho
     name = field.variable.name.replace("_", " ")
     stem = "" if is_main else f"{field.variable.name}-"
     sign = "red is positive, blue negative" if field.values.min(initial=0.0) < 0.0 else "the redder the larger"
-    if field.variable.unit == "m/s" and field.variable.minimum < 0.0:
+    if field.variable.unit == "m/s" and field.values.min(initial=0.0) < 0.0:
         sign = "red is to the right, blue to the left"
     words = (
         f"{name.capitalize()} of every {field.place} (across) at every instant (up); {sign}, nearly white is 0. "
