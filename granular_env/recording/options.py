@@ -13,7 +13,7 @@ from ..components.errors import ParameterError, nearest
 from .schedule import HASH_EVERY, Schedule, doubling_for, frames_for
 
 
-def checked_names(component: Component, variables: Sequence[str] | None) -> list[str]:
+def names_to_record(component: Component, variables: Sequence[str] | None) -> list[str]:
     """Names to record, by default the state variables; the entries of the balances always come along."""
     if variables is None:
         variables = [v.name for v in component.variables.values() if v.state]
@@ -26,7 +26,7 @@ def checked_names(component: Component, variables: Sequence[str] | None) -> list
     return list(dict.fromkeys([*variables, *component.balance_names]))
 
 
-def checked_schedule(
+def make_schedule(
     component: Component,
     every: float | None,
     hash_every: int | None,
