@@ -39,7 +39,7 @@ def summary(name: str) -> str:
 
 
 def component_class(name: str) -> type[Component]:
-    """The class behind a catalogue name; imported only now.
+    """Return the class behind a catalogue name; imported only now.
 
     Raises:
         ParameterError: no such component, or a third party's cannot be loaded.
@@ -54,7 +54,7 @@ def component_class(name: str) -> type[Component]:
 
 
 def make(name: str, **parameters: Any) -> Component:
-    """A component by its catalogue name."""
+    """Return a component by its catalogue name."""
     return component_class(name)(**parameters)
 
 

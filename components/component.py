@@ -135,7 +135,7 @@ class Component(Stepping, metaclass=_Fixed):
         return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
 
     def _assignment_advice(self, name: str) -> str:
-        """What to do instead of setting or deleting an attribute."""
+        """Return advice: what to do instead of setting or deleting an attribute."""
         variable = self.variables.get(name)
         if name == "parameters" or (variable is not None and variable.causality == "parameter"):
             return f"the parameters of {self._named} are fixed once it is made; make a new one with the other value"
@@ -177,7 +177,7 @@ class Component(Stepping, metaclass=_Fixed):
             observer.on_reset(self)
 
     def get(self, name: str) -> Any:
-        """The present value of any variable: a number, or a fresh array of its shape."""
+        """Return the present value of any variable: a number, or a fresh array of its shape."""
         value = self.peek(name)
         if value.__class__ is np.ndarray and (value.base is not None or not value.flags.writeable):
             return value.copy()
@@ -339,7 +339,7 @@ _DTYPES = {bool: "bool", int: "int64", str: "str"}
 
 
 def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = None) -> Iterable[Variable]:
-    """The fields of a parameter model as variables: unit and shape come from each field's declaration."""
+    """Return the fields of a parameter model as variables: unit and shape come from each field's declaration."""
     for name, field in model.model_fields.items():
         extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
         start = getattr(parameters, name) if parameters is not None else field.get_default()

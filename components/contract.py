@@ -167,7 +167,7 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def _declare(self) -> Iterable[Variable]:
-        """Inputs and outputs; parameters and the entries of balances are declared for you, if you do not."""
+        """Declare inputs and outputs; parameters and the entries of balances are declared for you, if you do not."""
 
     @abstractmethod
     def _outputs(self) -> dict[str, Callable[[], Any]]:
@@ -192,7 +192,7 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def _explain(self, status: int) -> StepError:
-        """The error for a status, while the failed state is still there."""
+        """Return the error for a status, while the failed state is still there."""
 
     @abstractmethod
     def balances(self) -> tuple[Balance, ...]:

@@ -192,7 +192,7 @@ def _first_sample(rows: list[Row], decimal: str) -> int:
 
 
 def _refuse_holes(path: Path, samples: Sequence[Row], times: FloatArray) -> None:
-    """A step far above the median one is a hole in the measurement: a straight line across it would be made up."""
+    """Raise an error for a step far above the median: a straight line across such a hole would be made up."""
     steps = np.diff(times)
     usual = float(np.median(steps))
     holes = np.flatnonzero(steps > _HOLE * usual)

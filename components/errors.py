@@ -169,7 +169,7 @@ class GranularWarning(UserWarning):
 
 
 def shortened(value: object, length: int = 80) -> str:
-    """What came, for a message: its repr, cut where it is long."""
+    """Return a value for a message: its repr, cut where it is long."""
     try:
         text = repr(value)
     except Exception:  # an integer of more than 4300 digits has none

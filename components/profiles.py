@@ -344,7 +344,7 @@ class Profile:
         return 0.0 if piece < 0 else _horner(self.coefficients[piece], time - float(self.starts[piece]))
 
     def __add__(self, other: Profile) -> Profile:
-        """The sum of two profiles, as `total`."""
+        """Return the sum of two profiles, as `total`."""
         return Profile.total([self, other]) if isinstance(other, Profile) else NotImplemented
 
     def __mul__(self, factor: Any) -> Profile:
@@ -384,7 +384,7 @@ class Profile:
         return {}
 
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
-        """The same signal on a tick grid; warns where a breakpoint has to move, refuses where a signal would vanish.
+        """Return the signal on a tick grid; warn where a breakpoint has to move, refuse where a signal would vanish.
 
         Args:
             step_size: seconds per tick.

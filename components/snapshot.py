@@ -157,7 +157,7 @@ class Snapshot:
         return np.frombuffer(self.data)
 
     def to_bytes(self) -> bytes:
-        """A versioned header and plain arrays; see `packing`."""
+        """Return a versioned header and plain arrays; see `packing`."""
         numbers = {name: value for name, value in self.inputs.items() if isinstance(value, float)}
         profiles = {name: value for name, value in self.inputs.items() if isinstance(value, CompiledProfile)}
         held_arrays = {name: value for name, value in self.inputs.items() if isinstance(value, np.ndarray)}

@@ -163,7 +163,7 @@ class Stepping(Physics):
     # -- durations --------------------------------------------------------------------------------------------------
 
     def ticks_in(self, duration: float, name: str = "duration") -> int:
-        """The whole number of internal steps in a duration [s]; `ParameterError` where it is none."""
+        """Return the whole number of internal steps in a duration [s]; `ParameterError` where it is none."""
         duration = finite_number(name, duration, "seconds")
         exact = duration / self.step_size
         if not math.isfinite(exact) or exact <= 0.0:
@@ -237,7 +237,7 @@ class Stepping(Physics):
     # -- pieces of a long step, and their undoing --------------------------------------------------------------------
 
     def _long_step(self, ticks: int, inputs: Mapping[str, Held], held: Mapping[str, Held]) -> None:
-        """A step in pieces: for observers and for Ctrl-C; all of it or nothing."""
+        """Step in pieces, for observers and for Ctrl-C; all of it or nothing."""
         start, end = self._tick, self._tick + ticks
         self._keep_for_undo()
         begun, told = perf_counter(), ticks < _MANY_TICKS

@@ -59,7 +59,7 @@ class Chain(Component):
 
     @classmethod
     def memory_needed(cls, parameters: ChainParameters) -> int:
-        """The table of the kernels, a second copy of its state, and the arrays of the geometry."""
+        """Return the table of the kernels, a second copy of its state, and the arrays of the geometry."""
         scheme = SCHEMES[parameters.integrator]
         first = _first_state_row(parameters.law)
         state_rows = layout.FREE_ROW - first + scheme.history_rows
@@ -262,7 +262,7 @@ class Chain(Component):
         return {name: speed for name, speed in ends.items() if name in (self.left_input, self.right_input)}
 
     def _refuse_start(self) -> None:
-        """A start that the first step would refuse is refused at once."""
+        """Raise the error of the first step at once, where the start would make it fail."""
         if np.any(self._overlap() > self._refused_overlap) or np.any(
             np.abs(self._table[layout.V, self._grains]) > self._table[layout.SCALARS, layout.SPEED_LIMIT]
         ):
@@ -314,7 +314,7 @@ class Chain(Component):
         return super().input_advice(name)
 
     def _limit_passed(self, done: int, ticks: int) -> int:
-        """A limit was passed in the last of `done` ticks: an error, or a warning (once) and on with the rest."""
+        """Raise an error for a limit passed in the last of `done` ticks, or warn (once) and go on with the rest."""
         if done >= kernels.EXHAUSTED:
             self._failed_tick = self._tick + done - kernels.EXHAUSTED
             return _EXHAUSTED
@@ -334,7 +334,7 @@ class Chain(Component):
             self._tick = begin
 
     def _worst(self) -> tuple[str, int, float]:
-        """The variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
+        """Return the variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
         worst = ("velocity", 0, 0.0)
         fastest = self._table[layout.SCALARS, layout.SPEED_LIMIT]
         with np.errstate(all="ignore"):
@@ -393,7 +393,7 @@ class Chain(Component):
         return self._table
 
     def detached_table(self, rows: int = 0) -> FloatArray:
-        """A copy of the table with `rows` more behind it, for runs beside the chain: overlaps are refused, not warned of."""
+        """Copy the table with `rows` more behind it, for runs beside the chain: overlaps are refused, not warned of."""
         known = len(self._table)
         table_of_run = np.zeros((known + rows, self._table.shape[1]))
         table_of_run[:known] = self._table
@@ -472,14 +472,14 @@ class Chain(Component):
         )  # fmt: skip
 
     def report(self) -> dict[str, float]:
-        """The figures of `validity`; with dissipation also how much of an approach it stops in a step."""
+        """Return the figures of `validity`; with dissipation also how much of an approach it stops in a step."""
         figures = self.validity().figures()
         if isinstance(self.parameters.law, Dissipative):
             figures["dissipation in a step (c h / m*)"] = self._stopped_in_a_step()
         return figures
 
     def cautions(self) -> list[str]:
-        """A sentence for each assumption that the run so far has left behind."""
+        """Return a sentence for each assumption that the run so far has left behind."""
         said = self._size_sentences() + self.validity().cautions()
         if self._stopped_in_a_step() > _STOPPED_IN_A_STEP and not self._scheme.adaptive:
             said.append(self._dissipation_sentence())
@@ -507,7 +507,7 @@ class Chain(Component):
         )
 
     def _stopped_in_a_step(self) -> float:
-        """C h / m* of the contact where it was largest, 0 without dissipation."""
+        """Return c h / m* of the contact where it was largest, 0 without dissipation."""
         law, places = self.parameters.law, self.geometry.contact_slice
         if not isinstance(law, Dissipative):
             return 0.0
@@ -534,7 +534,7 @@ def _first_state_row(law: Law) -> int:
 
 
 def _pieces(held: Held) -> FloatArray:
-    """An input as rows (first tick, coefficients)."""
+    """Return an input as rows (first tick, coefficients)."""
     if not isinstance(held, CompiledProfile):
         return _NO_PIECES
     return np.column_stack([held.ticks.astype(np.float64), held.coefficients])

@@ -83,7 +83,7 @@ class Validity:
         }
 
     def cautions(self) -> list[str]:
-        """A sentence for every assumption that was left."""
+        """Return a sentence for every assumption that was left."""
         said = []
         if self.pressure_to_yield > 1.0 and not self.plastic:
             said.append(
@@ -109,7 +109,7 @@ class Validity:
 
 
 def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What lies left and right of each contact; a wall counts as the grain it touches."""
+    """Return the values left and right of each contact; a wall counts as the grain it touches."""
     return np.concatenate((values[:1], values)), np.concatenate((values, values[-1:]))
 
 
@@ -125,5 +125,5 @@ def _yield_pressure(chain: Geometry) -> FloatArray:
 
 
 def _oscillation(chain: Geometry) -> FloatArray:
-    """T = 2.5 R / c1 of the slower side [s]."""
+    """Return T = 2.5 R / c1 of the slower side [s]."""
     return np.maximum(*_sides(2.5 * chain.radius / chain.sound_speed))

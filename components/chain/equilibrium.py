@@ -31,7 +31,7 @@ def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
 
 
 def _upstream_force(p: ChainParameters, above: FloatArray) -> float:
-    """The force at the left end."""
+    """Return the force at the left end."""
     total = float(above[-1])
     if p.left == "free" and p.right == "free":
         raise ParameterError(

@@ -24,7 +24,7 @@ GrainIndex = Annotated[int, Field(ge=0)]
 
 
 def field(default, description: str, unit: str, **bounds):  # noqa: ANN001, ANN003, ANN201
-    """A parameter with its meaning and unit."""
+    """Return a parameter with its meaning and unit."""
     return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
 
 

@@ -188,7 +188,7 @@ def _pressed_step(chain: Geometry, parameters: ChainParameters, largest_angle: f
 
 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
-    """C / m* of the contact that dissipates fastest, at its deepest [1/s]."""
+    """Return c / m* of the contact that dissipates fastest, at its deepest [1/s]."""
     real = chain.contact_slice
     moved = np.isfinite(chain.reduced_mass[real])
     overlap = _deepest(chain, speed, law.exponent)[real][moved]
@@ -260,7 +260,7 @@ def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Mater
 
 
 def _inertia(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
-    """What a contact accelerates: a piston does not give way, whatever its mass."""
+    """Return the mass that a contact accelerates: a piston does not give way, whatever its mass."""
     inertia = mass.copy()
     inertia[[0] if parameters.left == "piston" else []] = np.inf
     inertia[[-1] if parameters.right == "piston" else []] = np.inf
@@ -284,12 +284,12 @@ def _yield_strength(parameters: ChainParameters, materials: list[Material]) -> F
 
 
 def _wall_radius(boundary: str, end_radius: float) -> float:
-    """A fixed grain is a grain like the end one; a plane has no curvature."""
+    """Return the radius of a wall: a fixed grain is like the end one; a plane has no curvature."""
     return end_radius if boundary == "fixed_grain" else np.inf
 
 
 def _sides(values: FloatArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:
-    """What lies left and right of each contact place."""
+    """Return the values left and right of each contact place."""
     return np.concatenate(([left], values)), np.concatenate((values, [right]))
 
 
@@ -302,7 +302,7 @@ def _reduced_value(left: FloatArray, right: FloatArray) -> FloatArray:
 def _stiffness(
     parameters: ChainParameters, radius: FloatArray, materials: list[Material], reduced_radius: FloatArray
 ) -> FloatArray:
-    """K = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E; a given scalar is scaled for walls as K is."""
+    """Return k = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E; a given scalar is scaled for walls alike."""
     compliance = _per_grain(materials, "plane_compliance")
     left, right = _sides(
         compliance,

@@ -129,7 +129,7 @@ def added(total, x):
 
 @jit
 def tallied(a, place):
-    """A compensated sum of the tally."""
+    """Return a compensated sum of the tally."""
     return a[TALLY, place], a[TALLY, place + 1]
 
 
@@ -141,7 +141,7 @@ def keep(a, place, total):
 
 @jit
 def piece_at(drive, first, last, tick):
-    """The row in first..last-1 whose piece is in force at a tick; first - 1 before the first piece begins."""
+    """Return the row in first..last-1 whose piece is in force at a tick; first - 1 before the first piece begins."""
     low, high = first, last
     while low < high:
         middle = (low + high) // 2
@@ -162,7 +162,7 @@ def next_piece(drive, piece, last, tick):
 
 @jit
 def recentre(a, row, drive, piece, first, number, tick):
-    """The drive's polynomial about a tick, in steps, into a row; returns its length. Before any piece: `number`."""
+    """Write the drive's polynomial about a tick, in steps, into a row; return its length. Before any piece: `number`."""
     if piece < first:
         a[row, 0] = number
         return 1
@@ -180,7 +180,7 @@ def recentre(a, row, drive, piece, first, number, tick):
 
 @jit
 def value(a, row, n, e):
-    """A re-centred polynomial a part e of a step after the tick."""
+    """Return the value of a re-centred polynomial a part e of a step after the tick."""
     p = 0.0
     for i in range(n - 1, -1, -1):
         p = p * e + a[row, i]
@@ -198,7 +198,7 @@ def integral(a, row, n, e):
 
 @jit
 def turn(a, drive, left_pieces, left_piece, right_piece, left, right, tick):
-    """The pieces in force at a tick, the length of their polynomials, re-centred there, and a mark of this pair of pieces."""
+    """Return the pieces in force at a tick, the lengths of their re-centred polynomials, and a mark of this pair of pieces."""
     left_piece = next_piece(drive, left_piece, left_pieces, tick)
     right_piece = next_piece(drive, right_piece, drive.shape[0], tick)
     n_left = recentre(a, LEFT_DRIVE, drive, left_piece, 0, left, tick)
@@ -209,7 +209,7 @@ def turn(a, drive, left_pieces, left_piece, right_piece, left, right, tick):
 
 @jit
 def piece_mark(drive, piece, first, number):
-    """A number that differs between pieces that differ: integrators with a memory start anew where it changes."""
+    """Return a number that differs between pieces that differ: integrators with a memory start anew where it changes."""
     mark = number
     if piece >= first:
         for i in range(drive.shape[1]):
@@ -270,7 +270,7 @@ def place_pistons(a, u, v, n_left, n_right, left_base, right_base, e):
 
 @jit
 def finish(a, left_before, right_before):
-    """The end of a step for integrators that keep no tallies themselves; whether an overlap, and a velocity, passed its limit.
+    """Finish a step for integrators without tallies of their own; return whether an overlap, and a velocity, passed its limit.
 
     What changes a prescribed grain's own velocity is work and impulse too.
     """
@@ -303,7 +303,7 @@ def tally_piston(a, mass, before, after, work, impulse):
 
 @jit
 def ended(ticks, passed, unsound):
-    """What `advance` returns: the ticks done, negative if an overlap passed its limit, and far below 0 if a velocity did."""
+    """Return the ticks done as `advance` does: negative if an overlap passed its limit, far below 0 if a velocity did."""
     if unsound:
         return -ticks - UNSOUND
     return -ticks if passed else ticks

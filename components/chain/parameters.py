@@ -107,7 +107,7 @@ class ChainParameters(Parameters):
         return self
 
     def _check_places(self) -> None:
-        """Lists of what belongs to contacts have a value for each place, 0 where there is no contact."""
+        """Check that lists for contacts have a value for each place, 0 where there is no contact."""
         for holder, name, needed in (
             (self, "contact_stiffness", True), (self, "gap", False),
             *((self.law, name, needed) for name, needed in self.law.place_parameters.items()),

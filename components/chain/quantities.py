@@ -117,7 +117,7 @@ energy_root_pullback = of_any_law(_energy_root_pullback, _spoil, law.ENERGY_ROOT
 
 @jit
 def grain_force(a, i):
-    """What a sensor inside the grain of column i reads: the mean of the forces in its two contacts."""
+    """Return the reading of a sensor inside the grain of column i: the mean of the forces in its two contacts."""
     return 0.5 * (contact_force(a, i - 1) + contact_force(a, i))
 
 
@@ -169,7 +169,7 @@ def peak_feature_pullback(f, scale, p):
 
 @jit
 def peak_value(total, scale, p):
-    """The smooth maximum scale total^(1/p), and its derivative by the total; (0, 0) where nothing was felt."""
+    """Return the smooth maximum scale total^(1/p), and its derivative by the total; (0, 0) where nothing was felt."""
     if not total > 1e-300:  # NaN too, which must not be hidden
         return scale * total, 0.0
     root = scale * power(total, 1.0 / p)
@@ -187,7 +187,7 @@ def kinetic_energy(a, first, last):
 
 @jit
 def kinetic_energy_pullback(a, bar, first, last, slope):
-    """Adds slope dE/da."""
+    """Add slope dE/da."""
     for i in range(first + 1, last + 2):
         bar[V, i] += slope * a[MASS, i] * a[V, i]
         bar[MASS, i] += slope * 0.5 * a[V, i] * a[V, i]
@@ -204,7 +204,7 @@ def momentum(a, first, last):
 
 @jit
 def momentum_pullback(a, bar, first, last, slope):
-    """Adds slope dp/da."""
+    """Add slope dp/da."""
     for i in range(first + 1, last + 2):
         bar[V, i] += slope * a[MASS, i]
         bar[MASS, i] += slope * a[V, i]
@@ -224,7 +224,7 @@ def energy(a, first, last):
 
 @jit
 def energy_pullback(a, bar, first, last, slope):
-    """Adds slope dE/da."""
+    """Add slope dE/da."""
     kinetic_energy_pullback(a, bar, first, last, slope)
     for j in range(first, last + 2):
         contact_energy_pullback(a, bar, j, (0.5 if j in (first, last + 1) else 1.0) * slope)

@@ -72,7 +72,7 @@ PRESETS = {
 
 
 def preset_list() -> str:
-    """The presets and their constants, in one line."""
+    """Return the presets and their constants, in one line."""
     return "; ".join(
         f"{name}: {one.density:g} kg/m^3, {one.young / 1e9:g} GPa, nu {one.poisson:g}, "
         + (f"yield {one.yield_strength / 1e6:g} MPa" if one.yield_strength else "yield unknown")
@@ -81,7 +81,7 @@ def preset_list() -> str:
 
 
 def material(value: str | Material) -> Material:
-    """A preset by name, or the material itself."""
+    """Return a preset by name, or the material itself."""
     if isinstance(value, Material):
         return value
     if value not in PRESETS:

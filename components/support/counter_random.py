@@ -11,7 +11,7 @@ _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
 def _mix(word: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
-    """The finaliser of SplitMix64 (Steele, Lea & Flood 2014)."""
+    """Apply the finaliser of SplitMix64 (Steele, Lea & Flood 2014)."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return word ^ (word >> np.uint64(31))
@@ -45,13 +45,13 @@ def mixed(word):
 
 @jit
 def stream_key(seed, stream):
-    """What `normal` draws from: one stream of one seed, both from 0."""
+    """Return the key that `normal` draws from: one stream of one seed, both from 0."""
     return mixed(mixed(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
 
 
 @jit
 def normal(key, index):
-    """A number with mean 0 and variance 1 from a `stream_key`: the sum of twelve uniform ones, exactly, so never beyond +-6.
+    """Return a number with mean 0 and variance 1 from a `stream_key`: exactly the sum of twelve uniform ones, so within +-6.
 
     Against the normal distribution its fourth moment is 2.9 instead of 3; nothing is rounded, so all machines agree.
     """

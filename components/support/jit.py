@@ -106,7 +106,7 @@ def _recompile_if_plain_numba(function: Callable[..., Any]) -> Any:
 
 
 def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., Any]:
-    """The machine code of a jitted function for one signature, without numba's look-up of the arguments' types at each call.
+    """Return the machine code of a jitted function for one signature: no look-up of the arguments' types at each call.
 
     That look-up costs as much as a step of twenty grains. Whoever calls it promises the types.
 
@@ -138,7 +138,7 @@ def address(function: Callable[..., Any], signature: str) -> Any:
 
 
 def caller(signature: str) -> Any:
-    """A function for jitted code, call(where, (argument, ...)), that calls what lies at an `address` of that signature.
+    """Return a function for jitted code, call(where, (argument, ...)), that calls what lies at an `address` of that signature.
 
     The arguments must have exactly the signature's types.
     """

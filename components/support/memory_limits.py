@@ -21,7 +21,7 @@ def available() -> int | None:
 
 
 def refuse_beyond(needed: int, what: str, kind: type[GranularError] = ParameterError) -> None:
-    """An error of that `kind`, with both numbers, where `needed` bytes are more than there are."""
+    """Raise an error of that `kind`, with both numbers, where `needed` bytes are more than there are."""
     there = available()
     if there is not None and needed > there:
         raise kind(

@@ -57,7 +57,7 @@ def _logarithm(fraction):
 
 @inlined
 def _exponential(z):
-    """e^z for |z| <= .35, by its series."""
+    """e^z for |z| <= 0.35, by its series."""
     series = 1.0 / 6227020800.0
     series = series * z + 1.0 / 479001600.0
     series = series * z + 1.0 / 39916800.0

@@ -43,7 +43,7 @@ def pack(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> list[bytes | memoryview]:
-    """What `pack` joins; the arrays are not copied, so they must not change until the parts have been written."""
+    """Return the parts that `pack` joins; the arrays are not copied: do not change them before the parts are written."""
     listed, parts = [], []
     for name, array in arrays.items():
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))

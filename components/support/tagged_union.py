@@ -41,7 +41,7 @@ class ByName:
         return core_schema.no_info_before_validator_function(self.chosen, handler(source))
 
     def chosen(self, given: Any) -> Named:
-        """The table; `ValueError` where there is none, or where it is not valid."""
+        """Return the table; `ValueError` where there is none, or where it is not valid."""
         if type(given) in self.choices.values():
             return given
         fields = {"name": given} if isinstance(given, str) else given
@@ -60,6 +60,6 @@ class ByName:
 
 
 def tables(model: type[BaseModel]) -> dict[str, Mapping[str, type[Named]]]:
-    """The parameters of a model that are tables chosen by name: parameter -> name -> table."""
+    """Return the parameters of a model that are tables chosen by name: parameter -> name -> table."""
     marks = ((name, mark) for name, field in model.model_fields.items() for mark in field.metadata)
     return {name: mark.choices for name, mark in marks if isinstance(mark, ByName)}

@@ -236,7 +236,7 @@ def positive_number(name: str, value: Any) -> float:
 
 
 def plain(name: str, value: Any) -> Any:
-    """A parameter as pydantic takes it: arrays and tuples as lists, numpy's numbers as Python's, no truth values."""
+    """Return a parameter as pydantic takes it: arrays and tuples as lists, numpy's numbers as Python's, no truth values."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):

@@ -44,7 +44,7 @@ class DriveShape:
         return self.knots * self.entries
 
     def actions(self, points: FloatArray) -> FloatArray:
-        """The drives of some points.
+        """Return the drives of some points.
 
         Args:
             points: shape (members, size), each the knots of the first entry of the action, then those of the second.
@@ -60,7 +60,7 @@ class DriveShape:
         return wished if self.rate is None else _limit_rate(wished, self.rate)
 
     def pull(self, point: FloatArray, slopes: FloatArray) -> FloatArray:
-        """The slopes of a number with respect to the point, shape (size,), from those with respect to its drive.
+        """Return the slopes of a number with respect to the point, shape (size,), from those with respect to its drive.
 
         Args:
             point: shape (size,).
@@ -78,7 +78,7 @@ class DriveShape:
         return pulled.reshape(-1)
 
     def fitted(self, actions: FloatArray) -> FloatArray:
-        """The point whose drive is nearest to some actions, by least squares, shape (size,).
+        """Return the point whose drive is nearest to some actions, by least squares, shape (size,).
 
         Args:
             actions: shape (any number of control steps, entries); missing ones are 0.
@@ -141,6 +141,6 @@ class Drive:
         self._step = 0
 
     def __call__(self, observation: Any, info: Any) -> FloatArray:
-        """The action of the next control step, shape (entries,)."""
+        """Return the action of the next control step, shape (entries,)."""
         step, self._step = self._step, self._step + 1
         return self.actions[step] if step < len(self.actions) else np.zeros(self.actions.shape[1])

@@ -22,7 +22,7 @@ class Actor(Protocol):
         """Begin an episode."""
 
     def __call__(self, observation: Any, info: Any) -> npt.ArrayLike:
-        """The action of the next control step."""
+        """Return the action of the next control step."""
         ...
 
 
@@ -96,21 +96,21 @@ class Problem(Protocol):
         ...
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, Counts]:
-        """Returns averaged over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
+        """Return mean returns over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
         ...
 
     def policy_returns(
         self, policies: Callable[[int], Policies], members: int, seeds: Sequence[int]
     ) -> tuple[FloatArray, Counts]:
-        """The same for policies; `policies(episodes)` gives the batch for members x episodes environments, member by member."""
+        """Return the same for policies; `policies(episodes)` makes the batch for members x episodes environments."""
         ...
 
     def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
-        """The smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries)."""
+        """Return the smooth objective, averaged over the episodes, and its slopes by the drive, (steps, entries)."""
         ...
 
     def baselines(self) -> Mapping[str, Actor]:
-        """What to compare with: "nothing", "theory", "best"."""
+        """Return the agents to compare with: "nothing", "theory", "best"."""
         ...
 
     def play(self, actor: Actor, seed: int, log: Path | None = None) -> Episode:
@@ -118,7 +118,7 @@ class Problem(Protocol):
         ...
 
     def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
-        """A Gymnasium `VectorEnv` of so many environments, for reinforcement learning; it resets in the same step.
+        """Return a Gymnasium `VectorEnv` of so many environments, for reinforcement learning; it resets in the same step.
 
         Args:
             count: how many.

@@ -81,7 +81,7 @@ class Sb3VecEnv(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """An attribute of the environments with these indices."""
+        """Return an attribute of the environments with these indices."""
         found = self._batch.get_attr(attr_name)
         return [found[place] for place in self._get_indices(indices)]
 
@@ -102,7 +102,7 @@ class Sb3VecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        """A picture of each environment; None where it has no render mode."""
+        """Return a picture of each environment; None where it has no render mode."""
         images: Any = self.env.render()
         return [None] * self.num_envs if images is None else list(images)
 

@@ -80,14 +80,14 @@ class TaskProblem:
     # -- many at a time ---------------------------------------------------------------------------------------------
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, Counts]:
-        """Returns averaged over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
+        """Return mean returns over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
         actions = np.repeat(drives, len(seeds), axis=0)
         return self._roll_out(len(drives), seeds, lambda step, observations: actions[:, step])
 
     def policy_returns(
         self, policies: Callable[[int], Policies], members: int, seeds: Sequence[int]
     ) -> tuple[FloatArray, Counts]:
-        """The same for policies; `policies(episodes)` gives the batch for members x episodes environments, member by member."""
+        """Return the same for policies; `policies(episodes)` makes the batch for members x episodes environments."""
         batch = policies(len(seeds))
         batch.reset()
         return self._roll_out(members, seeds, lambda step, observations: batch(observations))
@@ -112,7 +112,7 @@ class TaskProblem:
         return totals.reshape(shape).mean(axis=1), steps.reshape(shape).sum(axis=1)
 
     def _batch(self, count: int) -> Any:
-        """The batch of so many; the last one is kept, a search asks for the same again and again."""
+        """Return a batch of so many; the last one is kept, because a search asks for the same size repeatedly."""
         if count not in self._batches:
             self._batches = {count: self.vector(count)}
         return self._batches[count]
@@ -142,7 +142,7 @@ class TaskProblem:
     # -- one at a time ----------------------------------------------------------------------------------------------
 
     def baselines(self) -> Mapping[str, Actor]:
-        """What to compare with; doing nothing is always among them."""
+        """Return the agents to compare with; doing nothing is always among them."""
         known = getattr(self.env.task, "baselines", dict)()
         return {"nothing": Drive(np.zeros((self.steps, self.entries))), **known}
 
@@ -193,5 +193,5 @@ class TaskProblem:
 
 
 def _numbers(info: Mapping[str, Any]) -> dict[str, float]:
-    """The numbers of an info."""
+    """Return the numbers of an info."""
     return {name: float(value) for name, value in info.items() if isinstance(value, (int, float, np.number)) and name != "time"}

@@ -12,7 +12,7 @@ from ..components.support.jit import jit
 
 @jit
 def show_clock(elapsed, steps, out):
-    """The time in `out`: cos(pi k elapsed / steps), k = 1 and so on."""
+    """Write the time into `out`: cos(pi k elapsed / steps), k = 1 and so on."""
     # cos((k + 1) x) = 2 cos(x) cos(k x) - cos((k - 1) x): one cosine instead of many, to 1e-14.
     cosine = math.cos(math.pi * (elapsed / steps))
     before, now = 1.0, cosine

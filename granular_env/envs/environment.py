@@ -200,13 +200,13 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         return self._observation(), total, terminated, truncated, self._info(seen)
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
-        """The present state as a picture, shape (360, 960, 3); None without a render mode."""
+        """Return the present state as a picture, shape (360, 960, 3); None without a render mode."""
         return draw(self.component, self.task) if self.render_mode == "rgb_array" else None
 
     # -- mid-episode ------------------------------------------------------------------------------------------------
 
     def observe(self) -> tuple[Observation, dict[str, Any]]:
-        """The present observation and info, as `reset` gives them; after `restore`, for instance."""
+        """Return the present observation and info, as `reset` gives them; after `restore`, for instance."""
         seen = self._see()
         return self._observation(), self._info(seen)
 
@@ -313,12 +313,12 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         return {**task.start(self.np_random), **options}
 
     def _begin(self, seed: int) -> None:
-        """The component has its start state."""
+        """Begin an episode; the component has its start state."""
         self._elapsed, self._running = 0, True
         self.task.begin(self.component, self._see())
 
     def _episode(self) -> Any:
-        """What changes in an episode beside the component."""
+        """Return what changes in an episode beside the component."""
         return self._elapsed, self._running, dict(self.task.counters)
 
     def _refuse_episode(self, state: EnvState) -> None:
@@ -354,7 +354,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         return given
 
     def _see(self) -> dict[str, Any]:
-        """The observed outputs, fresh; scaled, they are in `_scaled` then."""
+        """Return the observed outputs, fresh; scaled, they are in `_scaled` then."""
         seen = {}
         for name, scaled, factor in self._parts:
             value = seen[name] = self.component.get(name)
@@ -412,7 +412,7 @@ def _bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
 
 
 def checked_seed(seed: Any) -> int | None:
-    """A seed as Gymnasium takes it; `ParameterError` where it is neither None nor a whole number from 0."""
+    """Return a seed as Gymnasium takes it; `ParameterError` where it is neither None nor a whole number from 0."""
     if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0):
         raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number from 0, or None")
     return None if seed is None else int(seed)

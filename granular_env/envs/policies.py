@@ -17,10 +17,10 @@ class Policy(Protocol):
     """What chooses actions: a callable with a memory that `reset` clears."""
 
     def reset(self) -> None:
-        """An episode begins."""
+        """Begin an episode."""
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.ArrayLike:
-        """The next action."""
+        """Return the next action."""
         ...
 
 
@@ -38,7 +38,7 @@ class Constant:
         """There is no memory."""
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
-        """The action."""
+        """Return the action."""
         return self.action.copy()
 
 
@@ -59,7 +59,7 @@ class OpenLoop:
         self.step = 0
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
-        """The next row."""
+        """Return the next row."""
         self.step += 1
         if self.step > len(self.drive):
             return np.zeros(self.drive.shape[1])

@@ -61,7 +61,7 @@ class EnvState:
         return f"EnvState({self.task!r}, tick={self.snapshot.tick}, chain={self.snapshot.identity[:12]}...{drawn})"
 
     def to_bytes(self) -> bytes:
-        """A versioned header and plain arrays; see `packing`."""
+        """Return a versioned header and plain arrays; see `packing`."""
         header: dict[str, Any] = {"kind": _KIND, "task": self.task, "random": _plain(self.random)}
         if self.drawn:
             header["drawn"] = _plain(self.drawn)
@@ -75,7 +75,7 @@ class EnvState:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Self:
-        """The state that `to_bytes` wrote; `LogError` for anything else."""
+        """Read the state that `to_bytes` wrote; `LogError` for anything else."""
         header, arrays = unpack(data)
         try:
             if header["kind"] != _KIND:
@@ -131,7 +131,7 @@ def _validate_drawn(drawn: Any) -> dict[str, float | dict[str, float]]:
 
 
 def _plain(value: Any) -> Any:
-    """A bit generator's state as JSON has it."""
+    """Return a bit generator's state as JSON has it."""
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, np.ndarray):

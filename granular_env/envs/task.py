@@ -57,7 +57,7 @@ class Task(ABC):
 
 
 def checked_judgement(task: Task, given: Any) -> tuple[float, bool]:
-    """What `Task.judge` returned, where it is what it should be.
+    """Return what `Task.judge` returned, after validation.
 
     Raises:
         ParameterError: it is not (reward, done), or the reward is not finite.

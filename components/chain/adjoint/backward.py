@@ -43,7 +43,7 @@ _ONE = np.uint64(1)
 
 @jit
 def _undo_drift(a, bar, kick, drift):
-    """V_bar += drift u_bar; and what that means for the force on each grain, in the kick before."""
+    """Add drift u_bar to v_bar, and the effect on the adjoint of the force on each grain, in the kick before."""
     for i in range(np.uint64(1), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         v = bar[V, i] + drift * bar[U, i]
         bar[V, i] = v
@@ -73,7 +73,7 @@ def _undo_overlaps(a, bar):
 
 @jit
 def _undo_ends(a, bar, e, input_bar):
-    """Forces on free ends, in place of those of the contacts that are not there."""
+    """Replace the forces of the missing contacts at free ends by the forces on those ends."""
     n = int(a[SCALARS, GRAINS])
     if a[SCALARS, LEFT_KIND] == FREE:
         bar[FORCE, 0] = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, 1, e)

@@ -80,7 +80,7 @@ def _watch(a, drive, ticks, drifts, kicks, passed, marks):
 
 
 def contact_states(chain: Chain, drive: npt.ArrayLike, ticks: int) -> npt.NDArray[np.uint64]:
-    """A mark of what each contact goes through in each control step, shape (steps, n + 1); the chain stays as it is.
+    """Return a mark of what each contact goes through in each control step, shape (steps, n + 1), without changing the chain.
 
     Marks of two runs differ where a contact is open in the one and closed in the other at any force evaluation, or where its
     dissipative force is cut off in the one and not in the other. Limits are not looked at.

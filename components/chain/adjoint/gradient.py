@@ -69,7 +69,7 @@ class Adjoints:
 
 
 def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objective) -> FloatArray:
-    """The objective of each of many drives, each from the chain's present state; the chain stays as it is.
+    """Return the objective of each of many drives, each from the chain's present state; the chain stays as it is.
 
     Args:
         chain: any chain.
@@ -99,7 +99,7 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
 
 
 def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Objective) -> Adjoints:
-    """The objective of a drive from the chain's present state, and its exact derivatives; the chain stays as it is.
+    """Return the objective of a drive from the chain's present state, and its exact derivatives; the chain stays as it is.
 
     The derivatives are those of the floating-point run itself, by the transpose of each of its operations (in another order of
     sums than theirs). Time: some four plain runs. Memory: the states of sqrt(steps) checkpoints, and as much for the tape.
@@ -144,7 +144,7 @@ def checkpoint_interval(steps: int, step_rows: int) -> int:
 def _run(
     chain: Chain, a: FloatArray, drive: FloatArray, ticks: int, objective: Objective, interval: int
 ) -> tuple[FloatArray, FloatArray]:
-    """The sums of the features, and the states at every `interval` control steps (none for 0)."""
+    """Return the sums of the features, and the states at every `interval` control steps (none for 0)."""
     objective.fit(chain.parameters.grains, len(drive))
     count = -(-len(drive) // interval) if interval else 0
     saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
@@ -168,7 +168,7 @@ def _run(
 
 
 def valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
-    """An objective's number for these sums of its features, and dJ/dsums; `ParameterError` where one is no finite number."""
+    """Return the objective for these sums of its features, and dJ/dsums; `ParameterError` where one is no finite number."""
     slopes = np.zeros(objective.count)
     given = current(objective.value)(sums, objective.constants, slopes)
     if not isinstance(given, (int, float, np.number)):
@@ -223,14 +223,14 @@ def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
 
 
 def checked_ticks(ticks: int) -> int:
-    """Internal steps of a control step."""
+    """Return the internal steps of a control step."""
     if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
         raise ParameterError(f"ticks: got {shortened(ticks)}, expected the internal steps of a control step, at least 1")
     return int(ticks)
 
 
 def checked_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
-    """A copy, contiguous and finite, with zeros where an end takes no input, shape (steps, 2)."""
+    """Return a copy, contiguous and finite, with zeros where an end takes no input, shape (steps, 2)."""
     drive = _numbers("drive", given)
     if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):
         raise ParameterError(f"drive: got the shape {drive.shape}, expected (control steps, 2): left and right input")

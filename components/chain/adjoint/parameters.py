@@ -23,7 +23,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def parameter_gradient(chain: Chain, bars: Adjoints, name: str) -> float | FloatArray:
-    """The derivative by the drive, shape (steps, 2), by a start value, shape (n,), or by a parameter, in the parameter's shape.
+    """Return the derivative by the drive, shape (steps, 2), a start value, shape (n,), or a parameter, in its own shape.
 
     Raises:
         ParameterError: there is no such derivative; says what to do.

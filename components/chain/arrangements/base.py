@@ -20,7 +20,7 @@ class Arrangement(Named):
     """Fields that are the chain's parameters of the same name for every grain: given here, they are not given there."""
 
     def given(self) -> tuple[str, ...]:
-        """The chain's parameters that are settled here."""
+        """Return the chain's parameters that are settled here."""
         return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
 
     def fit(self, grains: int) -> None:

@@ -66,7 +66,7 @@ def geometric(first: float, factor: float, count: int) -> FloatArray:
 
 
 def sound_radii(first: float, factor: float, count: int) -> float:
-    """The last of these terms, roughly; `ValueError` where they leave the range of a float, or vanish."""
+    """Return the last of these terms, roughly; `ValueError` where they leave the range of a float, or vanish."""
     last = first * integer_power(factor, count - 1)
     if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
         return last  # not the taper's fault: the check of the masses tells

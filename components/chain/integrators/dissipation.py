@@ -113,7 +113,7 @@ def half_sweep(a, first):
 
 @jit
 def _note_loss_and_drift(a, u, drift):
-    """What the grains have lost since `prepare`; and on with their new velocities."""
+    """Note what the grains have lost since `prepare`, and go on with their new velocities."""
     for i in range(np.uint64(1), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         a[u, i] += drift * a[V, i]
         a[DISSIPATED, i] += 0.5 * a[MASS, i] * ((a[OLD_VELOCITY, i] - a[V, i]) * (a[OLD_VELOCITY, i] + a[V, i]))

@@ -188,7 +188,7 @@ HISTORY_ROWS, SCRATCH_ROWS = 0, 2 * _STAGES + 2
 
 @jit
 def _parts_to_close(a, n):
-    """Steps until the first open contact closes at the present speeds; infinite if none does."""
+    """Return the steps until the first open contact closes at the present speeds; infinite if none does."""
     soonest = np.inf
     for j in range(n + 1):
         gap = -(a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j])
@@ -202,7 +202,7 @@ def _parts_to_close(a, n):
 
 @jit
 def _stages(a, n, n_left, n_right, left_base, right_base, e, part):
-    """The twelve derivatives of a trial from e to e + part."""
+    """Evaluate the twelve derivatives of a trial from e to e + part."""
     h = a[SCALARS, STEP] * part
     for s in range(_STAGES):
         for i in range(n + BESIDE_GRAINS):
@@ -253,7 +253,7 @@ def _error_norm(error5, error3):
 
 @jit
 def _tally_error(a, n, h):
-    """The same of work, loss and impulse, relative to the chain's kinetic energy and momentum and to what they grow by.
+    """Return the error of work, loss and impulse, relative to kinetic energy and momentum and to what they grow by.
 
     Grains do not tell it: where a dissipative contact is cut off it carries no force, but gives up the energy left in it.
     """

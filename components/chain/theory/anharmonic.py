@@ -26,7 +26,7 @@ def anharmonic_coefficients(constant: float, overlap: float) -> AnharmonicCoeffi
 
 
 def lattice_acceleration(displacement: Any, constant: float, overlap: float) -> FloatArray:
-    """The right-hand side of (2.1), exact; open contacts pull at nothing.
+    """Return the right-hand side of (2.1), exact; open contacts pull at nothing.
 
     Args:
         displacement: u of at least three neighbouring grains from their pressed rest, shape (n,) [m].
@@ -41,7 +41,7 @@ def lattice_acceleration(displacement: Any, constant: float, overlap: float) -> 
 
 
 def anharmonic_acceleration(displacement: Any, constant: float, overlap: float) -> FloatArray:
-    """The right-hand side of (2.2); arguments and result as for (2.1). The error is A delta0^1.5 O(|du|/delta0)^3."""
+    """Return the right-hand side of (2.2); arguments and result as for (2.1). The error is A delta0^1.5 O(|du|/delta0)^3."""
     u = sequence("displacement", displacement, 3)
     alpha, beta = anharmonic_coefficients(constant, overlap)
     return (u[2:] - 2.0 * u[1:-1] + u[:-2]) * (alpha + beta * (u[:-2] - u[2:]))

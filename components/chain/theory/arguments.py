@@ -15,28 +15,28 @@ Number: TypeAlias = Any
 
 
 def above(name: str, value: Number, bound: float, unit: str = "") -> Number:
-    """A number or array of finite numbers > `bound`, as floats."""
+    """Return a number or array of finite numbers > `bound`, as floats."""
     return _inside(name, value, bound, math.inf, f"more than {_number(bound)}{_space(unit)}", open_below=True)
 
 
 def at_least(name: str, value: Number, bound: float, unit: str = "") -> Number:
-    """A number or array of finite numbers >= `bound`, as floats."""
+    """Return a number or array of finite numbers >= `bound`, as floats."""
     return _inside(name, value, bound, math.inf, f"at least {_number(bound)}{_space(unit)}", open_below=False)
 
 
 def between(name: str, value: Number, low: float, high: float, *, closed_below: bool = False, advice: str = "") -> Number:
-    """A number or array of numbers in (low, high), or in [low, high), as floats."""
+    """Return a number or array of numbers in (low, high), or in [low, high), as floats."""
     expected = f"{'at least' if closed_below else 'more than'} {_number(low)} and less than {_number(high)}"
     return _inside(name, value, low, high, expected + (f"; {advice}" if advice else ""), open_below=not closed_below)
 
 
 def finite(name: str, value: Number) -> Number:
-    """A number or array of finite numbers, as floats."""
+    """Return a number or array of finite numbers, as floats."""
     return _inside(name, value, -math.inf, math.inf, "finite numbers", open_below=True)
 
 
 def sequence(name: str, value: Any, least: int) -> FloatArray:
-    """A row of at least so many finite numbers, shape (n,)."""
+    """Return a row of at least so many finite numbers, shape (n,)."""
     array = finite(name, value)
     if np.ndim(array) != 1 or np.size(array) < least:
         raise ParameterError(f"{name}: got shape {np.shape(array)}, expected a row of at least {least} numbers")
@@ -51,7 +51,7 @@ def number(name: str, value: Any) -> float:
 
 
 def count(name: str, value: Any, least: int) -> int:
-    """A whole number >= `least`."""
+    """Return a whole number >= `least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise ParameterError(f"{name}: got {shortened(value)}, expected a whole number of at least {least}")
     return int(value)

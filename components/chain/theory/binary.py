@@ -1,7 +1,7 @@
 """A pulse as one collision after another, each between two grains alone: exact with gaps between the grains. SI units.
 
 In a touching chain the pulse is five grains wide, and the law is the limit of small tapers: the settled ratio of successive
-peaks is off by -.03 % at q = .02, -.35 % at .05, -2.5 % at .1, and -.05 % at -.05 (growing grains), in runs of the chain.
+peaks is off by -0.03 % at q = 0.02, -0.35 % at 0.05, -2.5 % at 0.1, -0.05 % at -0.05 (growing grains), in runs of the chain.
 """
 
 from __future__ import annotations

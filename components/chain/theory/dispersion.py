@@ -24,7 +24,7 @@ class BandEdges(NamedTuple):
 
 
 def tangent_stiffness(stiffness: Number, force: Number) -> Number:
-    """K = dF/dd = 3/2 k^(2/3) F0^(1/3) of a contact under the static force F0 [N/m]."""
+    """Return K = dF/dd = 3/2 k^(2/3) F0^(1/3) of a contact under the static force F0 [N/m]."""
     return 1.5 * above("stiffness", stiffness, 0.0, "N/m^1.5") ** (2.0 / 3.0) * above("force", force, 0.0, "N") ** (1.0 / 3.0)
 
 
@@ -42,7 +42,7 @@ def monatomic_frequency(wave_number: Number, tangent: float, mass: float, diamet
 
 
 def monatomic_edge(tangent: float, mass: float) -> float:
-    """The largest angular frequency of equal grains, 2 sqrt(K/m) [rad/s]; above it waves decay."""
+    """Return the largest angular frequency of equal grains, 2 sqrt(K/m) [rad/s]; above it waves decay."""
     return 2.0 * (above("tangent", tangent, 0.0, "N/m") / above("mass", mass, 0.0, "kg")) ** 0.5
 
 

@@ -20,7 +20,7 @@ from ...support.elementary import exponential, fourier, root, sine_of_pi
 from .arguments import FloatArray, above, at_least, finite, number
 
 # Of the uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
-# Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: .915).
+# Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
 SOLITARY_SPEED = 0.9074700784
 # Energy in m v_m^2, momentum in m v_m.
 SOLITARY_ENERGY = 1.0693229458
@@ -76,7 +76,7 @@ class LatticeWave:
 
     @property
     def speed_coefficient(self) -> float:
-        """V / v_m^(1/5); .907470 for the uncompressed wave, whatever its height."""
+        """V / v_m^(1/5); 0.907470 for the uncompressed wave, whatever its height."""
         return self.speed / float(root(self.velocity.max(), 5))
 
     @property
@@ -126,14 +126,14 @@ class LatticeWave:
 
 
 def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
-    """The solitary wave of (2.1) whose overlap rises by `height` from `rest_overlap` d0, r = 1 + height/d0.
+    """Return the solitary wave of (2.1) whose overlap rises by `height` from `rest_overlap` d0, r = 1 + height/d0.
 
     V is exact to about 1e-11, the shape of a wave that rises by e = height/d0 << 1 to 5e-13/e^2. From the closed form of the
     continuum (`speed_ratio`) V differs by what the continuum leaves out.
 
     Args:
         rest_overlap: d0 >= 0, in diameters, as the height.
-        height: > 0; at least .005 d0, below which `korteweg_de_vries_speed_ratio` is good to 1e-6.
+        height: > 0; at least 0.005 d0, below which `korteweg_de_vries_speed_ratio` is good to 1e-6.
     """
     rest = number("rest_overlap", at_least("rest_overlap", rest_overlap, 0.0))
     height = number("height", above("height", height, 0.0))
@@ -186,7 +186,7 @@ def _force(shape: FloatArray, start: float) -> FloatArray:
 def sen_manciu_displacement(position: FloatArray) -> FloatArray:
     """u/D of the uncompressed wave, D the displacement that it leaves, x in diameters before its middle (Sen & Manciu 2001).
 
-    u/D = (1 + tanh(f/2))/2 with f = 2.39536 z + .268529 z^3 + .0061347 z^5, z = -x. Off by at most 2.6e-4 (`lattice_wave`).
+    u/D = (1 + tanh(f/2))/2 with f = 2.39536 z + 0.268529 z^3 + 0.0061347 z^5, z = -x. Off by at most 2.6e-4 (`lattice_wave`).
     """
     z = -np.asarray(finite("position", position))
     f = z * (2.39536 + z**2 * (0.268529 + z**2 * 0.0061347))

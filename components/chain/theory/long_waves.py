@@ -29,14 +29,14 @@ def long_wave_coefficients(constant: float, diameter: float, overlap: float) -> 
 
 
 def long_wave_acceleration(displacement_derivatives: Any, constant: float, diameter: float, overlap: float) -> FloatArray:
-    """The right-hand side of (2.3) from (u_x, u_xx, u_xxx, u_xxxx), shape (4,) or (4, n); shape () or (n,) [m/s^2]."""
+    """Return the right-hand side of (2.3) from (u_x, u_xx, u_xxx, u_xxxx), shape (4,) or (4, n); shape () or (n,) [m/s^2]."""
     slope, curvature, _, fourth = _four(displacement_derivatives)
     speed, dispersion, nonlinearity = long_wave_coefficients(constant, diameter, overlap)
     return speed**2 * curvature + 2.0 * speed * dispersion * fourth - nonlinearity * slope * curvature
 
 
 def nesterenko_acceleration(displacement_derivatives: Any, constant: float, diameter: float) -> FloatArray:
-    """The right-hand side of (2.4) from (u_x, u_xx, u_xxx, u_xxxx), shape (4,) or (4, n); shape () or (n,) [m/s^2].
+    """Return the right-hand side of (2.4) from (u_x, u_xx, u_xxx, u_xxxx), shape (4,) or (4, n); shape () or (n,) [m/s^2].
 
     u includes the displacement that presses the chain, so that -u_x is the whole strain and has to be > 0. Valid for waves much
     longer than a diameter a, whatever their height: the terms left out are (a/L)^4 of the first.
@@ -56,7 +56,7 @@ def nesterenko_acceleration(displacement_derivatives: Any, constant: float, diam
 def korteweg_de_vries_speed_ratio(rise: Number) -> Number:
     """V/c0 = sqrt(1 + e/6) of the soliton whose strain rises by e times the strain at rest.
 
-    Exact for (2.3). Against the closed form of (2.4) it is fast by 1.0e-6 at e = .01, 1.0e-4 at .1, 7.1e-3 at 1; against
+    Exact for (2.3). Against the closed form of (2.4) it is fast by 1.0e-6 at e = 0.01, 1.0e-4 at 0.1, 7.1e-3 at 1; against
     the wave of the chain itself (`lattice_wave`) by 8.3e-7, 8.1e-5, 6.1e-3.
     """
     return (1.0 + above("rise", rise, 0.0) / 6.0) ** 0.5

@@ -28,7 +28,7 @@ class Extremes(NamedTuple):
 
 
 def W(y: Number, c3: float) -> Number:
-    """The potential, for y >= 0 and any C3 (the paper's fig. 1: C3 = 4/27 and .1)."""
+    """Return the potential, for y >= 0 and any C3 (the paper's fig. 1: C3 = 4/27 and 0.1)."""
     y, c3 = at_least("y", y, 0.0), finite("c3", c3)
     return -0.625 * y**1.6 + 0.5 * y**2 + c3 * y**0.8
 
@@ -55,7 +55,7 @@ def c3_of_ratio(ratio: Number) -> Number:
 
 
 def ratio_of_c3(c3: float) -> float:
-    """The ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the other way round is `c3_of_ratio`."""
+    """Return the ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the other way round is `c3_of_ratio`."""
     c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3))
     root = extreme_roots(c3)[0]
     # From W(y_m) = W(y1), sigma = sqrt r = s_m/s1: s1 (2 sigma^3 + 4 sigma^2 + 6 sigma + 3) = 5/2 (sigma + 1)^2.
@@ -67,7 +67,7 @@ def speed_ratio(ratio: Number) -> Number:
     """V/c0 of the solitary wave of height r = xi_m/xi_0 > 1: sqrt((4/15)(3 + 2 r^2.5 - 5 r))/(r - 1).
 
     The closed form of the quadrature of W. It is slower than the wave of the chain itself (`lattice_wave`) by
-    .04 % at r = 1.563, .6 % at 7.93, 1.2 % at 186.
+    0.04 % at r = 1.563, 0.6 % at 7.93, 1.2 % at 186.
     """
     # With sigma = sqrt r the factor (sigma - 1)^2 cancels, and with it the loss of digits near r = 1.
     sigma = above("ratio", ratio, 1.0) ** 0.5
@@ -75,7 +75,7 @@ def speed_ratio(ratio: Number) -> Number:
 
 
 def ratio_of_speed(speed: float) -> float:
-    """The ratio r = xi_m/xi_0 of the solitary wave that travels at `speed` V/c0 > 1, the inverse of `speed_ratio`."""
+    """Return the ratio r = xi_m/xi_0 of the solitary wave that travels at `speed` V/c0 > 1, the inverse of `speed_ratio`."""
     square = 3.75 * number("speed", above("speed", speed, 1.0)) ** 2
     found = np.roots([2.0, 4.0 - square, 6.0 - 2.0 * square, 3.0 - square])
     return float(found.real[np.abs(found.imag) < 1e-9].max()) ** 2

@@ -10,7 +10,7 @@ import math
 
 from .arguments import Number, above
 
-# .8 B(3/5, 3/2) (5/4)^(3/5) and .8 B(2/5, 3/2) (5/4)^(2/5), B the beta function.
+# 0.8 B(3/5, 3/2) (5/4)^(3/5) and 0.8 B(2/5, 3/2) (5/4)^(2/5), B the beta function.
 KUWABARA_KONO_COEFFICIENT = 0.8 * math.gamma(0.6) * math.gamma(1.5) / math.gamma(2.1) * 1.25**0.6
 VISCOUS_COEFFICIENT = 0.8 * math.gamma(0.4) * math.gamma(1.5) / math.gamma(1.9) * 1.25**0.4
 
@@ -18,9 +18,9 @@ VISCOUS_COEFFICIENT = 0.8 * math.gamma(0.4) * math.gamma(1.5) / math.gamma(1.9) 
 def kuwabara_kono_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
     """1 - e for F = k d^1.5 + gamma d^0.5 d': 1.1534 (gamma/m*)(m*/k)^(3/5) v^(1/5).
 
-    The work is 2 gamma v d_m^1.5 int x^0.5 sqrt(1 - x^2.5) dx = .8 B(3/5, 3/2) gamma v d_m^1.5.
+    The work is 2 gamma v d_m^1.5 int x^0.5 sqrt(1 - x^2.5) dx = 0.8 B(3/5, 3/2) gamma v d_m^1.5.
     With A of gamma = (3/2) A k it is 1.15344 (3/2) A (k/m*)^(2/5) v^(1/5) (Kuwabara & Kono 1987; Ramirez et al. 1999). The next
-    term is -(3/5)(1 - e)^2: up to .02 the formula is right to 1.2 % of itself.
+    term is -(3/5)(1 - e)^2: up to 0.02 the formula is right to 1.2 % of itself.
 
     Args:
         reduced_mass: m* [kg].
@@ -35,7 +35,7 @@ def kuwabara_kono_loss(reduced_mass: Number, stiffness: Number, damping: Number,
 def viscous_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
     """1 - e for F = k d^1.5 + g d': 1.7878 (g/m*)(m*/k)^(2/5) v^(-1/5).
 
-    The work is 2 g v d_m int sqrt(1 - x^2.5) dx = .8 B(2/5, 3/2) g v d_m. Where the force is clipped at 0 (no tension) the
+    The work is 2 g v d_m int sqrt(1 - x^2.5) dx = 0.8 B(2/5, 3/2) g v d_m. Where the force is clipped at 0 (no tension) the
     contact opens at d_c = (g v/k)^(2/3), and (3/5)(g/m* v) d_c is lost less: a correction of the relative order (1 - e)^(2/3).
     `viscous_loss_without_tension` takes it in.
 

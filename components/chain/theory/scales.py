@@ -11,13 +11,13 @@ from .arguments import Number, above, between
 
 
 def time_scale(mass: Number, stiffness: Number, speed: Number) -> Number:
-    """The unit of dimensionless time in (3.1), (A^2 v0)^(-1/5) with A = k/m [s]."""
+    """Return the unit of dimensionless time in (3.1), (A^2 v0)^(-1/5) with A = k/m [s]."""
     mass, stiffness = above("mass", mass, 0.0, "kg"), above("stiffness", stiffness, 0.0, "N/m^1.5")
     return ((stiffness / mass) ** 2 * above("speed", speed, 0.0, "m/s")) ** -0.2
 
 
 def contact_constant(young: Number, poisson: float, density: Number, radius: Number) -> Number:
-    """A = k/m of equal spheres, (2.1): E sqrt(2R) / (3 (1 - nu^2) m) [1/(m^0.5 s^2)].
+    """Return A = k/m of equal spheres, (2.1): E sqrt(2R) / (3 (1 - nu^2) m) [1/(m^0.5 s^2)].
 
     Args:
         young: E [Pa].
@@ -30,19 +30,19 @@ def contact_constant(young: Number, poisson: float, density: Number, radius: Num
 
 
 def paper_speed(young: Number, poisson: float, density: Number) -> Number:
-    """The paper's c of (2.4), sqrt(2E / (pi rho (1 - nu^2))) [m/s]; no sound travels at it."""
+    """Return the paper's c of (2.4), sqrt(2E / (pi rho (1 - nu^2))) [m/s]; no sound travels at it."""
     between("poisson", poisson, -1.0, 0.5 + 1e-12)
     young, density = above("young", young, 0.0, "Pa"), above("density", density, 0.0, "kg/m^3")
     return (2.0 * young / (math.pi * density * (1.0 - poisson**2))) ** 0.5
 
 
 def paper_speed_scale(young: Number, poisson: float, density: Number, speed: Number) -> Number:
-    """c^(4/5) v^(1/5), the unit of the paper's V and D1 (section 3.4) [m/s]: D1 is 1 of it, V .907470 of it."""
+    """c^(4/5) v^(1/5), the unit of the paper's V and D1 (section 3.4) [m/s]: D1 is 1 of it, V 0.907470 of it."""
     return paper_speed(young, poisson, density) ** 0.8 * above("speed", speed, 0.0, "m/s") ** 0.2
 
 
 def contact_speed(constant: Number, diameter: Number) -> Number:
-    """The paper's c of (2.4) from A: sqrt(A a^(5/2)) [m/s]."""
+    """Return the paper's c of (2.4) from A: sqrt(A a^(5/2)) [m/s]."""
     constant, diameter = above("constant", constant, 0.0, "1/(m^0.5 s^2)"), above("diameter", diameter, 0.0, "m")
     return constant**0.5 * diameter**1.25
 

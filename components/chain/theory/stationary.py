@@ -75,7 +75,7 @@ class StationaryWave:
 
 
 def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
-    """The solitary wave, 0 < C3 < 5/27; its height over xi_0 is `ratio_of_c3`(C3).
+    """Return the solitary wave, 0 < C3 < 5/27; its height over xi_0 is `ratio_of_c3`(C3).
 
     Args:
         c3: `c3_of_ratio` gives it for a height.
@@ -146,17 +146,17 @@ def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave
 
 
 def critical_viscosity(c3: float) -> float:
-    """The viscosity above which the continuum's shock rises monotonically: 5/2 s2 sqrt(2/5 (3 - 2/s2)); 1.5811 at C3 = 0.
+    """Return the viscosity above which the continuum's shock is monotonic: 5/2 s2 sqrt(2/5 (3 - 2/s2)); 1.5811 at C3 = 0.
 
     From (2.6) linearised about y2 with the friction of `shock_wave`. A chain of dashpots, whose front is a few grains wide, is
-    monotonic from a third less on: 1.0 to 1.1 for C3 -> 0, .90 to .95 at C3 = .1, where this gives 1.260.
+    monotonic from a third less on: 1.0 to 1.1 for C3 -> 0, 0.90 to 0.95 at C3 = 0.1, where this gives 1.260.
     """
     _, high = extreme_roots(c3)
     return 2.5 * high * (0.4 * (3.0 - 2.0 / high)) ** 0.5
 
 
 def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int = 2001) -> StationaryWave:
-    """A stationary shock in a chain with a linear dashpot g d(delta)/dt in each contact, 1e-7 <= C3 < 5/27.
+    """Return a stationary shock in a chain with a linear dashpot g d(delta)/dt in each contact, 1e-7 <= C3 < 5/27.
 
     The paper argues with weak losses and writes no equation for them. The dashpot adds (g a^2/m) xi_xxt to the long-wave
     equation of the strain, and -(4/5) mu y^(-2/5) y_t to the particle's motion in W, t = -eta, mu = sqrt(10) g a/(m V): it
@@ -233,7 +233,7 @@ def _hill(c3: float) -> Polynomial:
 
 
 def _solitary_factors(c3: float, low: float) -> tuple[float, Polynomial]:
-    """The crest s_m, and the quadratic that is left of W(y1) - W(y) = (s - s1)^2 (s_m - s) rest(s)."""
+    """Return the crest s_m, and the quadratic that is left of W(y1) - W(y) = (s - s1)^2 (s_m - s) rest(s)."""
     high = low * ratio_of_c3(c3) ** 0.5
     quotient = [-0.5, 0.625, 0.0, -c3, 0.0, float(_hill(c3)(low))]
     for root in (low, low, high):
@@ -258,7 +258,7 @@ def _periodic_factors(c3: float, energy: float, rim: float, bottom: float, depth
 
 
 def _divide_by_root(coefficients: list[float], root: float) -> list[float]:
-    """A polynomial, highest power first, divided by s - root; the remainder is dropped."""
+    """Return a polynomial, highest power first, divided by s - root; the remainder is dropped."""
     quotient = [coefficients[0]]
     for coefficient in coefficients[1:-1]:
         quotient.append(coefficient + quotient[-1] * root)

@@ -20,7 +20,7 @@ HALF_WIDTH = 10.0 / math.sqrt(10.0) * math.acos(0.5**0.25)
 # On a front of weak losses over what remains behind it: strain (and velocity) 25/16, pressure 125/64 (paper: 1.56, 1.95).
 STRAIN_OVERSHOOT = 1.5625
 PRESSURE_OVERSHOOT = 1.953125
-# V = (16/25)^(1/5) v_m^(1/5), the paper's .915; the chain itself: `SOLITARY_SPEED`.
+# V = (16/25)^(1/5) v_m^(1/5), the paper's 0.915; the chain itself: `SOLITARY_SPEED`.
 CONTINUUM_SOLITARY_SPEED = 0.64**0.2
 
 
@@ -38,7 +38,7 @@ def strain_wave(position: Number, speed: float) -> Number:
 
 
 def solitary_strain(position: Number, speed: float) -> Number:
-    """The one hump of (2.7) at x = 0, and 0 elsewhere."""
+    """Return the one hump of (2.7) at x = 0, and 0 elsewhere."""
     return strain_wave(np.clip(finite("position", position), -0.5 * PERIOD, 0.5 * PERIOD), speed)
 
 
@@ -62,10 +62,10 @@ def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
 
 
 def front_ratio(coefficient: float, velocity_ratio: float = 2.0) -> float:
-    """V/D1 of a front v_m = `velocity_ratio` v0 high, where V = `coefficient` c^(4/5) v_m^(1/5) (paper: .915, 2: 1.05)."""
+    """V/D1 of a front v_m = `velocity_ratio` v0 high, where V = `coefficient` c^(4/5) v_m^(1/5) (paper: 0.915, 2: 1.05)."""
     return above("coefficient", coefficient, 0.0) * above("velocity_ratio", velocity_ratio, 0.0) ** 0.2
 
 
 def front_velocity_ratio(coefficient: float) -> float:
-    """v_m1/v0 of a solitary wave as fast as D1: coefficient^(-5) (paper, with .915: 1.56; the chain's .907470: 1.625)."""
+    """v_m1/v0 of a solitary wave as fast as D1: coefficient^(-5) (paper, with 0.915: 1.56; the chain's 0.907470: 1.625)."""
     return above("coefficient", coefficient, 0.0) ** -5

@@ -50,7 +50,7 @@ def pictures(result: StudyResult) -> dict[str, Picture]:
 
 
 def _shown(result: StudyResult) -> dict[str, Score]:
-    """The best trial of every method, and the baselines, by name."""
+    """Return the best trial of every method, and the baselines, by name."""
     found = {label: trials[0].score for label in result.labels() if (trials := result.of(label))}
     baselines = {f"baseline: {name}": score for name, score in result.baselines.items() if name != "nothing"}
     return {name: score for name, score in {**found, **baselines}.items() if score is not None}
@@ -84,7 +84,7 @@ def _convergence(result: StudyResult) -> Figure:
 
 
 def _ends(result: StudyResult) -> list[float]:
-    """What every trial came to in its search, and every baseline."""
+    """Return what every trial and every baseline came to."""
     found = [float(best[-1]) for trial in result.trials if len(best := trial.track.curve()[1])]
     return [score.value for score in result.baselines.values()] + found
 

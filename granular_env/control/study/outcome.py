@@ -82,14 +82,14 @@ class StudyResult:
     warnings: list[str]
 
     def baseline(self, name: str) -> float | None:
-        """A baseline's return, or None where the task has no such baseline."""
+        """Return a baseline's return, or None where the task has no such baseline."""
         return self.baselines[name].value if name in self.baselines else None
 
     def labels(self) -> list[str]:
-        """The methods' names, in the file's order."""
+        """Return the methods' names, in the file's order."""
         return list(dict.fromkeys(trial.label for trial in self.trials))
 
     def of(self, label: str) -> list[Trial]:
-        """The trials of a method that found something, the best first."""
+        """Return the trials of a method that found something, the best first."""
         found = [trial for trial in self.trials if trial.label == label and trial.score is not None]
         return sorted(found, key=lambda trial: -trial.score.value if trial.score else 0.0)

@@ -17,7 +17,7 @@ from .study import VERSION
 
 
 def safe_name(name: str) -> str:
-    """A name as a folder's."""
+    """Return a name that can be a folder's."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "study"
 
 
@@ -36,7 +36,7 @@ def write_results(result: StudyResult) -> None:
 
 
 def as_json(result: StudyResult) -> dict[str, Any]:
-    """The results in plain values; the same study gives the same."""
+    """Return the results in plain values; the same study gives the same."""
     return {
         "version": VERSION,
         "study": result.study.to_dict(),

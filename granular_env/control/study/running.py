@@ -115,7 +115,7 @@ def chosen_methods(study: Study, only: Iterable[str]) -> list[MethodTable]:
 
 @contextlib.contextmanager
 def _warned_once() -> Iterator[list[str]]:
-    """The warnings of this package, each sentence once, however many episodes it comes from; warned of when it is over."""
+    """Collect this package's warnings, each sentence once, however many episodes it comes from; warn when the block ends."""
     told: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default", GranularWarning)
@@ -136,7 +136,7 @@ def _raise_failures(result: StudyResult) -> None:
 
 
 def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
-    """What a study asks, and how its points become drives; errors as in `run_study`."""
+    """Return the problem that a study poses, and how its points become drives; errors as in `run_study`."""
     if problem is None:
         from ..task_problem import TaskProblem
 

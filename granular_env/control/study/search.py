@@ -63,7 +63,7 @@ class Search:
         return np.random.default_rng([self.seed, stream])
 
     def baseline(self, name: str) -> FloatArray:
-        """The point nearest to what a baseline does in the first episode, shape (size,); it counts as one evaluation.
+        """Return the point nearest to what a baseline does in the first episode, shape (size,); it counts as one evaluation.
 
         Raises:
             ExperimentError: the task has no such baseline.
@@ -85,7 +85,7 @@ class Search:
         return self.budget - self.track.spent
 
     def returns(self, points: FloatArray) -> FloatArray:
-        """The returns of some drives, averaged over the episodes.
+        """Return the returns of some drives, averaged over the episodes.
 
         Args:
             points: shape (members, size); all of them are simulated as one batch.
@@ -100,7 +100,7 @@ class Search:
         return self._returns(points, lambda chosen: self.problem.returns(self.shape.actions(chosen), self.seeds))
 
     def policy_returns(self, points: FloatArray, policies: Callable[[FloatArray], Callable[[int], Policies]]) -> FloatArray:
-        """The same for policies, which `policies` makes of the points."""
+        """Return the same for policies, which `policies` makes of the points."""
         return self._returns(points, lambda chosen: self.problem.policy_returns(policies(chosen), len(chosen), self.seeds))
 
     def _returns(self, points: FloatArray, ask: Callable[[FloatArray], tuple[FloatArray, npt.NDArray[np.int64]]]) -> FloatArray:
@@ -121,7 +121,7 @@ class Search:
         return np.array(values)
 
     def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:
-        """The smooth objective of a drive, averaged over the episodes, and its slopes, shape (size,); errors of `returns`."""
+        """Return a drive's smooth objective, averaged over the episodes, and its slopes, shape (size,); errors of `returns`."""
         if self._place < len(self.track):
             value, slopes = self.track.recorded(self._place, SLOPES, point), self.track.slopes(self._place)
             self._place += 1

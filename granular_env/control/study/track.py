@@ -28,7 +28,7 @@ RETURN, SLOPES, TRAINING, PLAYED = 0, 1, 2, 3
 
 
 def fingerprint(point: FloatArray) -> int:
-    """A number that changes when any bit of a point does."""
+    """Return a number that changes when any bit of a point does."""
     return int.from_bytes(digest(np.ascontiguousarray(point, dtype="<f8").tobytes()), "little")
 
 
@@ -72,11 +72,11 @@ class Track:
             self.keep({"point": np.array(point)}, value)
 
     def keep(self, arrays: Mapping[str, npt.NDArray[Any]], value: float) -> None:
-        """What is the best from now on."""
+        """Keep what is the best from now on."""
         self.best, self.best_return = dict(arrays), value
 
     def recorded(self, place: int, kind: int, point: FloatArray) -> float:
-        """The value of the evaluation at a place; `ExperimentError` where it was of another point."""
+        """Return the value of the evaluation at a place; `ExperimentError` where it was of another point."""
         if self._kinds[place] != kind or self._points[place] != fingerprint(point):
             other = (
                 f"evaluation {place + 1} of the record is of another point than the method asks for now: it was made with "
@@ -86,7 +86,7 @@ class Track:
         return self._values[place]
 
     def slopes(self, place: int) -> FloatArray:
-        """The slopes of the evaluation at a place, one of the kind `SLOPES`."""
+        """Return the slopes of the evaluation at a place, one of the kind `SLOPES`."""
         return self._slopes[self._kinds[:place].count(SLOPES)]
 
     def count(self, kind: int) -> int:
@@ -124,7 +124,7 @@ class Track:
 
     @classmethod
     def load(cls, path: Path, owner: Mapping[str, Any]) -> Track:
-        """A record from its file.
+        """Return a record from its file.
 
         Raises:
             ExperimentError: it is no such file, is damaged, or belongs to another study.
@@ -163,5 +163,5 @@ class Track:
 
 
 def checked(path: Path, owner: Mapping[str, Any]) -> Track:
-    """The record of a trial that goes on, or an empty one where there is no file yet."""
+    """Return the record of a trial that goes on, or an empty one where there is no file yet."""
     return Track.load(path, owner) if path.exists() else Track()

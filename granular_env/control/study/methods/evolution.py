@@ -30,7 +30,7 @@ class Evolution(MethodTable):
     spread: float = Field(default=0.3, gt=0.0, description="standard deviation at the start, in units of the bounds' distance")
 
     def run(self, search: Search) -> None:
-        """Generation after generation; where it has converged, it starts again elsewhere."""
+        """Search generation after generation; start again elsewhere where it has converged."""
         lowest, highest = search.shape.lowest, search.shape.highest
         middle = np.full(search.shape.size, np.clip(self.start, lowest, highest))
         if self.begin:

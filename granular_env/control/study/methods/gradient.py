@@ -46,7 +46,7 @@ class Gradient(MethodTable):
     memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
 
     def least_runs(self, problem: Problem) -> float:
-        """An objective with its slopes, and a return."""
+        """Return the cost of an objective with its slopes, and of a return."""
         return problem.gradient_runs + 1.0
 
     def run(self, search: Search) -> None:
@@ -78,7 +78,7 @@ class Gradient(MethodTable):
         return [*(way or [None]), *({"sharpness": tuple(stage)} for stage in self.sharpness)]
 
     def _start(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
-        """The start of that number, about the middle; the first one of all lies on a baseline."""
+        """Return the start of that number, about the middle; the first one of all lies on a baseline."""
         shape = search.shape
         if self.begin and number == 0:
             return middle
@@ -90,7 +90,7 @@ class Gradient(MethodTable):
         return np.clip(middle + reach * drawn.reshape(-1), shape.lowest, shape.highest)
 
     def _descend(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
-        """The least value found, and where."""
+        """Return the least value found, and where."""
         from scipy.optimize import minimize
 
         least = [math.inf]

@@ -58,7 +58,7 @@ class MethodTable(Table):
         raise NotImplementedError
 
     def actor(self, best: dict[str, npt.NDArray[np.generic]], search: Search, problem: Problem) -> Any:
-        """What plays the best so far in a single environment; by default the drive of the best point."""
+        """Return an agent that plays the best so far in a single environment; by default the drive of the best point."""
         from ...drive import Drive
 
         return Drive(search.shape.actions(best["point"][None].astype(float))[0])

@@ -31,7 +31,7 @@ class PolicySearch(MethodTable):
     spread: float = Field(default=0.1, gt=0.0, description="standard deviation of the weights at the start")
 
     def run(self, search: Search) -> None:
-        """Generation after generation, each policy in all episodes."""
+        """Search generation after generation, each policy in all episodes."""
         entries, size = search.problem.entries, search.problem.observed
 
         def returns(points: FloatArray) -> FloatArray:
@@ -41,7 +41,7 @@ class PolicySearch(MethodTable):
         evolve(search, start, self.spread, self.population, [None, None], returns)
 
     def actor(self, best: dict[str, npt.NDArray[np.generic]], search: Search, problem: Problem) -> Any:
-        """The best policy as an agent."""
+        """Return the best policy as an agent."""
         return Single(_batches(best["point"][None].astype(float), problem.entries)(1))
 
 
@@ -57,7 +57,7 @@ class LinearPolicies:
         self._weights = points.reshape(len(points), entries, -1)
 
     def reset(self) -> None:
-        """It remembers nothing."""
+        """Do nothing: the agent has no memory."""
 
     def __call__(self, observations: FloatArray) -> FloatArray:
         """Actions, shape (environments, entries)."""
@@ -82,5 +82,5 @@ class Single:
         self._policies.reset()
 
     def __call__(self, observation: Any, info: Any) -> FloatArray:
-        """The action of the next control step, shape (entries,)."""
+        """Return the action of the next control step, shape (entries,)."""
         return self._policies(np.asarray(observation)[None])[0]

@@ -41,7 +41,7 @@ class Reinforcement(MethodTable):
     evaluate_every: int = Field(default=10, ge=1, description="rounds of training between two evaluations")
 
     def algorithm(self, env: Any, seed: int) -> Any:
-        """The algorithm on an environment of stable-baselines3."""
+        """Return the algorithm on an environment of stable-baselines3."""
         raise NotImplementedError
 
     def decisions(self) -> int:
@@ -88,7 +88,7 @@ class Reinforcement(MethodTable):
             search.track.keep(module_arrays(model.policy), float(values[0]))
 
     def actor(self, best: Arrays, search: Search, problem: Problem) -> Any:
-        """The best policy as an agent."""
+        """Return the best policy as an agent."""
         with one_thread():
             model = self.algorithm(self._batch(problem, 1), 0)
             model.policy.load_state_dict(_tensors(best))
@@ -114,7 +114,7 @@ class PPO(Reinforcement):
     noise: float = Field(default=0.6, gt=0.0, description="standard deviation of the actions at the start")
 
     def decisions(self) -> int:
-        """A rollout."""
+        """Return the decisions of a rollout."""
         return self.rollout
 
     def algorithm(self, env: Any, seed: int) -> Any:
@@ -140,7 +140,7 @@ class SAC(Reinforcement):
     updates: int = Field(default=8, ge=1, description="steps of the optimiser after each decision of the batch")
 
     def decisions(self) -> int:
-        """A few decisions."""
+        """Return a few decisions."""
         return self.rollout
 
     def algorithm(self, env: Any, seed: int) -> Any:
@@ -156,7 +156,7 @@ class SAC(Reinforcement):
 
 
 def _divisor(number: int, most: int) -> int:
-    """The largest divisor that is at most `most`: all pieces of a round are of one size."""
+    """Return the largest divisor that is at most `most`: all pieces of a round are of one size."""
     return next(part for part in range(min(number, most), 0, -1) if number % part == 0)
 
 
@@ -190,7 +190,7 @@ class HeldPolicy:
 
 
 def module_arrays(module: Any) -> Arrays:
-    """The weights of a network, by name."""
+    """Return the weights of a network, by name."""
     return {name: _array(tensor) for name, tensor in module.state_dict().items()}
 
 

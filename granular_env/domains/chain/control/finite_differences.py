@@ -56,7 +56,7 @@ def central_differences(
     ticks: int,
     step: float = 1e-2,
 ) -> Difference:
-    """The derivative along a direction, by central differences with ever smaller steps, extrapolated (Ridders 1982).
+    """Return the derivative along a direction, by central differences with ever smaller steps, extrapolated (Ridders 1982).
 
     Only steps over which no contact changes state count; where there is none the smallest is taken, and the kink is named.
 
@@ -112,7 +112,7 @@ def _extrapolate(quotients: list[float], roundings: list[float]) -> tuple[float,
 
 
 def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike], h: float) -> tuple[Chain, FloatArray]:
-    """A chain of other parameters in the state of this one, and another drive."""
+    """Return a chain of other parameters in the state of this one, and another drive."""
     for name in direction:
         if name not in KNOWN:
             raise ParameterError(f"direction: {name!r} has no gradient; {nearest(name, KNOWN)}")
@@ -146,7 +146,7 @@ def _shifted(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) ->
 
 
 def _changed(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """The chain's parameters with everything settled that would otherwise follow from what changes."""
+    """Return the chain's parameters with everything settled that would otherwise follow from what changes."""
     p = chain.parameters
     given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}
     if "radius" in changes or "mass" in changes:

@@ -30,7 +30,7 @@ def value_and_grad(
     ticks: int,
     with_respect_to: str | Iterable[str] = ("drive",),
 ) -> tuple[float, dict[str, FloatArray]]:
-    """What the run of a drive is worth, and its exact derivatives.
+    """Return what the run of a drive is worth, and its exact derivatives.
 
     The run starts from the chain's present state, and the chain stays as it is. The derivatives are those of the discrete run,
     rounding apart; the internal step is held. They exist for the integrators pefrl and leapfrog and the laws hertz, power,
@@ -63,7 +63,7 @@ def value_and_grad(
 
 
 def objective_of(objective: Objective | Judged, chain: Chain, steps: int) -> Objective:
-    """The objective itself, or a task's for that chain and horizon."""
+    """Return the objective itself, or a task's for that chain and horizon."""
     if isinstance(objective, Objective):
         return objective
     build = getattr(objective, "objective", None)

@@ -78,7 +78,7 @@ def _feature_sums(objective: Objective, a: FloatArray, step: int, steps: int, in
 
 
 def _quotient(function: Callable[[], FloatArray], memory: FloatArray, place: tuple[int, ...], h: float) -> FloatArray:
-    """A central difference of fourth order."""
+    """Return a central difference of fourth order."""
     before, found = memory[place], []
     for way in (1.0, -1.0, 2.0, -2.0):
         memory[place] = before + way * h
@@ -153,7 +153,7 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
 
 
 def _largest_error(errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, said: Callable[[int], str]) -> float:
-    """The largest error as a part of its derivative, or of what rounding leaves of differences of a value of that size."""
+    """Return the largest error relative to its derivative, or to the rounding error in differences of a value of that size."""
     relative = errors / np.maximum(sizes + _SMALL_PART * value, np.finfo(np.float64).tiny)
     wrong = int(np.argmax(relative))
     if not relative[wrong] <= tolerance:

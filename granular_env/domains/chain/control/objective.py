@@ -85,7 +85,7 @@ class Quantity:
         return self._term(target, begin, end, "on average")
 
     def peak(self, scale: float, *, power: int = 32, begin: int = 0, end: int = 0) -> Term:
-        """A smooth maximum of its size: scale (sum (q / scale)^power)^(1/power), over the control steps begin to end - 1.
+        """Return a smooth maximum of its size: scale (sum (q / scale)^power)^(1/power), over control steps begin to end - 1.
 
         Args:
             scale: about what the peak will be, in the quantity's unit: it keeps the powers within range.
@@ -177,7 +177,7 @@ def momentum(first: int = 0, last: int = -1) -> Quantity:
 
 
 def applied(side: Literal["left", "right"]) -> Quantity:
-    """The input itself: the force on a free end [N], the velocity of a piston [m/s]."""
+    """Return the input itself: the force on a free end [N], the velocity of a piston [m/s]."""
     if side not in ("left", "right"):
         raise ParameterError(f"side: got {shortened(side)}, expected 'left' or 'right'")
     place = 0 if side == "left" else 1
@@ -185,7 +185,7 @@ def applied(side: Literal["left", "right"]) -> Quantity:
 
 
 def total(chain: Chain, *terms: Term) -> Objective:
-    """The sum of terms, for chains of that size and law.
+    """Return the sum of terms, for chains of that size and law.
 
     Raises:
         ParameterError: no terms, a grain or contact that there is not, or forces of contacts that remember.

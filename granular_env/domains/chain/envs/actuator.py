@@ -21,7 +21,7 @@ _LONGEST_DELAY = 100_000
 
 @jit
 def actuate(action, sides, scales, rate, delay, memory, inputs):
-    """What is applied in this control step, into `inputs` (left, right); other ends keep theirs.
+    """Write the inputs of this control step into `inputs` (left, right); other ends keep theirs.
 
     `memory` holds, for each entry of the action, the last command, then the `delay` commands that are on their way, the oldest
     first; in units of the scale.

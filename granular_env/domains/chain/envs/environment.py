@@ -165,7 +165,7 @@ class ChainEnv(ComponentEnv):
         self._applied, self._counters, self._commands = memory[LEFT:COUNTERS], memory[COUNTERS:end], memory[end:]
 
     def lane(self, table: FloatArray, memory: FloatArray) -> Self:
-        """An environment like this one, before its first reset, whose chain and episode live in the memory given."""
+        """Return an environment like this one, before its first reset, whose chain and episode live in the memory given."""
         twin = object.__new__(type(self))
         vars(twin).update(vars(self))
         twin.component = self.component.clone(table)
@@ -278,7 +278,7 @@ class ChainEnv(ComponentEnv):
     # -- details ----------------------------------------------------------------------------------------------------
 
     def _checked(self, action: npt.ArrayLike) -> FloatArray:
-        """The action's numbers, finite."""
+        """Return the action's numbers, finite."""
         names = self.actuator.names
         try:
             given = np.asarray(action)

@@ -160,14 +160,14 @@ class EnvironmentBatch:
                 self._lent.add(k)
 
     def observe(self) -> npt.NDArray[np.float32]:
-        """What all of them see."""
+        """Return the observations of all environments."""
         self._look_again()
         observations = np.empty((len(self.single), self.size), np.float32)
         observe_lanes(self.tables, self.memories, self._deadlines, *self._seeing, observations)
         return observations
 
     def told(self, info: str) -> dict[str, np.ndarray]:
-        """What infos say of all of them, by the names of the single environment's info; fresh arrays."""
+        """Return the infos of all environments, by the names of the single environment's info; fresh arrays."""
         memories = self.memories
         ticks = (memories[:, START] + memories[:, ELAPSED] * self._steps_each).astype(np.int64)
         told: dict[str, np.ndarray] = {"time": ticks * self._step_sizes}
@@ -181,7 +181,7 @@ class EnvironmentBatch:
         return told
 
     def drawn(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
-        """What was drawn for the present episodes, as infos call it: values, and which lanes have one."""
+        """Return what was drawn for the present episodes, named as in infos: values, and which lanes have one."""
         self._look_again()
         return self._drawn
 

@@ -56,7 +56,7 @@ def _observe(a, blocks, factors, limit, noise, seed, step, out):
 
 @jit
 def show_goal(counters, scales, limit, out):
-    """The goal of the episode, which lies in the first counters, at the end of the observation, without noise."""
+    """Write the episode's goal, the first counters, to the end of the observation, without noise."""
     place = len(out) - len(scales)
     for i in range(len(scales)):
         out[place + i] = min(max(counters[i] / scales[i], -limit), limit)
@@ -96,7 +96,7 @@ class Observing:
 
     @staticmethod
     def of(chain: Chain, choice: Any, scales: Mapping[str, float], limit: float, noise: float = 0.0) -> Observing:
-        """A plan from what an environment's `observe` and `noise` say.
+        """Return a plan from what an environment's `observe` and `noise` say.
 
         Args:
             chain: what is looked at.
@@ -130,7 +130,7 @@ class Observing:
 
 
 def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, int]]:
-    """Runs of neighbouring readings of one sensor: kind, first column, count."""
+    """Yield the runs of neighbouring readings of one sensor: kind, first column, count."""
     if name not in _SENSORS:
         raise ParameterError(f"observe: no sensor {shortened(name)}; {nearest(str(name), _SENSORS)}")
     if isinstance(places, (str, int, np.integer)):

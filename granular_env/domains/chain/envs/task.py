@@ -56,11 +56,11 @@ class ChainTask(Task):
     judge_kernel: ClassVar[Callable[..., Any]]
 
     def goal(self, random: Generator) -> FloatArray:
-        """The goal of an episode, as many numbers as `goal_scales`; drawn after `start`."""
+        """Return the goal of an episode, as many numbers as `goal_scales`; drawn after `start`."""
         return np.zeros(0)
 
     def given_goal(self, given: Any) -> FloatArray:
-        """The goal that `reset(options={"goal": ...})` asks for, in the form of `goal`.
+        """Return the goal that `reset(options={"goal": ...})` asks for, in the form of `goal`.
 
         Raises:
             ParameterError: it is no goal, or this task has none.
@@ -68,7 +68,7 @@ class ChainTask(Task):
         raise ParameterError(f"options.goal: task {self.name!r} draws no goal, and takes none")
 
     def objective(self, chain: Chain, steps: int) -> Objective:
-        """The smooth counterpart of minus the return, for gradients.
+        """Return the smooth counterpart of minus the return, for gradients.
 
         Raises:
             ParameterError: this task has none.
@@ -99,7 +99,7 @@ class ChainTask(Task):
 
 
 def task_kernel(task: ChainTask, name: str) -> Callable[..., Any]:
-    """A task's begin_kernel or judge_kernel, jitted; a plain function is jitted here, once.
+    """Return a task's begin_kernel or judge_kernel, jitted; a plain function is jitted here, once.
 
     Raises:
         ParameterError: there is none, or it was given to the task itself, not to its class.

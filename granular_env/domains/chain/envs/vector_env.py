@@ -151,7 +151,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         return observations, rewards, terminated.copy(), truncated.copy(), infos
 
     def render(self) -> tuple[Any, ...] | None:
-        """The present state of each environment as a picture; None without a render mode."""
+        """Return the present state of each environment as a picture; None without a render mode."""
         return None if self.render_mode is None else self.call("render")
 
     # -- single environments ----------------------------------------------------------------------------------------
@@ -165,12 +165,12 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         return self._lanes.lent(index)
 
     def call(self, name: str, *arguments: Any, **keywords: Any) -> tuple[Any, ...]:
-        """An attribute of every environment, called where it can be."""
+        """Return an attribute of every environment, or the result of its call where it can be called."""
         found = [getattr(self._lanes.synchronised(k), name) for k in range(self.num_envs)]
         return tuple(each(*arguments, **keywords) if callable(each) else each for each in found)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """An attribute of every environment."""
+        """Return an attribute of every environment."""
         return self.call(name)
 
     def set_attr(self, name: str, values: Any) -> None:
@@ -203,7 +203,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
     # -- mid-episode ------------------------------------------------------------------------------------------------
 
     def save(self, lanes: Iterable[int] | None = None) -> list[EnvState]:
-        """The states of the environments with these numbers, or of all; single environments understand them too."""
+        """Return the states of the environments with these numbers, or of all; single environments understand them too."""
         return [self._lanes.synchronised(k).save() for k in self._lane_numbers(lanes)]
 
     def restore(self, states: Sequence[EnvState], lanes: Iterable[int] | None = None) -> None:
@@ -226,7 +226,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         return _recreate, (self._made_by, *self._made_with, self.save(), seeds, self._begun, self.spec)
 
     def observe(self) -> tuple[Observations, dict[str, Any]]:
-        """The present observations and infos, as `reset` gives them."""
+        """Return the present observations and infos, as `reset` gives them."""
         return self._lanes.observe(), self._infos(None)
 
     # -- details ----------------------------------------------------------------------------------------------------
@@ -290,7 +290,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         return numbers
 
     def _final(self, k: int, observation: Observations, message: str | None) -> dict[str, Any]:
-        """What an episode ended with, where the next one begins in the same step."""
+        """Return what an episode ended with, where the next one begins in the same step."""
         info = self._lanes.synchronised(k).observe()[1]
         if message is not None:
             info["step_error"] = message

@@ -76,7 +76,7 @@ def step_lanes(
 
 @jit
 def observe_lanes(tables, memories, steps, blocks, factors, limits, noises, goals, clock, observations):
-    """What every lane sees now."""
+    """Write the present observation of every lane."""
     for k in range(len(limits)):
         _show(
             tables[k], memories[k], steps[k], blocks, factors[k], limits[k], noises[k], goals[k], clock, observations[k]

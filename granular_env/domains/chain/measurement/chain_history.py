@@ -154,7 +154,7 @@ class History:
         return forces_and_energies(self.law, self.stiffness, constants, overlap, velocity)
 
     def frame(self, time: float) -> int:
-        """Number of the frame nearest to a time [s].
+        """Return the number of the frame nearest to a time [s].
 
         Raises:
             ParameterError: the time is outside of the history.
@@ -166,7 +166,7 @@ class History:
         return int(np.argmin(np.abs(self.time - time)))
 
     def window(self, begin: float | None = None, end: float | None = None) -> slice:
-        """The frames from a time to another [s], both included; by default from the first to the last."""
+        """Return the frames from a time to another [s], both included; by default from the first to the last."""
         first = 0 if begin is None else self.frame(begin)
         last = len(self.time) - 1 if end is None else self.frame(end)
         if last < first:
@@ -174,7 +174,7 @@ class History:
         return slice(first, last + 1)
 
     def grain(self, number: Any, name: str = "grain") -> int:
-        """A grain's number, checked; the first is 0."""
+        """Return a grain's number after validation; the first is 0."""
         return whole_number(name, number, 0, self.grains - 1)
 
     def contact_behind(self, grain: int, direction: Direction) -> int:

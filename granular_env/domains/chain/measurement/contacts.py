@@ -33,7 +33,7 @@ def forces_and_energies(
 
 
 def _chain(law: Law, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-    """The kernels' table of a chain, as far as contacts need it."""
+    """Return the kernels' table of a chain, as far as contacts need it."""
     places = slice(0, len(stiffness))
     a = np.zeros((layout.FREE_ROW, layout.row_width(len(stiffness) - 1)))
     a[layout.STIFFNESS, places] = stiffness

@@ -26,7 +26,7 @@ def of_chain(
     overlap: FloatArray | None = None,
     contact_force: FloatArray | None = None,
 ) -> History:
-    """A history of a chain from frames; masses, contacts and positions are the chain's.
+    """Return a history of a chain from frames; masses, contacts and positions are the chain's.
 
     Args:
         component: the chain.
@@ -48,14 +48,14 @@ def of_chain(
 
 
 def chain_geometry(component: Component) -> Any:
-    """The `Geometry` of a chain; `ParameterError` for any other component."""
+    """Return the `Geometry` of a chain; `ParameterError` for any other component."""
     if component.name != "chain":
         raise ParameterError(f"component: got a {component.name!r}, expected a chain; only chains are measured")
     return component.geometry  # type: ignore[attr-defined]
 
 
 def history(log: Log, segment: int | None = None) -> History:
-    """The history in a log of a chain: its frames, and the geometry that follows from its parameters.
+    """Return the history in a log of a chain: its frames, and the geometry that follows from its parameters.
 
     Args:
         log: what `ge.open_log` gave.

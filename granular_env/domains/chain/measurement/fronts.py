@@ -95,7 +95,7 @@ class PressureRatio:
 
 
 def pressure_ratio(history: History, grain: int, near: int | None = None, direction: Direction = "right") -> PressureRatio:
-    """The first maximum of the force in the contact behind a grain, and the mean from then on near the driven end.
+    """Return the first maximum of the force in the contact behind a grain, and the mean from then on near the driven end.
 
     Nesterenko (1983), section 3.4: the front at grain 50, p_m/p_c = 2.24. Both contacts are alike there, so that forces
     compare as pressures do.

@@ -64,7 +64,7 @@ class Watch:
         return of_chain(self._component, time, **frames)
 
     def on_reset(self, component: Component) -> None:
-        """A new history starts here."""
+        """Start a new history."""
         chain_geometry(component)
         self._variables = watched(component)
         self._interval = component.ticks_in(self._every, "every")
@@ -82,7 +82,7 @@ class Watch:
         """Nothing is kept but frames."""
 
     def on_failure(self, component: Component, error: BaseException) -> None:
-        """The frames of a step that was undone are dropped."""
+        """Drop the frames of a step that was undone."""
         while self._ticks and self._ticks[-1] > component.tick:
             self._ticks.pop()
             self._frames.pop()
@@ -90,7 +90,7 @@ class Watch:
 
 
 def watched(chain: Component) -> tuple[str, ...]:
-    """The variables that a history of this chain needs."""
+    """Return the variables that a history of this chain needs."""
     parameters: Any = chain.parameters
     # Where contacts have a history, only the chain knows their forces.
     return ("velocity", "displacement", *(["contact_force"] if parameters.law.has_history else []))

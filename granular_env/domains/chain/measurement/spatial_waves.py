@@ -47,7 +47,7 @@ class WaveInChain:
 def waves_along(
     history: History, time: float, above: float, separation: float = 1.0, direction: Direction = "right"
 ) -> list[WaveInChain]:
-    """The waves in a chain at an instant, from left to right, each from the slowest grain before it to the one after it.
+    """Return the waves in a chain at an instant, from left to right, each from the slowest grain before it to the one after.
 
     Neighbouring waves share no grain, so energies add up.
 

@@ -45,7 +45,7 @@ class Wave:
 
 
 def waves_at(history: History, grain: int, above: float, separation: float = 1.0, direction: Direction = "right") -> list[Wave]:
-    """The waves that pass a grain, in the order of their arrival; how many there are is ``len`` of it.
+    """Return the waves that pass a grain, in the order of their arrival; how many there are is ``len`` of it.
 
     A wave is a maximum of the grain's velocity. The pulses of Nesterenko (1983), sections 3.1 to 3.4, are counted so.
 
@@ -103,7 +103,7 @@ def _speed(history: History, grain: int, crest: Crest, step: int, behind: list[C
 
 
 def overlap_of(history: History, wave: Wave) -> Crest:
-    """The overlap in the contact behind a wave's grain, above the static one, as the wave passes: a `Crest` in m and s.
+    """Return the overlap in the contact behind a wave's grain, above the static one, as the wave passes: a `Crest` in m and s.
 
     Its ``duration`` x the wave's ``speed`` is the full width at half maximum of the overlap, the theory's width.
 
@@ -116,7 +116,7 @@ def overlap_of(history: History, wave: Wave) -> Crest:
 
 
 def _pulse(history: History, values: np.ndarray, wave: Wave) -> Crest:
-    """The crest of a curve that belongs to a wave: the last one before the velocity's crest, a contact being a bit behind."""
+    """Return the crest of a curve that belongs to a wave: the last one before the velocity's crest; a contact lags slightly."""
     largest = float(np.max(values))
     if largest > 0.0:
         found = [c for c in crests(history.time, values, 1e-3 * largest) if c.begin <= wave.time and c.end >= wave.begin]

@@ -54,18 +54,18 @@ def grain(context: Context, number: int) -> int:
 
 
 def longer(context: Context, duration: float) -> float:
-    """A duration, so much longer or shorter as waves take for the chain that the constants give; in whole microseconds."""
+    """Scale a duration as the waves' travel time through the chain scales with the constants; in whole microseconds."""
     scale = max(context.constants["N"] / N, 0.1) * (context.constants["A"] / A) ** -0.4
     return math.ceil(duration * scale / _EVERY - 1e-9) * _EVERY
 
 
 def case(context: Context, shipped: str, /, least: float = 0.0, **changes: Any) -> History:
-    """The motion in a shipped experiment; arguments as for `case_document`."""
+    """Return the motion in a shipped experiment; arguments as for `case_document`."""
     return measurement.history(context.run(case_document(context, shipped, least, **changes)))
 
 
 def case_document(context: Context, shipped: str, /, least: float = 0.0, **changes: Any) -> dict[str, Any]:
-    """The content of a shipped experiment, with the atlas's constants.
+    """Return the content of a shipped experiment, with the atlas's constants.
 
     Args:
         context: of the atlas.
@@ -104,7 +104,7 @@ def chain_document(
     units: float = 1.0,
     **component: Any,
 ) -> dict[str, Any]:
-    """An experiment with the paper's grains.
+    """Return an experiment with the paper's grains.
 
     Args:
         context: of the atlas.

@@ -13,11 +13,11 @@ TIME = "time, µs"
 def velocity_of(
     history: History, grain: int, label: str, colour: int = 0, scale: float = 1.0, style: CurveStyle = "line"
 ) -> Curve:
-    """A grain's velocity over time, in units of `scale`."""
+    """Return a grain's velocity over time, in units of `scale`."""
     return Curve(label, history.time * MICRO, history.velocity[:, grain] / scale, style, colour)
 
 
 def during(history: History, begin: float, end: float, grain: int, label: str, colour: int = 0) -> Curve:
-    """A grain's velocity in a window of time [s]."""
+    """Return a grain's velocity in a window of time [s]."""
     own = (history.time >= begin - 1e-12) & (history.time <= end + 1e-12)
     return Curve(label, history.time[own] * MICRO, history.velocity[own, grain], "line", colour)

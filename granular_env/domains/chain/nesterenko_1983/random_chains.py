@@ -132,7 +132,7 @@ def arrival(chain: History, index: int) -> float:
 
 
 def strip(band: Band, row: float, named: bool) -> list[Curve]:
-    """A band as drawn: a thick line from 5 to 95 %, a dot for each draw, and the mean; `named` for the legend."""
+    """Return a band as drawn: a thick line from 5 to 95 %, a dot for each draw, and the mean; `named` for the legend."""
     return [
         Curve("5 to 95 %" if named else "", [band.quantile(5), band.quantile(95)], [row, row], "bar", 0),
         Curve("draws" if named else "", band.draws, np.full(band.count, row), "points", 5),

@@ -20,7 +20,7 @@ _TIME = "collision time / grain's oscillation time (tau/T)"
 
 
 def compute(context: Context) -> Findings:
-    """A from the steel's constants, the limits of the static law, and two colliding grains."""
+    """Compute A from the steel's constants, the limits of the static law, and two colliding grains."""
     overlap, time = _collision(context)
     return Findings(
         [_stiffness(), _collision_time(context, time, overlap), _limits(context)], [_figure(context, time, overlap)]

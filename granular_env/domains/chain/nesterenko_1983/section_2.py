@@ -89,7 +89,7 @@ def _overshoot() -> Item:
 
 
 def _residual(power: float, stretch: float = 0.0) -> float:
-    """What (2.7) with this power leaves of V^2 u_xx = (2.4), at V = c/2, over the largest term; lengths times (V/c)^stretch."""
+    """Return the residual of (2.7) in V^2 u_xx = (2.4), V = c/2, over the largest term; lengths times (V/c)^stretch."""
     speed = 0.5
     scale = speed**stretch
     x, rate = np.linspace(-0.8, 0.8, 33) * scale, math.sqrt(10.0) / 5.0 / scale
@@ -127,7 +127,7 @@ def _misprints() -> Item:
 
 
 def _minimum() -> str:
-    """The extreme of W, of the paper's two, that is a minimum."""
+    """Return the extreme of W, of the paper's two, that is a minimum."""
     low, high = theory.extremes(0.1)
     around = {name: theory.W(np.array([place - 1e-3, place, place + 1e-3]), 0.1) for name, place in (("y1", low), ("y2", high))}
     (lowest,) = [name for name, values in around.items() if values[1] < min(values[0], values[2])]

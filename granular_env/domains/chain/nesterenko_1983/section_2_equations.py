@@ -23,7 +23,7 @@ Term = Callable[[np.ndarray], np.ndarray]
 
 
 def compute(context: Context) -> Findings:
-    """The coefficients as printed, what each equation leaves out, and the soliton that all lead to."""
+    """Compute the coefficients as printed, what each equation leaves out, and the soliton that all lead to."""
     errors = {"(2.2)": _anharmonic_errors(), "(2.4)": _long_wave_errors(), "(2.3) from (2.4)": _reduction_errors()}
     items = [_coefficients(), _long_wave_coefficients(), *_orders(errors), _korteweg_de_vries()]
     return Findings(items, [_figure(errors)])

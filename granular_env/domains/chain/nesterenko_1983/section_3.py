@@ -28,7 +28,7 @@ _KEPT = "A bound that any correct program keeps if its steps are short enough: a
 
 
 def compute(context: Context) -> Findings:
-    """The gap chain, the paper's two integrators, and (3.1)."""
+    """Compute the gap chain, the paper's two integrators, and (3.1)."""
     scaled = {speed: _profile(context, speed) for speed in _SPEEDS}
     near_sound = {name: _profile(context, SPEED, _softness(context, ratio)) for name, ratio in _RATIOS.items()}
     items = [_gaps(context), *_integrators(context), _scaling(scaled), _fast_piston(near_sound)]

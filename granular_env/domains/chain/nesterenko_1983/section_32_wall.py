@@ -47,7 +47,7 @@ def _count(context: Context, strikers: dict[int, History]) -> Item:
 
 
 def _reflection(context: Context, wall: History) -> Item:
-    """The tallest wave before and after the wall, at a grain that it passes between other waves."""
+    """Return the tallest wave before and after the wall, at a grain that it passes between other waves."""
     place = grain(context, 60)
     before, after = waves(wall, place)[0], waves(wall, place, direction="left")[0]
     change = 100.0 * (after.amplitude / before.amplitude - 1.0)

@@ -22,13 +22,13 @@ _DURATION = 1.2e-3
 
 
 def piston(context: Context, grains: int = 200) -> History:
-    """The piston's chain until the last grain has left."""
+    """Return the motion of the piston's chain until the last grain has left."""
     duration = _DURATION if grains == 200 else max(6e-6 * grains + 1e-4, 2e-4)
     return case(context, "3.4-piston", least=_LOOK if grains == 200 else 0.0, component__grains=grains, duration=duration)
 
 
 def compute(context: Context) -> Findings:
-    """The items of the section but energies and speeds."""
+    """Compute the items of the section except energies and speeds."""
     chain = piston(context)
     return Findings(
         [_last_grains(context), _first_peak(context, chain), _bound(context), _near_piston(chain), _growing(chain)],

@@ -23,7 +23,7 @@ _FIRST_TENS = 50.0
 
 
 def compute(context: Context) -> Findings:
-    """V and D1, what follows from them, and the pressure in the first maximum."""
+    """Compute V and D1, what follows from them, and the pressure in the first maximum."""
     single, driven = case(context, "3.1-one-grain"), piston(context)
     coefficient = _coefficient(context, single)
     shock = theory.shock_speed(context.constants["A"], DIAMETER, SPEED)
@@ -36,7 +36,7 @@ def compute(context: Context) -> Findings:
 
 
 def _coefficient(context: Context, chain: History) -> float:
-    """C of V = C c^(4/5) v_m^(1/5), from the arrivals of a single wave at two grains."""
+    """Return C of V = C c^(4/5) v_m^(1/5), from the arrivals of a single wave at two grains."""
     first, last = (measurement.waves_at(chain, grain(context, number), 0.1 * SPEED)[0] for number in (30, 80))
     speed = (last.grain - first.grain) * DIAMETER / (last.time - first.time)
     unit = theory.contact_speed(context.constants["A"], DIAMETER) ** 0.8

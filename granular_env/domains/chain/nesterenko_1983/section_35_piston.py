@@ -26,7 +26,7 @@ Bands = dict[float, dict[str, Band]]
 
 
 def compute(context: Context) -> Findings:
-    """Bands for R0 = .5, 2 and 3 mm, N = 100."""
+    """Bands for R0 = 0.5, 2 and 3 mm, N = 100."""
     bands = {smallest: _bands(context, smallest) for smallest in _LAST}
     equal = float(piston(context, 100).velocity[-1, -1]) / SPEED
     chain = piston(context)
@@ -161,7 +161,7 @@ def _above_twice(bands: Bands) -> Item:
 
 
 def _strips(bands: Bands, name: str, rows: dict[float, float]) -> list[Curve]:
-    """A strip for each R0; the first one names what is what."""
+    """Return a strip for each R0; the first one names what is what."""
     top = max(rows.values())
     return [curve for smallest, row in rows.items() for curve in strip(bands[smallest][name], row, row == top)]
 

@@ -24,7 +24,7 @@ _GIVEN = {25: 7.82465e-4}
 
 
 def compute(context: Context) -> Findings:
-    """Figure 7, its extremes, and what is said of the front, over many draws with R0 = .5 mm."""
+    """Figure 7, its extremes, and what is said of the front, over many draws with R0 = 0.5 mm."""
     draws = [_draw(context, chain) for chain in histories(context, "3.5a-random-piston", 0.5, _GRAINS, _LOOK, _GIVEN)]
     bands = {name: Band.of([draw.numbers[name] for draw in draws]) for name in draws[0].numbers}
     items = [_largest(bands), _smallest(bands), _uneven(bands), *_sentences(bands), _front(bands)]

@@ -149,8 +149,8 @@ def make_absorption(
     returned = energy in the chain now over that at the start: kinetic energy of the grains (not of a piston, which belongs to
     the machine) and elastic energy above that at rest of the contacts. What is missing of it is what the end has taken, minus
     its work, and what contacts dissipate. A step's reward is `returned` before it less `returned` after it. So the return is 1
-    less what is returned at the deadline: doing nothing returns 0, pushing less than that. The strikers rebound with .6 % (one)
-    to .8 % (two) of the energy, which no end can take.
+    less what is returned at the deadline: doing nothing returns 0, pushing less than that. The strikers rebound with 0.6 %
+    (one) to 0.8 % (two) of the energy, which no end can take.
 
     ## Start state
     One to `strikers` first grains move at one speed from `impact`; the others are at rest, all in touch.
@@ -169,8 +169,8 @@ def make_absorption(
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", a matched end: a virtual chain goes on where the real one ends, is
     driven by what the sensors read, and says how the end would move (`impedance_matching.MatchedPiston`) or be pushed
-    (`impedance_matching.MatchedForce`). They return 0 and, over 240 seeds, .9914 to .9935 with a piston (.9924 in the mean) and
-    .9918 to .9937 with a force (.9927): all but the rebound and some 1e-4. No better policy that sees the sensors alone is
+    (`impedance_matching.MatchedForce`). They return 0 and, over 240 seeds, 0.9914 to 0.9935 with a piston (0.9924 in the mean),
+    0.9918 to 0.9937 with a force (0.9927): all but the rebound and some 1e-4. No better policy that sees the sensors alone is
     known: "best" is missing.
 
     ## Version history

@@ -31,7 +31,7 @@ _LEAST, _MOST = -6.907755278982137, 13.815510557964274
 
 
 def passing_waves(shapes: FloatArray, goal: FloatArray, horizon: float, duration: float, steps: int, action: str) -> FloatArray:
-    """What a left end feels and does while solitary waves pass through it on their way to their places, shape (steps,).
+    """Return what a left end feels and does while solitary waves pass through it to their places, shape (steps,).
 
     A force: the mean over each control step of the force of the missing grain -1 on grain 0. Grains i >= 0 carry the momentum
     m A sum_i f(i - x(t)), f the shape of the velocity and x the crest's place, and its change is the impulse: exact for the
@@ -83,11 +83,11 @@ def wave_velocities(shapes: FloatArray, goal: FloatArray, left: float, grains: i
 
 
 def ramped_push(chain: Chain, impulse: float, duration: float, steps: int, action: str) -> FloatArray:
-    """A push that rises evenly to a level F and stays, which gives a wall its impulse in time, shape (steps,).
+    """Return a push that rises evenly to a level F and stays, which gives a wall its impulse in time, shape (steps,).
 
     A front of force F runs at D = (F k^2)^(1/6) / sqrt(m) grains/s (`theory.shock_speed`), its grains at F/(m D). A rigid wall
     doubles the particle velocity's share: in a simple wave v goes with overlap^(5/4) and F with overlap^(3/2), so the wall
-    feels 2^(6/5) F. With a rise over r = .29 of the time T that there is,
+    feels 2^(6/5) F. With a rise over r = 0.29 of the time T that there is,
 
         2^(6/5) F (T - n/D(F) - r/2) = impulse
 

@@ -33,7 +33,7 @@ def driven_chain(
     chain: Mapping[str, Any] | None,
     options: Mapping[str, Any],
 ) -> tuple[Chain, dict[str, float]]:
-    """A chain whose end `side` the agent holds, and the task's `actions`.
+    """Return a chain whose end `side` the agent holds, and the task's `actions`.
 
     Args:
         side: "left" or "right".
@@ -60,14 +60,14 @@ def stated(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def observed() -> dict[str, float]:
-    """The scales of what is observed."""
+    """Return the scales of what is observed."""
     return {"displacement": _DISPLACEMENT, "velocity": _VELOCITY}
 
 
 def timed(
     options: Mapping[str, Any], internal_steps: int, deadline: int, clock: int = 0, endless: bool = False
 ) -> tuple[dict[str, Any], int, int]:
-    """An environment's options with these defaults, the internal steps of a control step, and the control steps there are.
+    """Return an environment's options with these defaults, the internal steps of a control step, and the control steps.
 
     The clock is on by default where a task's goal has a time.
 
@@ -101,7 +101,7 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
 
 
 def numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
-    """A number, or several.
+    """Return a number, or several, as an array.
 
     Raises:
         ParameterError: it is neither, there is none, or one is not finite.
@@ -117,7 +117,7 @@ def numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
 
 
 def between(name: str, given: Any) -> tuple[float, float]:
-    """A range (low, high), 0 < low <= high.
+    """Return a range (low, high), 0 < low <= high.
 
     Raises:
         ParameterError: it is none.
@@ -129,7 +129,7 @@ def between(name: str, given: Any) -> tuple[float, float]:
 
 
 def whole(name: str, given: Any, most: int) -> int:
-    """A whole number from 1 to `most`.
+    """Return a whole number from 1 to `most`.
 
     Raises:
         ParameterError: it is none.

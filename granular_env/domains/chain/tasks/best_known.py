@@ -26,7 +26,7 @@ def _all() -> tuple[dict[str, Any], ...]:
 
 
 def best_drive(environment: str, arguments: Mapping[str, Any]) -> npt.NDArray[np.float64] | None:
-    """The best known drive of an environment with these arguments [N or m/s], shape (steps,); None where none is known."""
+    """Return the best known drive of an environment with these arguments [N or m/s], shape (steps,); None if none is known."""
     for entry in _all():
         if entry["environment"] == environment and entry["arguments"] == dict(arguments):
             return np.array(entry["drive"], dtype=np.float64)
@@ -34,7 +34,7 @@ def best_drive(environment: str, arguments: Mapping[str, Any]) -> npt.NDArray[np
 
 
 def best_return(environment: str, arguments: Mapping[str, Any]) -> float | None:
-    """What that drive returned when it was found."""
+    """Return what that drive returned when it was found."""
     for entry in _all():
         if entry["environment"] == environment and entry["arguments"] == dict(arguments):
             return float(entry["return"])

@@ -175,7 +175,7 @@ def make_energy_delivery(
     closeness = 1 - (E / `energy` - 1)^2, E being the energy of the last `region` grains and of the contacts from the first of
     them on, above that at rest. A step's reward is its gain in closeness, less `work_price` x the input's work in that step /
     `energy`. So the return is the closeness at the end less the price of the work. Doing nothing returns 0. All work arriving,
-    1 - .1 of the wanted energy is best (the price's half), and the return is .81: no drive can do better.
+    1 - 0.1 of the wanted energy is best (the price's half), and the return is 0.81: no drive can do better.
 
     ## Start state
     Everything at rest, all grains in touch.
@@ -187,7 +187,7 @@ def make_energy_delivery(
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
     * `action` ("force"): "force" or "piston". `action_scale` (None): 1000 N or 10 m/s.
-    * `energy` (.015 J), `region` (8 grains), `work_price` (.2).
+    * `energy` (0.015 J), `region` (8 grains), `work_price` (0.2).
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (280) control steps an episode
       of 420 us; a wave of that energy (4 m/s) crosses 60 grains in 380 us.
     * `clock` (8): readings of the clock.
@@ -196,8 +196,8 @@ def make_energy_delivery(
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while an exact
     solitary wave passes, whose energy 1.0693 m v^2 is that which is best and which is in the region's middle at the deadline;
-    "best", the best drive known, where these arguments have one. They return 0, .809965 and .810000 with a force, 0,
-    .809942 and .810000 with a piston: nothing is left to gain beyond theory but the holding of the input over a control step.
+    "best", the best drive known, where these arguments have one. They return 0, 0.809965 and 0.810000 with a force, 0,
+    0.809942 and 0.810000 with a piston: nothing is left to gain beyond theory but the holding of the input over a control step.
     Theory's wave is that of a chain of equal grains; in a dimer or a tapered chain it is none of that chain, and returns less.
 
     ## Version history

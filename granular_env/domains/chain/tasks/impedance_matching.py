@@ -63,12 +63,12 @@ class MatchedPiston:
         return _chain("free", mass, stiffness, step_size)
 
     def reset(self) -> None:
-        """The virtual chain is at rest."""
+        """Put the virtual chain at rest."""
         self.chain.reset()
         self.force, self.begun = 0.0, False
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
-        """The piston's velocity over the next control step."""
+        """Return the piston's velocity over the next control step."""
         place, _, _, force = self.sensors.read(observation)
         if self.begun:
             self.chain.step(self.duration, left_force=0.5 * (self.force + force))
@@ -104,12 +104,12 @@ class MatchedForce:
         self.reset()
 
     def reset(self) -> None:
-        """The virtual chain is at rest."""
+        """Put the virtual chain at rest."""
         self.chain.reset()
         self.pushed, self.force, self.begun = 0.0, 0.0, False
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
-        """The force on the end grain over the next control step."""
+        """Return the force on the end grain over the next control step."""
         place, _, speed, force = self.sensors.read(observation)
         if self.begun:
             # The grain's own way, so that the virtual contact is as deep as a real one would be.
@@ -150,11 +150,11 @@ class Dashpot:
         self.reset()
 
     def reset(self) -> None:
-        """The last reading is forgotten."""
+        """Forget the last reading."""
         self.before: float | None = None
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
-        """The force on the end grain over the next control step."""
+        """Return the force on the end grain over the next control step."""
         speed = self.sensors.read(observation)[2]
         coming = speed + (0.5 * (speed - self.before) if self.before is not None else 0.0)
         self.before = speed

@@ -34,7 +34,7 @@ def _closeness(a, target):
 
 @jit
 def _begin(a, counters, constants):
-    """The last grain moves as it was started; what work was done before, in a log that goes on, is not charged."""
+    """Start the last grain's motion; work done before, in a log that goes on, is not charged."""
     counters[_CLOSENESS], counters[_WORK] = _closeness(a, constants[_TARGET]), input_work(a)
 
 
@@ -111,20 +111,20 @@ def make_piston(
     closeness = 1 - min(|v_last / target_velocity - 1|, 1), v_last being the last grain's velocity. A step's reward is its gain
     in closeness, less `work_price` x the piston's work in that step / E, with E = m target_velocity^2 / 2. So the return is the
     closeness at the end less `work_price` x work / E. Doing nothing returns 0; one solitary wave of the right height carries
-    1.02 E, and would return .8; 2.4 m/s for 18 us returns .77.
+    1.02 E, and would return 0.8; 2.4 m/s for 18 us returns 0.77.
 
     ## Start state
     Everything at rest, all grains in touch.
 
     ## End of the episode
-    Terminated when the last grain has flown free, .01 radius further than at the start from its neighbour, whatever its speed:
+    Terminated when the last grain has flown free, 0.01 radius further than at the start from its neighbour, whatever its speed:
     a forerunner spoils the shot. Truncated after `deadline` control steps.
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain.
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step; a wave crosses 64 grains in some 450 us.
     * `deadline` (600): control steps, 0.9 ms.
-    * `target_velocity` (5.0 m/s), `work_price` (.2), `velocity_scale` (10.0 m/s).
+    * `target_velocity` (5.0 m/s), `work_price` (0.2), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "free", "precompression": 10.0}`.
 
     ## Version history

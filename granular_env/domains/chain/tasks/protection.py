@@ -160,7 +160,7 @@ class ProtectionTask(ChainTask):
     def objective(self, chain: Chain, steps: int) -> Objective:
         """h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
 
-        h(x) = (x + sqrt(x^2 + r^2)) / 2 is the positive part, rounded, r = .01. The smooth peak is the p-norm of the wall's
+        h(x) = (x + sqrt(x^2 + r^2)) / 2 is the positive part, rounded, r = 0.01. The smooth peak is the p-norm of the wall's
         force over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both count the elastic part of the
         force. `sharpness`, an attribute, is (binary logarithm of p, r).
 
@@ -173,7 +173,7 @@ class ProtectionTask(ChainTask):
         return Objective(_note, _value, _pull, constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """A ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""
+        """Return a ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""
         drive = ramped_push(self.chain, self.impulse, self.duration, max(self.steps, 1), next(iter(self.actions)))
         policies = open_loops(self, "granular_env/Protection-v1", drive)
         return policies if self.steps else {"nothing": policies["nothing"]}
@@ -214,7 +214,7 @@ def make_protection(
     A step's reward is its gain in min(delivered_impulse / impulse, 1), less the rise of the wall's peak force / `peak_scale`.
     So the return is the delivered part of the impulse less peak force / peak_scale. The impulse is the trapezoid sum of the
     wall's force at the ends of the control steps, the peak is the largest of these. Doing nothing returns 0; a constant push of
-    300 N delivers all and returns -.5, one of 50 N returns .75, one of 25 N is late and returns .37.
+    300 N delivers all and returns -0.5, one of 50 N returns 0.75, one of 25 N is late and returns 0.37.
 
     ## Start state
     Everything at rest, all grains in touch.
@@ -228,13 +228,13 @@ def make_protection(
     * `action` ("force"): "force" or "piston". `action_scale` (None): 500 N or 2 m/s.
     * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step; a wave crosses 64 grains in some 450 us.
     * `deadline` (700): control steps, 1.05 ms; None for no end and no clock. `clock` (8): readings of the clock.
-    * `impulse` (.05 N s), `peak_scale` (1000.0 N), `velocity_scale` (10.0 m/s).
+    * `impulse` (0.05 N s), `peak_scale` (1000.0 N), `velocity_scale` (10.0 m/s).
     * `chain`: further parameters of the chain component, e.g. `{"right": "plane", "precompression": 10.0}`.
 
     ## Baselines
-    `env.unwrapped.task.baselines()`: "nothing"; "theory", a push that rises evenly over .29 of the time to the level at which
+    `env.unwrapped.task.baselines()`: "nothing"; "theory", a push that rises evenly over 0.29 of the time to the level at which
     its front, doubled by the wall (2^(6/5) in force), just delivers (`analytic_drives.ramped_push`); "best", the best drive
-    known, where these arguments have one. They return 0, .792 and .846 with a force, 0, .784 and .841
+    known, where these arguments have one. They return 0, 0.792 and 0.846 with a force, 0, 0.784 and 0.841
     with a piston.
 
     ## Version history

@@ -127,7 +127,7 @@ class PulseFormingTask(ChainTask):
         self.constants, self.way = np.concatenate([head, self.waves.reshape(-1), self.shapes]), 0.0
 
     def objective(self, chain: Chain, steps: int) -> Objective:
-        """The distance at the end of the last control step: minus the return, where nothing is in the chain at the start.
+        """Return the distance at the end of the last control step: minus the return, if nothing is in the chain at the start.
 
         `way`, an attribute, from 0 (so it is at first) to 1, is the weight of the mean distance over all control steps, to the
         waves on their way: it has a slope far from any solution, where a wave in a wrong place has none.
@@ -142,7 +142,7 @@ class PulseFormingTask(ChainTask):
         return wave_velocities(self.shapes, self.waves, self.duration * (self.steps - elapsed), self.grains)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """What passing waves would do to the left end; and the best known drive."""
+        """Return what passing waves would do to the left end, and the best known drive."""
         drive = passing_waves(
             self.shapes, self.waves, self.duration * self.steps, self.duration, self.steps, next(iter(self.actions))
         )
@@ -183,7 +183,7 @@ def make_pulse_forming(
 
     ## Rewards
     The distance of a state from the wanted waves is that of the energy norm, D = (sum_i m_i (v_i - v*_i)^2 / 2 + sum_j (q_j -
-    q*_j)^2) / E*, with q = sqrt(.4 k) d^1.25, the root of the energy stored in a contact of overlap d (above that at rest,
+    q*_j)^2) / E*, with q = sqrt(0.4 k) d^1.25, the root of the energy stored in a contact of overlap d (above that at rest,
     where the chain is precompressed), * for the exact solitary waves of the lattice, E* their energy. In a disordered chain
     they are those of its mean grain. Before the deadline the wanted waves are on their way: each crest is behind its place by
     its speed times the time left, and what has not come into the chain yet is not wanted. A step's reward is D before it less D

@@ -181,7 +181,7 @@ class SolitonTrainTask(ChainTask):
         return goal.reshape(-1)
 
     def objective(self, chain: Chain, steps: int) -> Objective:
-        """The distance at the end of the last control step to the waves of `demand`: minus the return.
+        """Return the distance at the end of the last control step to the waves of `demand`: minus the return.
 
         `demand` is an attribute, a goal as `goal` and `given_goal` make it; that of seed 0 at first.
         """
@@ -210,11 +210,11 @@ class PassingTrain:
         self.reset()
 
     def reset(self) -> None:
-        """The next demand is read."""
+        """Forget the last demand: the next one is read."""
         self.step, self.drive = 0, np.zeros(0)
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
-        """The next row of the drive."""
+        """Return the next row of the drive."""
         task, (name, scale) = self.task, next(iter(self.task.actions.items()))
         if self.step == 0:
             numbers = [info[one] for one in task.counter_names[: COLUMNS * task.waves]]

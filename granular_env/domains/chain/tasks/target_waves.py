@@ -41,7 +41,7 @@ _LARGEST_REACH = 60.0
 
 @inlined
 def _shape(shapes, table, x):
-    """The table at a distance x from the crest."""
+    """Return the table at a distance x from the crest."""
     count, reach = int(shapes[POINTS]), shapes[REACH]
     if not (-reach < x < reach):
         return 0.0
@@ -58,7 +58,7 @@ def _shape(shapes, table, x):
 
 @jit
 def _target(shapes, goal, waves, left, place, contact):
-    """What is wanted at a place with a time `left`: grain velocity, or energy root / sqrt(m) of a contact; its waves' sum."""
+    """Return the target at a place, with time `left`: grain velocity, or energy root / sqrt(m) of a contact; the waves' sum."""
     total, count = 0.0, int(shapes[POINTS])
     for w in range(waves):
         row, table = COLUMNS * w, TABLES + 2 * count * min(w, int(shapes[SHAPES]) - 1)
@@ -139,7 +139,7 @@ def _apart(goal, waves, left, place, window):
 
 @jit
 def follow(a, shapes, goal, waves, left, window, energy, counters):
-    """What tasks of wanted waves keep count of; returns the gain in nearness, distance before less distance now.
+    """Update the counters of tasks with target waves; return the gain in nearness, distance before less distance now.
 
     Args:
         a: the chain's table.
@@ -164,7 +164,7 @@ def follow(a, shapes, goal, waves, left, window, energy, counters):
 
 
 def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The shapes of the wanted waves in the layout of the kernels, and their speeds [grains/s], shape (waves,).
+    """Return the shapes of the wanted waves in the layout of the kernels, and their speeds [grains/s], shape (waves,).
 
     Args:
         mass: of a grain [kg].
@@ -191,7 +191,7 @@ def _wave_without_precompression() -> LatticeWave:
 
 
 def _pressed_wave(constant: float, rest_overlap: float, amplitude: float) -> LatticeWave:
-    """The wave of an amplitude on a precompressed chain, in units of the overlap at rest and A."""
+    """Return the wave of an amplitude on a precompressed chain, in units of the overlap at rest and A."""
     from scipy.optimize import brentq
 
     unit = math.sqrt(constant) * rest_overlap * math.sqrt(math.sqrt(rest_overlap))
@@ -238,7 +238,7 @@ def _pad(values: FloatArray, piece: slice, count: int) -> FloatArray:
 
 
 def _energy_roots(wave: LatticeWave) -> FloatArray:
-    """Q of a contact, m = A = 1."""
+    """Return q of a contact, m = A = 1."""
     s, s0 = np.sqrt(wave.rest_overlap + wave.overlap), np.sqrt(wave.rest_overlap)
     return (s - s0) * np.sqrt(0.4 * s * s * s + 0.8 * s * s * s0 + 1.2 * s * s0 * s0 + 0.6 * s0 * s0 * s0)
 
