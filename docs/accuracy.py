@@ -46,7 +46,7 @@ def errors(steps, **parameters):
     return np.array(found), default, np.abs(usual - exact).max() / SPEED
 
 
-@drawing.styled
+@drawing.with_style
 def draw():
     """Integrators on the left, laws with the default integrator on the right; a ring around each default."""
     figure = drawing.new_figure(9.0, 4.0)

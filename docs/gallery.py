@@ -92,7 +92,7 @@ def absorbing_ends() -> None:
     print("dashpot", recorded("dashpot", force, dashpot, WAVE))
 
 
-@drawing.styled
+@drawing.with_style
 def draw(name: str, titles: dict[str, str]) -> None:
     """Side by side: the input of each log above its x-t diagram."""
     figure = drawing.new_figure(5.0 * len(titles), 6.0)

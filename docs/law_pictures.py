@@ -64,7 +64,7 @@ def save(figure, name):
     appearance.save(figure, IMAGES / f"{name}.png", 100, _COLOURS)
 
 
-@drawing.styled
+@drawing.with_style
 def hertz():
     """Forces, and how long a collision lasts."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -79,7 +79,7 @@ def hertz():
     save(figure, "hertz")
 
 
-@drawing.styled
+@drawing.with_style
 def power():
     """Forces of several exponents, and the solitary waves that they make."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -108,7 +108,7 @@ def power():
     save(figure, "power")
 
 
-@drawing.styled
+@drawing.with_style
 def dissipative(name, law, loss):
     """The loop of force, and what is lost in a collision."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -131,7 +131,7 @@ def thornton(ratio):
     return np.sqrt(1.2 * np.sqrt(3.0) * (1.0 - ratio * ratio / 6.0)) * (ratio / (ratio + 2.0 * root)) ** 0.25
 
 
-@drawing.styled
+@drawing.with_style
 def elastic_plastic():
     """Two collisions of the same contact, and restitution against Thornton's formula."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -149,7 +149,7 @@ def elastic_plastic():
     save(figure, "elastic-plastic")
 
 
-@drawing.styled
+@drawing.with_style
 def linear():
     """The loop of force, and restitution against the damping ratio, with and without tension."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -173,7 +173,7 @@ def linear():
     save(figure, "linear")
 
 
-@drawing.styled
+@drawing.with_style
 def walton_braun():
     """Two collisions of the same contact, and restitution against the ratio of the stiffnesses."""
     figure = drawing.new_figure(9.0, 3.6)

@@ -35,7 +35,7 @@ def piston() -> None:
         appearance.save(picture, IMAGES / "piston.png")
 
 
-@drawing.styled
+@drawing.with_style
 def stationary_waves() -> None:
     """W(y) with its extremes (the paper's figure 1), and the solitary wave's speed: continuum, soliton and the chain itself."""
     figure = drawing.new_figure(9.6, 4.0)
@@ -59,7 +59,7 @@ def stationary_waves() -> None:
     appearance.save(figure, IMAGES / "stationary-waves.png")
 
 
-@drawing.styled
+@drawing.with_style
 def sweep() -> None:
     """The shipped sweep: a solitary wave's speed against its amplitude, and its difference from the lattice's wave."""
     with tempfile.TemporaryDirectory() as folder:
@@ -102,7 +102,7 @@ def tutorial() -> None:
         appearance.save(figure, IMAGES / f"tutorial-{name}", 110, _COLOURS)
 
 
-@drawing.styled
+@drawing.with_style
 def control() -> None:
     """The drives that the page on control finds, by the very lines that stand there, and what each leaves in the chain."""
     blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "control.md").read_text(), re.MULTILINE | re.DOTALL)

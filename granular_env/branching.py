@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from granular_env.components.errors import LogError
 from granular_env.progress import Progress
-from granular_env.running import Inputs, RunResult, advance, collected, memory_told
+from granular_env.running import Inputs, RunResult, advance, collect_warnings, memory_told
 
 if TYPE_CHECKING:
     from granular_env.recording.branch import Branch
@@ -40,7 +40,7 @@ def run_branch(
         LogError: the log cannot be written.
     """
     where, end = f"log {os.fspath(log)!r}", branch.end(until)
-    with memory_told(where, LogError), collected() as told, ExitStack() as stack:
+    with memory_told(where, LogError), collect_warnings() as told, ExitStack() as stack:
         stack.enter_context(branch.recording(log, inputs, overwrite=overwrite))
         return advance(
             branch.component,

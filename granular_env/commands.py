@@ -24,8 +24,8 @@ from granular_env.components.errors import (
     ParameterError,
     shortened,
 )
-from granular_env.terminal import columns, printable, wrapped
-from granular_env.writing import advice_for, counted, readable_bytes, with_article
+from granular_env.terminal import columns, printable, wrap_text
+from granular_env.writing import advice_for, count_of, readable_bytes, with_article
 
 _INTERRUPTED = 130
 # Exit status of a verification.
@@ -45,7 +45,7 @@ def show_list(args: argparse.Namespace) -> int:
         return 0
     for kind, entries in known.items():
         print(f"{kind}\n{columns(entries.items())}\n")
-    print(wrapped("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one."))
+    print(wrap_text("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one."))
     return 0
 
 
@@ -133,7 +133,7 @@ def check_file(args: argparse.Namespace) -> int:
         facts = {"duration": experiment.duration, "ticks": ready.ticks, "step_size": component.step_size, "notes": notes}
         return _valid("experiment", experiment.name, component=component.name, **facts)
     for note in notes:
-        print(wrapped(f"note: {printable(note)}"))
+        print(wrap_text(f"note: {printable(note)}"))
     print(
         f"valid: {printable(experiment.name)}, {with_article(component.name)} for {experiment.duration:g} s "
         f"in {ready.ticks} ticks of {component.step_size:g} s"
@@ -162,9 +162,9 @@ def replay_log(args: argparse.Namespace) -> int:
             _print_result(result, quiet=False)
         return _INTERRUPTED if result.interrupted else 0
     from granular_env.recording import verify
-    from granular_env.running import collected
+    from granular_env.running import collect_warnings
 
-    with _silence_own_warnings(), collected() as told:
+    with _silence_own_warnings(), collect_warnings() as told:
         found = verify(args.log, progress=not args.json, allow_large=args.allow_large)
     if args.json:
         print(json.dumps({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": told}, indent=2))
@@ -200,7 +200,7 @@ def recover_log(args: argparse.Namespace) -> int:
 
     log = recover(args.log, args.out, allow_large=args.allow_large, overwrite=args.overwrite)
     ticks = log.end_tick - log.start_tick
-    print(f"recovered: {args.out}, {log.duration:g} s, {counted(log.calls, 'call')} of step, {counted(ticks, 'tick')}")
+    print(f"recovered: {args.out}, {log.duration:g} s, {count_of(log.calls, 'call')} of step, {count_of(ticks, 'tick')}")
     lost = log.metadata["incidents"][-1]
     print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
     if ticks:
@@ -309,8 +309,8 @@ def _check_plan(name: str, overrides: list[str], allow_large: bool, for_programs
     if for_programs:
         return _valid("sweep", plan.title, experiment=plan.experiment, tasks=plan.size, measures=list(plan.measure))
     print(
-        f"valid: {plan.title}, {counted(plan.size, 'task')} of the experiment {plan.experiment}, "
-        f"{counted(len(plan.measure), 'measure')}"
+        f"valid: {plan.title}, {count_of(plan.size, 'task')} of the experiment {plan.experiment}, "
+        f"{count_of(len(plan.measure), 'measure')}"
     )
     return 0
 
@@ -386,7 +386,7 @@ def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
         return _valid("study", study.name, **facts, methods=[method.label for method in study.method])
     print(
         f"valid: {study.name}, task {study.task.name} of {problem.steps} control steps, "
-        f"{counted(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
+        f"{count_of(shape.size, 'number')} to choose, {study.budget} control steps for each of {methods}"
     )
     for method in study.method:
         try:
@@ -422,12 +422,12 @@ def _log_target(args: argparse.Namespace, given: str | None, name: str) -> Itera
     if getattr(args, "no_log", False) or given:
         yield (Path(given) if given else None), args.overwrite
         return
-    with reserved_log(name) as path:
+    with reserve_log(name) as path:
         yield path, True
 
 
 @contextmanager
-def reserved_log(name: str, folder: Path = Path("logs")) -> Iterator[Path]:
+def reserve_log(name: str, folder: Path = Path("logs")) -> Iterator[Path]:
     """Give the first of logs/<name>-1.mcap, -2, ... that does not exist, as an empty file that nobody else gets.
 
     It may be overwritten; where nothing was written to it, it is removed again.
@@ -496,8 +496,8 @@ def _check_log(path: str, allow_large: bool) -> int:
     facts = log.metadata
     state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
     size = (
-        f"{log.duration:g} s, {counted(log.calls, 'call')} of step, {counted(log.end_tick - log.start_tick, 'tick')}, "
-        f"{counted(len(log.variables), 'variable')}, {readable_bytes(log.size)}"
+        f"{log.duration:g} s, {count_of(log.calls, 'call')} of step, {count_of(log.end_tick - log.start_tick, 'tick')}, "
+        f"{count_of(len(log.variables), 'variable')}, {readable_bytes(log.size)}"
     )
     # The verdict comes after all of it has been read: a damaged log is not called complete first.
     for name in log.variables:
@@ -554,13 +554,13 @@ def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
         return
     component = result.component
     wall = f"{result.seconds:.2f} s of wall time"
-    print(f"{counted(result.ticks, 'tick')}, to {component.time:.9g} s, in {wall}; {energy_residual(component)}")
+    print(f"{count_of(result.ticks, 'tick')}, to {component.time:.9g} s, in {wall}; {energy_residual(component)}")
     if result.stopped_by is not None:
         print(f"stopped: {result.stopped_by}")
     if result.interrupted:
         print("interrupted: the log is complete up to there" if result.log else "interrupted")
     for text in (*result.warnings, *result.cautions):
-        print(wrapped(f"note: {printable(text)}"))
+        print(wrap_text(f"note: {printable(text)}"))
     for name, value in result.report.items():
         # What nothing in the run gave rise to, such as the pressure where no grains touched, has no figure.
         if not math.isnan(value):

@@ -9,17 +9,17 @@ from granular_env.components.support.tagged_union import tables
 from granular_env.components.support.validation import Parameters
 from granular_env.experiments.templates import default_of, example_of, unit_of
 from granular_env.shipped import first_sentence
-from granular_env.terminal import columns, wrapped
+from granular_env.terminal import columns, wrap_text
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
     """Describe a component's parameters, inputs and outputs with units, shapes and meaning."""
     kind = catalogue.component_class(name)
-    parts = [wrapped(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
+    parts = [wrap_text(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
     parts.append(columns(_rows(kind.Parameters)))
     for parameter, choices in tables(kind.Parameters).items():
         for choice, model in choices.items():
-            parts += ["", wrapped(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
+            parts += ["", wrap_text(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
             parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
     component = example_of(name, parameters)
     variables = [v for v in component.variables.values() if v.causality != "parameter"]
@@ -39,7 +39,7 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     )
     parts += [
         "",
-        wrapped(f"Shapes and inputs are those for {given}; see others with --set.", 0)
+        wrap_text(f"Shapes and inputs are those for {given}; see others with --set.", 0)
         if given
         else "A (state) can be given to reset and [start].",
     ]

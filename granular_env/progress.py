@@ -184,7 +184,7 @@ class _NotebookBar:
         self._next = perf_counter() + _NOTEBOOK_SECONDS
         parts = [shorten_front(self._title, _NOTEBOOK_WIDTH // 3)]
         if self._total:
-            parts += [f"{100 * done / self._total:3.0f} %", self._left()]
+            parts += [f"{100 * done / self._total:3.0f} %", self._time_left()]
         room = _NOTEBOOK_WIDTH - len("  ".join(parts)) - 2
         line = "  ".join([*parts, fit_figures(figures, room)])
         sys.stderr.write("\r" + line.ljust(_NOTEBOOK_WIDTH))
@@ -193,7 +193,7 @@ class _NotebookBar:
     def advance(self, more: float, *figures: str) -> None:
         self.update(self._done + more, *figures)
 
-    def _left(self) -> str:
+    def _time_left(self) -> str:
         advanced = self._done - self._first
         if advanced <= 0.0 or self._total is None:
             return _duration_left(None)

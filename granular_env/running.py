@@ -117,7 +117,7 @@ def run(
     """
     loaded = load_experiment(experiment, overrides)
     seconds = _live_seconds(live, pace)
-    with memory_told(loaded.origin, ExperimentError), collected() as told, ExitStack() as stack:
+    with memory_told(loaded.origin, ExperimentError), collect_warnings() as told, ExitStack() as stack:
         ready = prepare(loaded)
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
@@ -147,7 +147,7 @@ def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_lar
     from granular_env.recording import open_log
 
     where = f"log {str(log)!r}"
-    with memory_told(where, LogError), collected() as told, open_log(log, allow_large=allow_large) as opened:
+    with memory_told(where, LogError), collect_warnings() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
         opened._caps.work(opened.end_tick - opened.start_tick, component.state_bytes // 8)
         for segment in opened.segments:
@@ -195,7 +195,7 @@ def advance(
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
     with ExitStack() as stack:
-        show = _shown(stack, title, component, end, progress) if progress is not False else None
+        show = _progress_display(stack, title, component, end, progress) if progress is not False else None
         for observer in observers if isinstance(observers, Iterable) else [observers]:
             if not hasattr(observer, "on_step"):
                 raise ParameterError(
@@ -250,7 +250,7 @@ def _loop(
         component.step((stop - tick) * component.step_size, **changes.get(tick, {}))
         if show is not None:
             show(component)
-        if stop == looked and stops is not None and (met := stops.met(component)) is not None:
+        if stop == looked and stops is not None and (met := stops.stop_reason(component)) is not None:
             return met
         piece = _next_piece(piece, stop - tick, perf_counter() - begin, wanted)
     return None
@@ -306,7 +306,7 @@ def memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
 
 
 @contextmanager
-def collected() -> Iterator[list[str]]:
+def collect_warnings() -> Iterator[list[str]]:
     """Collect this package's warnings as sentences, and issue them as usual at the end of the block."""
     told: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
@@ -323,11 +323,11 @@ def _record(
     stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
 ) -> None:
     from granular_env.recording import record
-    from granular_env.recording.left import left_log_told
+    from granular_env.recording.left import note_log_on_error
 
     refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording this {component.name}", ExperimentError)
     recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
-    stack.enter_context(left_log_told(recorder))
+    stack.enter_context(note_log_on_error(recorder))
     stack.enter_context(recorder)
 
 
@@ -365,7 +365,9 @@ def _show_live(stack: ExitStack, component: Component, title: str, duration: flo
     stack.enter_context(LiveViewer(component, title=title, duration=duration, pace=pace))
 
 
-def _shown(stack: ExitStack, title: str, component: Component, end: int, progress: Progress) -> Callable[[Component], None]:
+def _progress_display(
+    stack: ExitStack, title: str, component: Component, end: int, progress: Progress
+) -> Callable[[Component], None]:
     """Return what shows on a progress bar where the component is; it looks and changes nothing."""
     first, begun = component.tick, perf_counter()
     bar = stack.enter_context(progress_bar(title, end, done=first, show=progress))

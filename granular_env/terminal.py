@@ -24,7 +24,7 @@ def output_width() -> int | None:
     return shutil.get_terminal_size().columns if sys.stdout is not None and sys.stdout.isatty() else None
 
 
-def wrapped(text: str, hanging: int = 2) -> str:
+def wrap_text(text: str, hanging: int = 2) -> str:
     """Return a sentence wrapped at words, further lines set in by `hanging` places; as it is where there is no terminal."""
     width = output_width()
     return text if width is None else "\n".join(_lines(text, width, " " * hanging))
@@ -39,10 +39,10 @@ def columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
     width = output_width()
     begin = len(indent) + sum(widths[:-1]) + _GAP * (len(widths) - 1)
     if width is None or begin + widths[-1] <= width:
-        return "\n".join(_aligned(row, widths, indent) for row in table)
+        return "\n".join(_align(row, widths, indent) for row in table)
     lines: list[str] = []
     for row in table:
-        head = _aligned(row[:-1], widths[:-1], indent)
+        head = _align(row[:-1], widths[:-1], indent)
         if width - begin >= _NARROWEST:
             first, *rest = _lines(row[-1], width - begin, "") or [""]
             lines += [f"{head.ljust(begin - _GAP)}{' ' * _GAP}{first}".rstrip(), *(" " * begin + line for line in rest)]
@@ -67,7 +67,7 @@ def table(rows: Iterable[Sequence[str]]) -> str:
     drawn = []
     for block in blocks:
         own = [0, *block]
-        drawn.append("\n".join(_aligned([row[one] for one in own], [widths[one] for one in own], "") for row in cells))
+        drawn.append("\n".join(_align([row[one] for one in own], [widths[one] for one in own], "") for row in cells))
     return "\n\n".join(drawn)
 
 
@@ -75,7 +75,7 @@ def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
     return [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
 
 
-def _aligned(row: Sequence[str], widths: Sequence[int], indent: str) -> str:
+def _align(row: Sequence[str], widths: Sequence[int], indent: str) -> str:
     return indent + (" " * _GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
 
 

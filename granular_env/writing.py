@@ -35,7 +35,7 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
     """
     part: Path | None = None
     try:
-        target = refused_unless_file(path)
+        target = resolve_file(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         part.touch(exist_ok=False)
@@ -83,7 +83,7 @@ def lock(file: IO[Any], refusal: GranularError) -> None:
         raise refusal from None
 
 
-def refused_unless_file(path: str | os.PathLike[str]) -> Path:
+def resolve_file(path: str | os.PathLike[str]) -> Path:
     """Where a path leads, links followed; `ParameterError` where a folder, a device or a pipe stands there."""
     try:
         target = Path(os.path.realpath(path))
@@ -110,7 +110,7 @@ def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = G
         ParameterError: there is something that is no regular file, or the name holds a zero byte.
         GranularError: of that `kind`; no file can have this name, or its folder is not to be written to.
     """
-    target = refused_unless_file(path)
+    target = resolve_file(path)
     try:
         folder, missing = target.parent, [target.name]
         while not _stands(folder):
@@ -148,7 +148,7 @@ def with_article(name: object) -> str:
     return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"
 
 
-def counted(number: int, noun: str, plural: str = "") -> str:
+def count_of(number: int, noun: str, plural: str = "") -> str:
     """Return a number and its noun: "1 frame", "2 frames"; `plural` where that is not the noun with an s."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
@@ -158,4 +158,4 @@ def readable_bytes(size: int) -> str:
     for unit, scale in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
         if size >= scale:
             return f"{size / scale:.3g} {unit}"
-    return counted(size, "byte")
+    return count_of(size, "byte")

@@ -16,7 +16,7 @@ from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
 from granular_env.atlas.drawing import draw
 from granular_env.atlas.model import Axis, Curve, Figure, Mark
-from granular_env.atlas.verdicts import Value, combined
+from granular_env.atlas.verdicts import Value, combine
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.recording import verify
@@ -81,22 +81,22 @@ def test_a_verdict_comes_from_the_numbers(value, kind, words):
 def test_the_verdict_of_several_values():
     yes, near, no = Value("a", "1", 1), Value("b", "100.0", 100.06, relative=1e-3, source="said"), Value("c", "1", 2)
     silent, drawn = Value("d", None, 3.0), Value("e", "2.5", 3.0, band=Band.of([2.0, 4.0]))
-    assert combined([yes, silent]).words == "reproduced"
-    assert combined([yes, near]).words == "reproduced to 0.06 %"
-    assert combined([near, no]).kind == "in part"
-    assert combined([near, no]).words == "in part: b: yes to 0.06 %; c: no, 1 off"
-    assert combined([no, silent]).words == "not reproduced: 1 off"
-    assert combined([drawn, drawn]).words == "as bands: the paper’s draw at percentile 50, 50"
-    assert combined([drawn, yes]).kind == "as bands"
-    assert combined([drawn, no]).kind == combined([drawn, yes, no]).kind == "in part"
-    assert combined([drawn, no]).words == "in part: e: at percentile 50; c: no, 1 off"
-    assert combined([silent]).kind == "no figure"
+    assert combine([yes, silent]).words == "reproduced"
+    assert combine([yes, near]).words == "reproduced to 0.06 %"
+    assert combine([near, no]).kind == "in part"
+    assert combine([near, no]).words == "in part: b: yes to 0.06 %; c: no, 1 off"
+    assert combine([no, silent]).words == "not reproduced: 1 off"
+    assert combine([drawn, drawn]).words == "as bands: the paper’s draw at percentile 50, 50"
+    assert combine([drawn, yes]).kind == "as bands"
+    assert combine([drawn, no]).kind == combine([drawn, yes, no]).kind == "in part"
+    assert combine([drawn, no]).words == "in part: e: at percentile 50; c: no, 1 off"
+    assert combine([silent]).kind == "no figure"
     read = Value("g", "much", "much", reading="twice")
-    assert combined([read, silent]).words == combined([read, read]).words == "as we read it"
-    assert combined([read, yes]).kind == "in part" and combined([read, yes]).words == "in part: g: as we read it; a: yes"
+    assert combine([read, silent]).words == combine([read, read]).words == "as we read it"
+    assert combine([read, yes]).kind == "in part" and combine([read, yes]).words == "in part: g: as we read it; a: yes"
     bound = Value("f", "at most 2", 1.0, paper=2.0, at_most=True)
-    assert combined([bound]).words == "bound kept" and combined([bound, bound]).words == "bounds kept"
-    assert combined([bound, yes]).kind == "reproduced" and combined([bound, no]).words == "in part: f: kept; c: no, 1 off"
+    assert combine([bound]).words == "bound kept" and combine([bound, bound]).words == "bounds kept"
+    assert combine([bound, yes]).kind == "reproduced" and combine([bound, no]).words == "in part: f: kept; c: no, 1 off"
 
 
 def test_a_tolerance_without_a_source_is_refused():
@@ -108,9 +108,9 @@ def test_a_tolerance_without_a_source_is_refused():
 
 
 def test_ours_is_shown_with_the_digits_that_have_converged():
-    assert Value("", None, 1.2342134, digits=5).shown == 1.2342 and Value("", None, 7).shown == 7
+    assert Value("", None, 1.2342134, digits=5).display_value == 1.2342 and Value("", None, 7).display_value == 7
     noise = Value("", "none", 3e-14, "%", paper=0.0, resolution=1e-10)
-    assert noise.shown == 1e-10 and noise.below_resolution
+    assert noise.display_value == 1e-10 and noise.below_resolution
     assert not Value("", "none", 3e-9, "%", paper=0.0, resolution=1e-10).below_resolution
 
 

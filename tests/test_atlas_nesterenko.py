@@ -251,7 +251,7 @@ def test_no_digit_is_printed_that_half_the_step_and_sampling_change(computed_twi
                 elif not value.below_resolution:
                     last = 10.0 ** (math.floor(math.log10(abs(value.computed))) - value.digits + 1)
                     assert abs(value.computed - fine.computed) <= 0.5 * last, (item.name, value.label)
-                    assert float(f"{value.shown:.{value.digits}g}") == value.shown
+                    assert float(f"{value.display_value:.{value.digits}g}") == value.display_value
                     seen += 1
             assert item.remark == finer.remark
     assert seen > 80
@@ -294,8 +294,8 @@ def test_a_number_is_reproduced_by_a_stated_tolerance_or_the_printed_digits_alon
     values = [value for done in once.done for item in done.findings.items for value in item.values]
     numbers = [value for value in values if value.verdict.kind == "reproduced" and not isinstance(value.computed, str)]
     for value in numbers:
-        assert value.source or value.allowed == value.rounding, value
-        assert abs(value.difference) <= max(value.allowed * (1.0 + 1e-9), value.resolution), value
+        assert value.source or value.largest_difference == value.rounding, value
+        assert abs(value.difference) <= max(value.largest_difference * (1.0 + 1e-9), value.resolution), value
     assert len(numbers) > 30
 
 

@@ -179,9 +179,9 @@ def test_a_context_counts_the_runs_of_an_entry(tmp_path):
     for _ in range(2):
         context.run(experiment(4, 5e9))
     context.watch(experiment(4, 5e9), 1e-6, recorded=False)
-    assert seen == [1, 2, 3] and len(context.used()) == 1
+    assert seen == [1, 2, 3] and len(context.log_names()) == 1
     context.begin(seen.append)
-    assert context.used() == []
+    assert context.log_names() == []
 
 
 def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_path):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from xml.etree import ElementTree
 
 import pytest
 from support import browser
@@ -132,3 +133,13 @@ def test_formulas_are_typeset_and_no_code_is_cut_off(site):
         displayed = (ROOT / "docs" / "theory.md").read_text().count("$$") // 2
         assert displayed > 0
         assert opened.evaluate("document.querySelectorAll('.katex-display').length") == displayed
+
+
+def test_the_picture_of_the_architecture_is_that_of_the_import_contracts(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    import architecture
+
+    assert architecture.PICTURE.read_text() == architecture.picture(), "run python docs/architecture.py"
+    shown = ElementTree.parse(architecture.PICTURE).getroot().iter(f"{architecture.SVG}text")
+    names = {text.text for text in shown if text.get("class") == "name"}
+    assert {"cli", "recording", "domains/chain", "contract", "chain"} <= names

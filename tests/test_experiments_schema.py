@@ -377,7 +377,7 @@ def test_an_override_leaves_the_given_dict_alone(good):
 def test_stop_rules_decide(rule, value, met):
     from granular_env.experiments.stops import StopRule
 
-    assert StopRule(variable="x", **rule).met(value) is met
+    assert StopRule(variable="x", **rule).is_met(value) is met
 
 
 def test_errors_are_of_the_family():

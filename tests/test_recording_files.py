@@ -242,10 +242,10 @@ def test_a_link_stays_one(tmp_path: Path) -> None:
 
 
 def test_runs_at_once_without_a_name_get_one_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from granular_env.commands import reserved_log
+    from granular_env.commands import reserve_log
 
     monkeypatch.chdir(tmp_path)
-    with reserved_log("a") as first, reserved_log("a") as second:
+    with reserve_log("a") as first, reserve_log("a") as second:
         assert first != second
         component = catalogue.make("oscillator")
         with record(component, first, overwrite=True):

@@ -25,7 +25,7 @@ from granular_env.domains.chain import measurement
 from granular_env.sweep import axes, bundles, load_plan, open_sweep, run_sweep, shipped_plans, store
 from granular_env.sweep.computing import Order, Result
 from granular_env.sweep.engines import on_ray, processes
-from granular_env.sweep.planning import planned
+from granular_env.sweep.planning import plan_tasks
 from granular_env.sweep.store import Store
 from granular_env.sweep.tasks import make_tasks
 from granular_env.sweep.telling import closing
@@ -399,7 +399,7 @@ def test_a_measured_input_goes_with_the_tasks_by_its_content(tmp_path):
 def test_a_bundle_on_a_node_leaves_no_folder(tmp_path, monkeypatch):
     """Ray ends its workers with a signal, which would leave what outlives the bundle."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    job, tasks, _ = planned(load_plan(plan(logs={"keep": "all"})))
+    job, tasks, _ = plan_tasks(load_plan(plan(logs={"keep": "all"})))
     orders = [Order(task.hash, task.overrides, "always") for task in tasks[:2]]
     found, _ = on_ray._bundle(job, orders)
     assert [result.outcome for result in found] == ["done", "done"]
@@ -508,14 +508,14 @@ def test_processes_that_cannot_begin_are_told(tmp_path, monkeypatch):
 def test_lost_tasks_wait_alone_and_a_few_times_only():
     orders = [Order(str(number), ()) for number in range(8)]
     waiting = bundles.Bundles(orders, 1, 1.0)
-    waiting.timed(1, 0.1)
+    waiting.note_time(1, 0.1)
     bundle = waiting.take()
     assert [order.hash for order in bundle] == ["0", "1", "2", "3"]
-    assert waiting.lost(bundle, "why") == []
+    assert waiting.requeue(bundle, "why") == []
     assert [[order.hash for order in waiting.take()] for _ in range(2)] == [["0"], ["1"]]
     [alone] = waiting.take()
-    assert waiting.lost([alone], "why") == []
-    [result] = waiting.lost(waiting.take(), "why")
+    assert waiting.requeue([alone], "why") == []
+    [result] = waiting.requeue(waiting.take(), "why")
     assert (result.hash, result.outcome, result.error) == ("2", "lost", "lost 3 times: why")
 
 

@@ -11,7 +11,7 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.domains.chain.viewing.space_time import space_time_picture
 from granular_env.recording import open_log, record
-from granular_env.recording.exaggeration import chosen_exaggeration
+from granular_env.recording.exaggeration import choose_exaggeration
 from granular_env.viewing import figures, report
 from granular_env.viewing.footage import from_component, from_log
 from granular_env.viewing.incidents import incident_sentences
@@ -76,7 +76,7 @@ def test_a_live_component_gives_the_same_picture_as_its_log(chain_log):
 
 def test_exaggeration_shows_the_wave_and_lets_no_grains_pass(chain_log):
     motion = from_log(chain_log).motion
-    factor = chosen_exaggeration(motion.reference, motion.radius, motion.displacement)
+    factor = choose_exaggeration(motion.reference, motion.radius, motion.displacement)
     drawn = motion.reference[:, 0] + factor * motion.displacement[..., 0]
     overlap = motion.radius[1:] + motion.radius[:-1] - np.diff(drawn, axis=1)
     assert factor > 1.0 and re.fullmatch(r"[125]0*", f"{factor:.0f}")
@@ -88,8 +88,8 @@ def test_exaggeration_closes_gaps_without_passing():
     reference = np.array([[0.0, 0, 0], [2.5, 0, 0]])
     displacement = np.zeros((2, 2, 3))
     displacement[1, 0, 0] = 0.01
-    assert chosen_exaggeration(reference, np.ones(2), displacement) == 100.0
-    assert chosen_exaggeration(reference, np.ones(2), np.zeros((2, 2, 3))) == 1.0
+    assert choose_exaggeration(reference, np.ones(2), displacement) == 100.0
+    assert choose_exaggeration(reference, np.ones(2), np.zeros((2, 2, 3))) == 1.0
 
 
 def test_exaggeration_in_a_plane_looks_at_those_that_nearly_touch():
@@ -98,7 +98,7 @@ def test_exaggeration_in_a_plane_looks_at_those_that_nearly_touch():
     displacement = np.zeros((2, 3, 3))
     displacement[1, 1, 1] = -0.004  # towards the first; half a radius of overlap is reached at 125 times
     displacement[1, 2, 0] = -0.1
-    assert chosen_exaggeration(reference, np.ones(3), displacement) == 100.0
+    assert choose_exaggeration(reference, np.ones(3), displacement) == 100.0
 
 
 def test_colours_are_symmetric_about_white():

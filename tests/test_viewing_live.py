@@ -15,7 +15,7 @@ from granular_env.viewing import LiveViewer, pacing
 from granular_env.viewing.drawing import NOT_SAMPLED, nearest_frames
 from granular_env.viewing.footage import from_component
 from granular_env.viewing.pacing import Pacing
-from granular_env.viewing.scene import grown_scales, scales_of
+from granular_env.viewing.scene import enlarge_scales, scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
@@ -209,10 +209,10 @@ def test_live_scales_only_grow_to_hold_what_comes():
     chain = make("chain", grains=20, left="piston")
     chain.step(5e-5, left_velocity=5.0)
     motion = from_component(chain).motion
-    scales = grown_scales(scales_of(motion), motion, None)
+    scales = enlarge_scales(scales_of(motion), motion, None)
     assert scales == scales_of(motion)
     louder = type(motion)(**{**vars(motion), "colour": 3.0 * motion.colour})
-    assert grown_scales(scales, louder, None).colour_limit >= float(np.abs(louder.colour).max())
+    assert enlarge_scales(scales, louder, None).colour_limit >= float(np.abs(louder.colour).max())
 
 
 def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):

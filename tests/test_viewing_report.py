@@ -20,7 +20,7 @@ from granular_env.viewing.drawing import page_svg
 from granular_env.viewing.fields import load_field
 from granular_env.viewing.footage import Curve, from_log
 from granular_env.viewing.report_tables import file_size
-from granular_env.viewing.units import labelled, typeset
+from granular_env.viewing.units import label_with_unit, typeset
 
 pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
 
@@ -153,7 +153,7 @@ def test_parameters_that_were_left_to_the_chain_have_values(log, whole):
 
 def test_units_are_typeset():
     assert typeset("m/s^2") == "m/s\u00b2" and typeset("N/m^1.5") == "N/m\u00b9\u00b7\u2075" and typeset("1") == ""
-    assert labelled("contact_force", "N") == "contact force [N]" and labelled("tau", "1") == "tau"
+    assert label_with_unit("contact_force", "N") == "contact force [N]" and label_with_unit("tau", "1") == "tau"
 
 
 def test_a_log_whose_name_is_no_text_has_a_report(log_path, tmp_path):

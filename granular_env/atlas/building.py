@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 from granular_env.workers import Worker, stop_all
 
-from .constants import resolved
+from .constants import constant_values
 from .context import Context
 from .drawing import draw
 from .folder import open_folder
@@ -95,8 +95,8 @@ def compute(
         MissingExtraError: matplotlib, which draws the figures, is not installed.
         GranularError: the folder cannot be written, another process computes there, or its `atlas.json` is not an atlas's.
     """
-    needed("matplotlib", "the atlas")
-    values, entries = resolved(paper, constants or {}), chosen(paper, only)
+    import_optional("matplotlib", "the atlas")
+    values, entries = constant_values(paper, constants or {}), chosen(paper, only)
     for name, number in (("processes", processes), ("refinement", refinement)):
         if isinstance(number, bool) or not isinstance(number, int) or number < 1:
             raise ParameterError(f"{name}: got {shortened(number)}, expected a whole number of at least 1")
@@ -184,7 +184,7 @@ def _attempt(entry: Entry, context: Context, told: Told) -> Done:
         findings = entry.compute(context)
         drawings = {figure.name: draw(figure) for figure in findings.figures}
     except GranularError as error:
-        return Done(entry, Findings(), context.used(), f"{type(error).__name__}: {error}")
+        return Done(entry, Findings(), context.log_names(), f"{type(error).__name__}: {error}")
     except Exception as error:
-        return Done(entry, Findings(), context.used(), f"{type(error).__name__}: {error}", traceback.format_exc())
-    return Done(entry, findings, context.used(), drawings=drawings)
+        return Done(entry, Findings(), context.log_names(), f"{type(error).__name__}: {error}", traceback.format_exc())
+    return Done(entry, findings, context.log_names(), drawings=drawings)

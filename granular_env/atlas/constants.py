@@ -11,17 +11,17 @@ from granular_env.components.errors import ParameterError, nearest, shortened
 from .model import Constant, Paper
 
 
-def resolved(paper: Paper, changed: Mapping[str, Any]) -> dict[str, float]:
+def constant_values(paper: Paper, changed: Mapping[str, Any]) -> dict[str, float]:
     """Every constant's value; `ParameterError` for a name that the paper does not have, or a value out of its range."""
     values = {name: constant.value for name, constant in paper.constants.items()}
     for name, value in changed.items():
         if name not in values:
             raise ParameterError(f"constant {name!r}: {paper.name} has none of that name; {nearest(name, values)}")
-        values[name] = _checked(name, value, paper.constants[name])
+        values[name] = _validate(name, value, paper.constants[name])
     return values
 
 
-def _checked(name: str, value: Any, constant: Constant) -> float:
+def _validate(name: str, value: Any, constant: Constant) -> float:
     expected = (
         f"a {'whole ' if constant.whole else ''}number from {constant.low:g} to {constant.high:g} {constant.unit}".rstrip()
     )

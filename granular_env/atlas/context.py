@@ -93,7 +93,7 @@ class Context:
         self._count()
         return component
 
-    def used(self) -> list[str]:
+    def log_names(self) -> list[str]:
         """Return the file names of the logs that the entry asked for."""
         return self._used
 

@@ -6,8 +6,8 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
 from granular_env.colours import PALETTE
-from granular_env.viewing.drawing import PAPER, new_figure, styled, svg
-from granular_env.viewing.extras import needed
+from granular_env.viewing.drawing import PAPER, new_figure, svg, with_style
+from granular_env.viewing.extras import import_optional
 
 from .model import Axis, CurveStyle, Figure, Mark
 
@@ -46,9 +46,9 @@ def draw(figure: Figure) -> str:
     return drawn.replace("<svg", f'<svg role="img" aria-label="{escape(figure.title)}"', 1)
 
 
-@styled
+@with_style
 def _drawing(figure: Figure) -> Any:
-    with needed("matplotlib", "the atlas").rc_context(_SETTINGS):
+    with import_optional("matplotlib", "the atlas").rc_context(_SETTINGS):
         drawn = new_figure(_WIDTH, _HEIGHT)
         axes = drawn.subplots()
         for curve in figure.curves:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .verdicts import Value, Verdict, combined
+from .verdicts import Value, Verdict, combine
 
 if TYPE_CHECKING:
     from .context import Context
@@ -39,7 +39,7 @@ class Item:
     @property
     def verdict(self) -> Verdict:
         """From the values alone; see `verdicts`."""
-        return combined(self.values)
+        return combine(self.values)
 
     @property
     def unmet(self) -> bool:

@@ -43,7 +43,7 @@ def html(atlas: Atlas, command: str) -> str:
         done=atlas.done,
         failed=atlas.failed,
         counts=_counts(atlas),
-        changed=_changed(atlas),
+        changed=_constant_changes(atlas),
         unmet=[(done.entry, item) for done in atlas.done for item in done.findings.items if item.unmet],
         command=command,
         kinds=KINDS,
@@ -67,7 +67,7 @@ def _counts(atlas: Atlas) -> list[tuple[str, str, str, int]]:
     return counts + [("bad", "!", "failed", len(atlas.failed))] if atlas.failed else counts
 
 
-def _changed(atlas: Atlas) -> list[str]:
+def _constant_changes(atlas: Atlas) -> list[str]:
     return [
         f"{name} = {atlas.constants[name]:g} {constant.unit} (the paper: {constant.value:g}; {constant.description})"
         for name, constant in atlas.paper.constants.items()
@@ -95,7 +95,7 @@ def _format_printed(value: Value) -> str:
 def _format_computed(value: Value) -> str:
     if isinstance(value.computed, str):
         return value.computed
-    number = str(value.band) if value.band is not None else f"{value.shown:.{max(value.digits, 6)}g}"
+    number = str(value.band) if value.band is not None else f"{value.display_value:.{max(value.digits, 6)}g}"
     less = "less than " if value.below_resolution else ""
     return f"{less}{number} {value.unit}".strip().replace("-", "−")
 
@@ -116,7 +116,7 @@ def _tolerance(value: Value) -> str:
     if value.relative is not None:
         words = f"± {100.0 * value.relative:g} %: {value.source}"
     elif value.tolerance is not None:
-        words = f"± {value.allowed:g}{unit}: {value.source}"
+        words = f"± {value.largest_difference:g}{unit}: {value.source}"
     sign = "not more than" if value.at_most else "±"
     ours = f"in part: {sign} {value.loose:g}{unit}, our reading" if value.loose is not None else ""
     return "; ".join(filter(None, (words, ours)))

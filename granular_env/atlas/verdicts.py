@@ -86,7 +86,7 @@ class Value:
         return float(decimal[1])
 
     @property
-    def shown(self) -> float | str:
+    def display_value(self) -> float | str:
         """Ours with the digits that have converged; counts and words as they are."""
         if isinstance(self.computed, str | int) or not math.isfinite(self.computed):
             return self.computed
@@ -100,7 +100,7 @@ class Value:
         return not isinstance(self.computed, str) and bool(abs(self.computed) < self.resolution)
 
     @property
-    def allowed(self) -> float:
+    def largest_difference(self) -> float:
         """The largest difference that counts as reproduced."""
         if self.tolerance is not None:
             return self.tolerance
@@ -145,17 +145,17 @@ class Value:
         if math.isfinite(self.computed) and self.computed <= bound:
             read = self.loose is not None
             return Verdict("in part", "kept as we read it") if read else Verdict("bound kept", "bound kept")
-        return Verdict("not reproduced", f"{_rounded(self.computed - bound)} {self.unit}".strip() + " more")
+        return Verdict("not reproduced", f"{_round(self.computed - bound)} {self.unit}".strip() + " more")
 
     def _within(self) -> Verdict:
         gap = abs(self.difference)
         if not math.isfinite(gap):
             return Verdict("not reproduced", "not finite")
         # A number that rounds to what is printed is as near as one can ask; and nobody wants to read of 1e-14 %.
-        near = self.rounding if self.rounding <= self.allowed else 0.0
-        if gap <= max(near, _NOT_WORTH_SAYING * self.allowed, self.resolution) * (1.0 + 1e-9):
+        near = self.rounding if self.rounding <= self.largest_difference else 0.0
+        if gap <= max(near, _NOT_WORTH_SAYING * self.largest_difference, self.resolution) * (1.0 + 1e-9):
             return Verdict("reproduced", "reproduced")
-        if gap <= self.allowed * (1.0 + 1e-9):
+        if gap <= self.largest_difference * (1.0 + 1e-9):
             return Verdict("reproduced", f"reproduced to {self.distance}")
         if self.loose is not None and gap <= self.loose:
             return Verdict("in part", f"only to {self.distance}")
@@ -174,16 +174,16 @@ class Value:
         assert self.number is not None
         absolute = self.tolerance is not None or self.loose is not None or isinstance(self.computed, int)
         if self.number == 0.0 or absolute:
-            return f"{_rounded(abs(self.difference))} {self.unit}".strip()
-        return f"{_rounded(100.0 * abs(self.difference / self.number))} %"
+            return f"{_round(abs(self.difference))} {self.unit}".strip()
+        return f"{_round(100.0 * abs(self.difference / self.number))} %"
 
 
-def _rounded(value: float) -> str:
+def _round(value: float) -> str:
     """One digit below 1, two above: how far off, not how exactly."""
     return f"{float(f'{value:.1g}' if value < 1.0 else f'{value:.2g}'):g}"
 
 
-def combined(values: Sequence[Value]) -> Verdict:
+def combine(values: Sequence[Value]) -> Verdict:
     """Return the verdict of an item, from all of its values that the paper gives too."""
     judged = [(value, value.verdict) for value in values if value.printed is not None]
     kinds = {verdict.kind for _, verdict in judged}

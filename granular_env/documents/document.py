@@ -86,12 +86,12 @@ class Document(Table):
         except (ExperimentError, StepError):
             raise
         except GranularError as error:
-            raise ExperimentError(*(self.located(fault, *location) for fault in error.faults)) from error
+            raise ExperimentError(*(self.locate_fault(fault, *location) for fault in error.faults)) from error
         except MemoryError as error:
             too_large = Fault(received="it asks for more memory than there is; make it smaller")
-            raise ExperimentError(self.located(too_large, *location)) from error
+            raise ExperimentError(self.locate_fault(too_large, *location)) from error
 
-    def located(self, fault: Fault, *location: str | int) -> Fault:
+    def locate_fault(self, fault: Fault, *location: str | int) -> Fault:
         """Return a fault with its location in this document, and the override or the file that holds it."""
         placed = fault.within(*location)
         return replace(placed, source=source_of(placed.location, self.origin, self.overrides))

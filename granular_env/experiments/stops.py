@@ -47,7 +47,7 @@ class StopRule(Table):
         limit = f"above {self.above:g}" if self.above is not None else f"below {self.below:g}"
         return f"{self.variable}{place} {limit}"
 
-    def met(self, value: Any) -> bool:
+    def is_met(self, value: Any) -> bool:
         """Return whether a value of the variable, a number or an array, ends the run."""
         array = np.asarray(value, dtype=np.float64).ravel()
         if self.index is not None:
@@ -74,10 +74,10 @@ class StopWatch:
         """Return the next tick after `tick` at which a rule has to be evaluated; None without rules."""
         return min((every * (tick // every + 1) for _, every in self._rules), default=None)
 
-    def met(self, component: Component) -> str | None:
+    def stop_reason(self, component: Component) -> str | None:
         """Return the sentence of the first rule that is due and met at this tick."""
         for rule, every in self._rules:
-            if component.tick % every == 0 and rule.met(component.get(rule.variable)):
+            if component.tick % every == 0 and rule.is_met(component.get(rule.variable)):
                 return rule.sentence
         return None
 

@@ -13,9 +13,9 @@ from ..components.errors import LogError, ParameterError, nearest
 from ..components.inputs import Held
 from ..components.profiles import Profile
 from .index import Segment
-from .left import left_log_told
+from .left import note_log_on_error
 from .log_file import create
-from .options import checked_names, checked_schedule
+from .options import make_schedule, names_to_record
 from .reader import Log, open_log, restore
 from .replay import advance
 from .schedule import Schedule
@@ -118,7 +118,7 @@ class Branch:
         if os.path.exists(target) and os.path.samefile(target, self.parent.path):
             raise ParameterError(f"log: {str(target)!r} is the parent itself; choose another name")
         recorder = self._recorder(target, every, variables, overwrite)
-        with left_log_told(recorder), recorder:
+        with note_log_on_error(recorder), recorder:
             yield
 
     def _check(self, given: dict[str, Any]) -> None:
@@ -132,11 +132,11 @@ class Branch:
 
     def _recorder(self, target: Any, every: float | None, variables: list[str] | None, overwrite: bool) -> Recorder:
         component = self.component
-        names = checked_names(component, list(self.parent.variables) if variables is None else variables)
+        names = names_to_record(component, list(self.parent.variables) if variables is None else variables)
         if every is None:
             schedule = self._parents_schedule()
         else:
-            schedule = checked_schedule(component, every, None, None, None, names)
+            schedule = make_schedule(component, every, None, None, None, names)
         # The parent's age counts on: frames fall where the parent's do.
         elapsed = self.parent._elapsed + self.segment.elapsed + self.tick - self.segment.start
         experiment = self.parent._header.get("experiment")

@@ -124,7 +124,7 @@ class Container:
         for offset, length in self._metadata:
             opcode, body = next(self._records(memoryview(self._read(offset, length))), (0, memoryview(b"")))
             if opcode != _METADATA_OP:
-                raise self._damaged("a Metadata record")
+                raise self._damage_error("a Metadata record")
             name, rest = self._text(body)
             texts, rest = {}, rest[4:]
             while rest:
@@ -139,7 +139,7 @@ class Container:
             (length,) = struct.unpack_from("<I", data)
             return str(data[4 : 4 + length], "utf-8"), data[4 + length :]
         except (struct.error, UnicodeDecodeError) as error:
-            raise self._damaged("a Metadata record") from error
+            raise self._damage_error("a Metadata record") from error
 
     def _forget(self) -> None:
         total = sum(map(_bytes_held, self._cache.values()))
@@ -189,17 +189,17 @@ class Container:
         opcode, length = _RECORD.unpack_from(tail)
         start, _, crc = _FOOTER.unpack_from(tail, _RECORD.size)
         if opcode != _FOOTER_OP or length != _FOOTER.size or not len(MAGIC) <= start <= end:
-            raise self._damaged("the footer")
+            raise self._damage_error("the footer")
         summary = self._read(start, end - start)
         if zlib.crc32(tail[:-4], zlib.crc32(summary)) != crc:
-            raise self._damaged("the summary")
+            raise self._damage_error("the summary")
         return start, summary
 
     def _check_places(self, end: int) -> None:
         before = len(MAGIC)
         for offset, length in self._places:
             if offset < before or length < _RECORD.size or offset + length > end:
-                raise self._damaged("the index of chunks")
+                raise self._damage_error("the index of chunks")
             before = offset + length
 
     def _scan(self) -> Iterator[tuple[int, int]]:
@@ -237,16 +237,16 @@ class Container:
         opcode, body_length = _RECORD.unpack_from(data)
         head = _RECORD.size + _CHUNK.size
         if opcode != _CHUNK_OP or body_length != length - _RECORD.size or length < head + 8:
-            raise self._damaged(place)
+            raise self._damage_error(place)
         _, _, size, crc, name_length = _CHUNK.unpack_from(data, _RECORD.size)
         name = data[head : head + name_length]
         begin = head + name_length + 8
         if begin > length or struct.unpack_from("<Q", data, begin - 8)[0] != length - begin:
-            raise self._damaged(place)
+            raise self._damage_error(place)
         self._caps.chunk(size)
         content = self._decompress(memoryview(data)[begin:], name, size, place)
         if crc == 0 or zlib.crc32(content) != crc:
-            raise self._damaged(place)
+            raise self._damage_error(place)
         return content
 
     def _decompress(self, data: memoryview, name: bytes, size: int, place: str) -> bytes:
@@ -259,11 +259,11 @@ class Container:
                 # One byte more than declared is enough to notice a bomb, and all that it may unfold to.
                 content = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
             except (RuntimeError, ValueError, EOFError, OverflowError, MemoryError) as error:
-                raise self._damaged(place) from error
+                raise self._damage_error(place) from error
         else:
             raise LogError(f"log {str(self.path)!r}: {place} is compressed with {name[:20]!r}; logs of granular-env use lz4")
         if len(content) != size:
-            raise self._damaged(place)
+            raise self._damage_error(place)
         return content
 
     def _parse_messages(self, content: bytes, compressed: int) -> list[RawMessage]:
@@ -274,10 +274,10 @@ class Container:
                 self._add_channel(body)
             elif opcode == _MESSAGE_OP:
                 if len(body) < _MESSAGE.size:
-                    raise self._damaged("a message")
+                    raise self._damage_error("a message")
                 channel, sequence, *times = _MESSAGE.unpack_from(body)
                 if channel not in self._channels:
-                    raise self._damaged("a message of an unknown channel")
+                    raise self._damage_error("a message of an unknown channel")
                 messages.append(RawMessage(self._channels[channel], sequence, times[0], times[1], body[_MESSAGE.size :]))
         return messages
 
@@ -286,32 +286,32 @@ class Container:
             number, _, length = struct.unpack_from("<HHI", body)
             topic = str(body[8 : 8 + length], "utf-8")
         except (struct.error, UnicodeDecodeError) as error:
-            raise self._damaged("a channel") from error
+            raise self._damage_error("a channel") from error
         if self._channels.setdefault(number, topic) != topic:
-            raise self._damaged("a channel with two topics")
+            raise self._damage_error("a channel with two topics")
 
     def _records(self, view: memoryview) -> Iterator[tuple[int, memoryview]]:
         offset = 0
         while offset < len(view):
             if offset + _RECORD.size > len(view):
-                raise self._damaged("a record")
+                raise self._damage_error("a record")
             opcode, length = _RECORD.unpack_from(view, offset)
             offset += _RECORD.size
             if offset + length > len(view):
-                raise self._damaged("a record")
+                raise self._damage_error("a record")
             yield opcode, view[offset : offset + length]
             offset += length
 
     def _read(self, offset: int, length: int) -> bytes:
         if offset + length > self._size:
-            raise self._damaged("its end")
+            raise self._damage_error("its end")
         self._file.seek(offset)
         data = self._file.read(length)
         if len(data) != length:
-            raise self._damaged(f"what follows byte {offset}")
+            raise self._damage_error(f"what follows byte {offset}")
         return data
 
-    def _damaged(self, what: str) -> LogError:
+    def _damage_error(self, what: str) -> LogError:
         damage = f"log {str(self.path)!r} is damaged: {what} is not what was written"
         return LogError(Fault(received=damage, hint=_RECOVER))
 

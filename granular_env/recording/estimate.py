@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..components.component import Component
-from .options import checked_names, checked_schedule
+from .options import make_schedule, names_to_record
 
 # What a frame takes beside its numbers, and a log beside its records [bytes].
 _FRAME_BYTES, _LOG_BYTES = 100, 20_000
@@ -24,8 +24,8 @@ def estimated_bytes(
     experiment: Any = None,
 ) -> int:
     """Return how many bytes a recording of so many ticks takes at most, before compression; arguments as for `record`."""
-    names = checked_names(component, variables)
-    schedule = checked_schedule(component, every, hash_every, key_every, experiment, names)
+    names = names_to_record(component, variables)
+    schedule = make_schedule(component, every, hash_every, key_every, experiment, names)
     numbers = sum(math.prod(component.variables[name].shape) for name in names)
     if schedule.frame_every:
         frames = ticks // schedule.frame_every + 1

@@ -19,7 +19,7 @@ _LARGEST = 1e9
 _NEARLY = 1.1
 
 
-def chosen_exaggeration(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
+def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
     """Return a factor 1, 2 or 5 x 10^k, at least 1, by which displacements can be multiplied for the eye.
 
     Two limits: no two neighbours (in a row along x, in a plane and in space those that nearly touch) come closer than half a

@@ -12,7 +12,7 @@ from .writer import Recorder
 
 
 @contextmanager
-def left_log_told(recorder: Recorder) -> Iterator[None]:
+def note_log_on_error(recorder: Recorder) -> Iterator[None]:
     """Add a note to an error that ends a recorded run: where the log is, and until when it is complete.
 
     Enter it before the recorder, so that the log is closed by the time that it is looked at.
@@ -20,11 +20,11 @@ def left_log_told(recorder: Recorder) -> Iterator[None]:
     try:
         yield
     except GranularError as error:
-        error.add_note(_told(recorder.path) if recorder.published else f"log: what stood at {str(recorder.path)!r} is kept")
+        error.add_note(_log_note(recorder.path) if recorder.published else f"log: what stood at {str(recorder.path)!r} is kept")
         raise
 
 
-def _told(path: str | os.PathLike[str]) -> str:
+def _log_note(path: str | os.PathLike[str]) -> str:
     name = os.fspath(path)
     try:
         with open_log(path, allow_large=True) as log:

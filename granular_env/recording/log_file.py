@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..components.errors import Fault, LogError, Option, ParameterError
-from ..writing import advice_for, refused_unless_file
+from ..writing import advice_for, resolve_file
 from .container import MAGIC
 
 
@@ -81,7 +81,7 @@ def create(path: Path, overwrite: bool) -> LogFile:
         LogError: the file cannot be written.
     """
     try:
-        target = refused_unless_file(path)
+        target = resolve_file(path)
         if os.path.lexists(path) and not overwrite:
             raise _existing(path)
         target.parent.mkdir(parents=True, exist_ok=True)

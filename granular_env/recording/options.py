@@ -14,8 +14,8 @@ from ..components.errors import ParameterError, nearest
 from .schedule import HASH_EVERY, Schedule, doubling_for, frames_for
 
 
-def checked_names(component: Component, variables: Sequence[str] | None) -> list[str]:
-    """Names to record, by default the state and what viewers draw; the entries of the balances always come along."""
+def names_to_record(component: Component, variables: Sequence[str] | None) -> list[str]:
+    """Return the names to record, by default the state and what viewers draw; the balances' entries always come along."""
     if variables is None:
         variables = [*(v.name for v in component.variables.values() if v.state), *drawn_outputs(component.drawables())]
     if isinstance(variables, str):
@@ -27,7 +27,7 @@ def checked_names(component: Component, variables: Sequence[str] | None) -> list
     return list(dict.fromkeys([*variables, *component.balance_names]))
 
 
-def checked_schedule(
+def make_schedule(
     component: Component,
     every: float | None,
     hash_every: int | None,

@@ -34,7 +34,7 @@ import numpy as np
 from ..colours import diverging
 from ..components.drawables import Cells, Curve, Drawable, Links, Points, main_points, spatial
 from . import cdr, schemas
-from .exaggeration import chosen_exaggeration
+from .exaggeration import choose_exaggeration
 
 # About so long lasts the whole run on the slow clock [s].
 _SHOWN_SECONDS = 10.0
@@ -285,7 +285,7 @@ class Scene:
         moved = np.stack([_vectors(frame.drawn[points.displacement], blocks) for frame in frames])
         lift, height = _lift_and_height(*_extent(points))
         largest = _largest(frames, points.colour)
-        factor = chosen_exaggeration(reference, radius, moved)
+        factor = choose_exaggeration(reference, radius, moved)
         return Scene(points, blocks, reference + [0.0, 0.0, lift], radius, factor, lift, largest, height)
 
     def pictures(self, frame: PreviewFrame) -> Iterator[tuple[Topic, list[bytes | memoryview]]]:
@@ -307,9 +307,9 @@ class Scene:
         return np.rint(extreme * _HEIGHT_STEPS) / _HEIGHT_STEPS
 
     def _places(self, displacement: np.ndarray) -> np.ndarray:
-        return self._rounded(self.reference + self.exaggeration * _vectors(displacement, self.blocks))
+        return self._round_lengths(self.reference + self.exaggeration * _vectors(displacement, self.blocks))
 
-    def _rounded(self, lengths: np.ndarray) -> np.ndarray:
+    def _round_lengths(self, lengths: np.ndarray) -> np.ndarray:
         """Return lengths in steps of a power of two: numbers of few digits compress well."""
         step = 2.0 ** math.frexp(self.radius.min() / _PLACES_PER_RADIUS)[1]
         return np.rint(lengths / step) * step
@@ -325,7 +325,7 @@ class Scene:
         tops = np.flatnonzero(part)
         owner = np.concatenate([*owners, tops])
         points = places[owner]
-        points[:, 2] += self._rounded(np.concatenate([*heights, part[tops]]) * self.height)
+        points[:, 2] += self._round_lengths(np.concatenate([*heights, part[tops]]) * self.height)
         return points, colours[owner]
 
 

@@ -16,7 +16,7 @@ from ..components.drawables import Drawable
 from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest, shortened
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
-from ..writing import counted
+from ..writing import count_of
 from . import steps as step_records
 from .build import build
 from .caps import Caps
@@ -124,7 +124,7 @@ class Log:
 
     def __repr__(self) -> str:
         state = "complete" if self.complete else "incomplete"
-        size = f"{counted(self.calls, 'call')}, {counted(self.end_tick - self.start_tick, 'tick')}, {self.duration:g} s"
+        size = f"{count_of(self.calls, 'call')}, {count_of(self.end_tick - self.start_tick, 'tick')}, {self.duration:g} s"
         return f"<Log {str(self.path)!r}: {self._header.get('component')}, {size}, {state}>"
 
     def close(self) -> None:
@@ -298,7 +298,7 @@ class Log:
             ticks, values = [], []
             for segment in self.segments:
                 held = self.snapshot(segment, segment.start).inputs
-                own, samples = step_records.sampled(self.steps_of(segment), held, name, segment.end)
+                own, samples = step_records.sample_input(self.steps_of(segment), held, name, segment.end)
                 ticks.append(self._log_tick(segment.number, own))
                 values.append(samples)
             nothing = np.zeros(0), np.zeros((0, *self.input_variables[name].shape))

@@ -9,7 +9,7 @@ from typing import Any
 from ..components.component import Component
 from .facts import plain_json
 from .log_file import create
-from .options import checked_names, checked_schedule
+from .options import make_schedule, names_to_record
 from .sink import as_path
 from .writer import Recorder
 
@@ -53,7 +53,7 @@ def record(
         LogError: the file cannot be written.
     """
     target = as_path(path)
-    names = checked_names(component, variables)
-    schedule = checked_schedule(component, every, hash_every, key_every, experiment, names)
+    names = names_to_record(component, variables)
+    schedule = make_schedule(component, every, hash_every, key_every, experiment, names)
     facts = plain_json("experiment", experiment), plain_json("parent", parent)
     return Recorder(component, target, create(target, overwrite), names, schedule, *facts)

@@ -203,7 +203,7 @@ class _Replay:
         for row in self.log._index.select(HASHES, 0, segment.number):
             record = self.log._record(row)
             ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
-            width = len(self._hashed_names())
+            width = len(self._names_to_hash())
             if ticks is None or rows is None or rows.shape != (record.count, width) or ticks.shape != (record.count,):
                 raise LogError(f"log {str(self.log.path)!r}: a record of hashes has the wrong form")
             if rows.dtype != np.int64 or ticks.dtype != np.int64 or (np.diff(ticks) <= 0).any() or ticks[0] < row[FIRST]:
@@ -244,7 +244,7 @@ class _Replay:
 
     def _check_hash(self, tick: int, row: np.ndarray) -> None:
         own = hash_row(self.component, self._state(), list(self.log.input_variables))
-        for name, here, there in zip(self._hashed_names(), own.tolist(), row.tolist(), strict=True):
+        for name, here, there in zip(self._names_to_hash(), own.tolist(), row.tolist(), strict=True):
             if here != there:
                 raise Difference(name, tick, None, self._start_reason(tick))
             self._agreed[name] = tick
@@ -302,7 +302,7 @@ class _Replay:
     def _state(self) -> list[str]:
         return [v.name for v in self.component.variables.values() if v.state]
 
-    def _hashed_names(self) -> list[str]:
+    def _names_to_hash(self) -> list[str]:
         return [*self._state(), "state", *self.log.input_variables]
 
     # -- what the header says -----------------------------------------------------------------------------------------------

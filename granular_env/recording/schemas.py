@@ -107,10 +107,10 @@ def _point_cloud_head() -> bytes:
     names = ("blue", "green", "red", "alpha")
     fields += [Field(name=name, offset=12 + place, type=Field.UINT8) for place, name in enumerate(names)]
     fields.append(Field(name="rgba", offset=12, type=Field.UINT32))
-    return PointCloud(frame_id=FRAME, pose=_unturned(), point_stride=_POINT.itemsize, fields=fields).SerializeToString()
+    return PointCloud(frame_id=FRAME, pose=_pose(), point_stride=_POINT.itemsize, fields=fields).SerializeToString()
 
 
-def _unturned(**position: float) -> Any:
+def _pose(**position: float) -> Any:
     from foxglove_schemas_protobuf.Pose_pb2 import Pose
     from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
     from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
@@ -153,7 +153,7 @@ def _sphere() -> np.ndarray:
     from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
     from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
-    sphere = SpherePrimitive(pose=_unturned(**_PLACE), size=Vector3(**_SIZE), color=Color(**_COLOUR, a=1.0))
+    sphere = SpherePrimitive(pose=_pose(**_PLACE), size=Vector3(**_SIZE), color=Color(**_COLOUR, a=1.0))
     written = SceneEntity(spheres=[sphere]).SerializeToString()
     numbers = {**_PLACE, **{f"size {axis}": number for axis, number in _SIZE.items()}, **_COLOUR}
     starts = [written.index(np.array(number, dtype="<f8").tobytes()) for number in numbers.values()]

@@ -164,7 +164,7 @@ def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.nd
     return array
 
 
-def sampled(steps: Steps, start: Mapping[str, Held], name: str, end: int) -> tuple[np.ndarray, np.ndarray]:
+def sample_input(steps: Steps, start: Mapping[str, Held], name: str, end: int) -> tuple[np.ndarray, np.ndarray]:
     """Return ticks (n,) and values (n, ...) of one input for plotting: at each change; a profile also in between."""
     places, values = steps.sets.get(name, (np.zeros(0, np.int64), []))
     begins = [int(steps.marks[0]), *steps.marks[places].tolist()]

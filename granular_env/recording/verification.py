@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ..writing import counted
+from ..writing import count_of
 from .facts import machine, versions
 
 Outcome = Literal["identical", "different", "incomplete", "nothing was compared"]
@@ -63,10 +63,9 @@ class Verification:
     @property
     def message(self) -> str:
         """The verdict for people: a line for what was compared, and one for each difference and each part left out."""
-        kinds = (
-            f"{counted(self.frames, 'frame')}, {counted(self.hashes, 'hash', 'hashes')}, {counted(self.snapshots, 'snapshot')}"
-        )
-        size = f"{counted(self.calls, 'call')} of step, {counted(self.ticks, 'tick')} ({kinds})"
+        hashes = count_of(self.hashes, "hash", "hashes")
+        kinds = f"{count_of(self.frames, 'frame')}, {hashes}, {count_of(self.snapshots, 'snapshot')}"
+        size = f"{count_of(self.calls, 'call')} of step, {count_of(self.ticks, 'tick')} ({kinds})"
         lines = [f"{self.outcome}: {self._summary(size, kinds)}", *self.notes]
         if self.variable is None and self.ticks:
             if self.missing:

@@ -42,7 +42,7 @@ class Bundles:
             bundle.append(self._waiting.popleft())
         return bundle
 
-    def timed(self, tasks: int, seconds: float) -> None:
+    def note_time(self, tasks: int, seconds: float) -> None:
         """How long so many tasks took."""
         each = max(seconds / max(tasks, 1), 1e-6)
         self._each = each if self._each is None else 0.5 * (self._each + each)
@@ -51,7 +51,7 @@ class Bundles:
         """Tasks that nobody has begun wait again."""
         self._waiting.extendleft(reversed(orders))
 
-    def lost(self, orders: Sequence[Order], reason: str) -> list[Result]:
+    def requeue(self, orders: Sequence[Order], reason: str) -> list[Result]:
         """Tasks whose worker ended before it told of them wait again, alone; the results of those that are given up."""
         again = [dataclasses.replace(order, attempts=order.attempts + 1) for order in orders]
         self._waiting.extendleft(order for order in reversed(again) if order.attempts < ATTEMPTS)

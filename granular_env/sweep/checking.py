@@ -21,7 +21,7 @@ _MOST_TRIED = 8
 _MOST_KINDS = 32
 
 
-def checked(plan: Plan, job: Job, orders: Mapping[str, Order]) -> dict[str, str]:
+def validate_plan(plan: Plan, job: Job, orders: Mapping[str, Order]) -> dict[str, str]:
     """Hold the plan against its component; return the units of its columns.
 
     Raises:
@@ -32,7 +32,7 @@ def checked(plan: Plan, job: Job, orders: Mapping[str, Order]) -> dict[str, str]
         tried = list(orders.values())[:: max(1, len(orders) // _MOST_TRIED)][: _MOST_TRIED + 1]
         for order in tried:
             try:
-                ready = computer.prepared(order)
+                ready = computer.prepare_task(order)
             except GranularError as error:
                 faults.append(error)
                 continue
@@ -47,14 +47,14 @@ def _refuse_idle_seeds(plan: Plan, computer: Computer, order: Order, ready: Prep
     if seeds is None or seeds.count == 1:
         return
     others = {key: value ^ 1 if key in seeds.keys else value for key, value in order.overrides}
-    other = computer.prepared(Order("", tuple(others.items()))).component
+    other = computer.prepare_task(Order("", tuple(others.items()))).component
     if other.identity == ready.component.identity and other.save().to_bytes() == ready.component.save().to_bytes():
         same = f"{', '.join(seeds.keys)} changes nothing in this {ready.component.name}, all repetitions would be the same"
         hint = 'name the key that is a seed, such as keys = ["component.arrangement.seed"]'
-        raise ExperimentError(plan.located(Fault(("seeds", "keys"), same, hint=hint)))
+        raise ExperimentError(plan.locate_fault(Fault(("seeds", "keys"), same, hint=hint)))
 
 
-def warmed(job: Job, orders: Iterable[Order], folder: Path) -> None:
+def compile_kernels(job: Job, orders: Iterable[Order], folder: Path) -> None:
     """Compile what the tasks need, once, before many processes would do it at the same time; `folder` is the results'."""
     computer = Computer(job, folder)
     for order in list(_kinds(orders).values())[:_MOST_KINDS]:

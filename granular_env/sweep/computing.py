@@ -19,7 +19,7 @@ from granular_env.components.support.kernel_cache import cache_folder
 from granular_env.experiments import load_experiment
 from granular_env.experiments.prepare import Prepared, prepare
 
-from .files import written
+from .files import write_files
 from .looks import Looks
 from .measures import Measure
 
@@ -96,9 +96,9 @@ class Computer:
     def __init__(self, job: Job, folder: Path) -> None:
         self._job, self._inputs, self._logs = job, folder / "inputs", folder / "logs"
         if not all((self._inputs / name).exists() for name in job.files):
-            written(job.files, self._inputs)
+            write_files(job.files, self._inputs)
 
-    def prepared(self, order: Order) -> Prepared:
+    def prepare_task(self, order: Order) -> Prepared:
         """Return a task's experiment, ready to run, and its measures; raise `GranularError` where they do not fit."""
         experiment = load_experiment(self._job.document, dict(order.overrides), self._inputs)
         ready = prepare(experiment)
@@ -115,7 +115,7 @@ class Computer:
                 pass  # The task itself will tell.
 
     def _briefly(self, order: Order) -> None:
-        ready = self.prepared(order)
+        ready = self.prepare_task(order)
         component, experiment = ready.component, ready.experiment
         every = self._job.every or experiment.record.every
         ticks = min(ready.ticks, _WARMING_FRAMES * (component.ticks_in(every) if every else 1))

@@ -18,7 +18,7 @@ def names_a_file(key: str, value: Any) -> bool:
     return isinstance(value, str) and key.startswith("input.") and key.endswith(".path")
 
 
-def gathered(
+def gather_files(
     document: Mapping[str, Any], folder: Path, assigned: Iterable[tuple[str, Any]]
 ) -> tuple[dict[str, Any], dict[str, str], dict[str, bytes]]:
     """Return an experiment whose CSV files are named by their content.
@@ -38,7 +38,7 @@ def gathered(
     names: dict[str, str] = {}
     contents: dict[str, bytes] = {}
 
-    def named(path: str) -> str:
+    def name_by_content(path: str) -> str:
         if path not in names:
             data = _read(folder / path)
             names[path] = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
@@ -46,14 +46,14 @@ def gathered(
         return names[path]
 
     for table in _csv_tables(changed.get("input", {})):
-        table["path"] = named(table["path"])
+        table["path"] = name_by_content(table["path"])
     for key, value in assigned:
         if names_a_file(key, value):
-            named(value)
+            name_by_content(value)
     return changed, names, contents
 
 
-def written(contents: Mapping[str, bytes], folder: Path) -> None:
+def write_files(contents: Mapping[str, bytes], folder: Path) -> None:
     """Put them where the tasks look for them."""
     if contents:
         folder.mkdir(parents=True, exist_ok=True)

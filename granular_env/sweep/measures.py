@@ -89,14 +89,14 @@ class Figure:
 
     def of(self, report: Mapping[str, float]) -> float:
         """Its value; `ParameterError` where the component reports none of that name, or several."""
-        return float(report[self._found(report)])
+        return float(report[self._report_name(report)])
 
     def unit(self, component: Component) -> str:
         """Return the unit that the figure's name ends with."""
-        match = re.search(r"\[([^\[\]]+)\]$", self._found(component.report()))
+        match = re.search(r"\[([^\[\]]+)\]$", self._report_name(component.report()))
         return match[1] if match else "1"
 
-    def _found(self, report: Mapping[str, float]) -> str:
+    def _report_name(self, report: Mapping[str, float]) -> str:
         fitting = [name for name in report if name.startswith(self.name)]
         found = self.name if self.name in report else fitting[0] if len(fitting) == 1 else None
         if found is None:

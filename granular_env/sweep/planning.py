@@ -12,12 +12,12 @@ from granular_env.experiments import Experiment
 
 from .axes import Choice
 from .computing import Job, program
-from .files import gathered
+from .files import gather_files
 from .plan import Plan
 from .tasks import Task, axes, basis_of, make_tasks
 
 
-def planned(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
+def plan_tasks(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
     """Return what the tasks share, the tasks, and their description in the results' folder.
 
     Raises:
@@ -26,7 +26,7 @@ def planned(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
     experiment = plan.load_experiment()
     grid = axes(plan)
     assigned = [(key, value) for key, values in grid.items() for value in values]
-    document, names, contents = gathered(experiment.to_dict(), experiment.folder, [*assigned, *_choices(plan)])
+    document, names, contents = gather_files(experiment.to_dict(), experiment.folder, [*assigned, *_choices(plan)])
     try:
         basis = basis_of(document, plan, program())
         tasks = make_tasks(plan, basis, names)
@@ -35,7 +35,7 @@ def planned(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
             f"{plan.origin}: a value cannot be written as JSON: {error}; take numbers, texts, lists"
         ) from None
     job = Job(document, contents, plan.measure, plan.every, program())
-    return job, tasks, _described(plan, experiment, grid, tasks)
+    return job, tasks, _describe(plan, experiment, grid, tasks)
 
 
 def _choices(plan: Plan) -> list[tuple[str, Any]]:
@@ -44,7 +44,7 @@ def _choices(plan: Plan) -> list[tuple[str, Any]]:
     return [(key, value) for key, one in drawn if isinstance(one, Choice) for value in one.values]
 
 
-def _described(plan: Plan, experiment: Experiment, grid: dict[str, list[Any]], tasks: list[Task]) -> dict[str, Any]:
+def _describe(plan: Plan, experiment: Experiment, grid: dict[str, list[Any]], tasks: list[Task]) -> dict[str, Any]:
     return {
         "name": plan.title,
         "plan": hashlib.sha256(canonical_json([task.hash for task in tasks])).hexdigest()[:32],

@@ -12,13 +12,13 @@ from typing import Any
 from granular_env.components.errors import ParameterError, SweepError, shortened
 from granular_env.documents import Overrides
 from granular_env.progress import Progress
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 
 from . import engines
-from .checking import checked, warmed
+from .checking import compile_kernels, validate_plan
 from .computing import Order, Result
 from .plan import Plan, load_plan
-from .planning import planned
+from .planning import plan_tasks
 from .store import Store
 from .table import Sweep
 from .tasks import Task, refuse_too_many
@@ -60,12 +60,12 @@ def run_sweep(
         SweepError: the results cannot be kept, or the cluster cannot be used; what is done is kept.
         MissingExtraError: pyarrow, or Ray for its engine, is not installed.
     """
-    needed("pyarrow", "the table of a sweep")
+    import_optional("pyarrow", "the table of a sweep")
     loaded = load_plan(plan, overrides)
     refuse_too_many(loaded, allow_large)
-    job, tasks, about = planned(loaded)
+    job, tasks, about = plan_tasks(loaded)
     wanted = _orders(loaded, tasks)
-    about["units"] = checked(loaded, job, wanted)
+    about["units"] = validate_plan(loaded, job, wanted)
     engines.check(engine, workers, address)
     with Store(_folder(folder) if folder is not None else _default_folder(loaded)) as store:
         known = {
@@ -77,9 +77,9 @@ def run_sweep(
         sweep = Sweep(store.folder, about, known)
         try:
             if waiting:
-                warmed(job, waiting, store.folder)
+                compile_kernels(job, waiting, store.folder)
                 stream = engines.results(engine, job, waiting, store.folder, workers, address)
-                sweep.interrupted = _gathered(stream, store, known, len(wanted), loaded.title, progress)
+                sweep.interrupted = _collect(stream, store, known, len(wanted), loaded.title, progress)
         except SweepError:
             with suppress(SweepError):
                 sweep.write()
@@ -98,12 +98,12 @@ def check_sweep(
     """
     loaded = load_plan(plan, overrides)
     refuse_too_many(loaded, allow_large)
-    job, tasks, _ = planned(loaded)
-    checked(loaded, job, _orders(loaded, tasks))
+    job, tasks, _ = plan_tasks(loaded)
+    validate_plan(loaded, job, _orders(loaded, tasks))
     return loaded
 
 
-def _gathered(stream: Any, store: Store, known: dict[str, Result], size: int, title: str, progress: Progress) -> bool:
+def _collect(stream: Any, store: Store, known: dict[str, Result], size: int, title: str, progress: Progress) -> bool:
     """Keep results as they come; whether Ctrl-C ended it."""
     from .telling import bar
 

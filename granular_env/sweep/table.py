@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from granular_env.components.errors import SweepError
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 from granular_env.writing import replacing
 
 from .computing import Result
@@ -109,7 +109,7 @@ class Sweep:
     @cached_property
     def arrow(self) -> Any:
         """The table as a `pyarrow.Table`: what the Parquet file holds."""
-        pyarrow = needed("pyarrow", "the table of a sweep")
+        pyarrow = import_optional("pyarrow", "the table of a sweep")
         floats, texts = set(self.description["measures"]), {"outcome", "error", "notes", "hash", "log"}
         kinds = dict.fromkeys(floats, pyarrow.float64()) | dict.fromkeys(texts, pyarrow.string())
         with _unusable(self.folder):
@@ -120,7 +120,7 @@ class Sweep:
     @cached_property
     def table(self) -> Any:
         """The table as a `pandas.DataFrame`; `columns` gives the same without pandas."""
-        needed("pandas", "the table of a sweep")
+        import_optional("pandas", "the table of a sweep")
         return self.arrow.to_pandas()
 
     @cached_property
@@ -129,7 +129,7 @@ class Sweep:
 
         Drawn values are coordinates along ``sample``; ``outcome`` says where a task failed or is pending.
         """
-        xarray = needed("xarray", "the dataset of a sweep")
+        xarray = import_optional("xarray", "the dataset of a sweep")
         about, columns = self.description, self.columns()
         dims = {key: _alike([_plain(value) for value in values]) for key, values in about["grid"].items()}
         if about["samples"]:
@@ -154,7 +154,7 @@ class Sweep:
 
     def write(self) -> Path:
         """Write the table as Parquet and as CSV, each whole or not at all; return the path of the first."""
-        needed("pyarrow", "the table of a sweep")
+        import_optional("pyarrow", "the table of a sweep")
         import pyarrow.parquet as parquet
 
         path = self.folder / TABLE

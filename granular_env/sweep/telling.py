@@ -10,7 +10,7 @@ from time import perf_counter
 
 from granular_env.progress import Progress, progress_bar
 from granular_env.terminal import printable, table
-from granular_env.writing import counted
+from granular_env.writing import count_of
 
 from .computing import Result
 from .store import CSV, TABLE
@@ -53,7 +53,7 @@ def closing(sweep: Sweep) -> str:
     """How it went, where the table is, and the lines that open it."""
     pending = sweep.size - sweep.done - sweep.failed
     waiting = f", {pending} pending" if pending else ""
-    lines = [f"{counted(sweep.size, 'task')}: {sweep.done} done, {sweep.failed} failed{waiting}"]
+    lines = [f"{count_of(sweep.size, 'task')}: {sweep.done} done, {sweep.failed} failed{waiting}"]
     errors = list(sweep.errors.items())
     lines += [f"failed: task {number}: {error}" for number, error in errors[:_MOST_ERRORS]]
     if len(errors) > _MOST_ERRORS:

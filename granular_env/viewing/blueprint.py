@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from .extras import needed
+from .extras import import_optional
 from .footage import Footage, Motion
-from .plots import Plot, shown_plots
+from .plots import Plot, select_plots
 from .scene import TIMELINE, Scales, is_plane, whole_camera
 from .views import Views
 
@@ -25,9 +25,9 @@ def blueprint(footage: Footage, scales: Scales | None, views: Views | None, dura
         views: of the component's domain; None where there are no particles.
         duration: of the run [s], which sets the playback speed; None for a run that is still going on.
     """
-    rrb = needed("rerun.blueprint", "the viewer")
+    rrb = import_optional("rerun.blueprint", "the viewer")
     shown: list[Any] = [rrb.TextDocumentView(origin="caption", name="What you see")]
-    scalars = shown_plots(footage, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
+    scalars = select_plots(footage, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
     if scalars:
         shown.insert(0, rrb.Vertical(*(_plot(rrb, plot) for plot in scalars)))
     motion = footage.motion

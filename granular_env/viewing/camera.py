@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .extras import needed
+from .extras import import_optional
 
 # Distance in widths: the ends are seen at 18 degrees. Further away, rerun's single precision frays the spheres.
 _DISTANCE = 1.5
@@ -47,7 +47,7 @@ class Camera:
 
     def send(self, recording: Any) -> None:
         """Put the camera into the scene."""
-        rr = needed("rerun", "the viewer")
+        rr = import_optional("rerun", "the viewer")
         distance = _DISTANCE * self.width
         width, height = self._image
         x, other = self.middle
@@ -58,7 +58,7 @@ class Camera:
 
     def view(self, name: str, contents: list[str]) -> Any:
         """Return a pane that shows entities through this camera."""
-        rrb = needed("rerun.blueprint", "the viewer")
+        rrb = import_optional("rerun.blueprint", "the viewer")
         across, down = self._image
         return rrb.Spatial2DView(
             origin=self.path,

@@ -14,10 +14,10 @@ import numpy.typing as npt
 from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
 from granular_env.components.support.arrays import FloatArray
 
-from .extras import needed
+from .extras import import_optional
 from .fields import Field
 from .footage import Curve
-from .units import labelled
+from .units import label_with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,12 +54,12 @@ DARK = {
 }  # fmt: skip
 
 
-def styled(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+def with_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Wrap a drawing function: it runs in our style and leaves matplotlib's settings alone."""
 
     @functools.wraps(draw)
     def inside(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        with needed("matplotlib", "figures").rc_context(_STYLE):
+        with import_optional("matplotlib", "figures").rc_context(_STYLE):
             return draw(*args, **kwargs)
 
     return inside
@@ -67,13 +67,13 @@ def styled(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
 
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure [inch], outside pyplot."""
-    return needed("matplotlib.figure", "figures").Figure(figsize=(width, height), layout="constrained")
+    return import_optional("matplotlib.figure", "figures").Figure(figsize=(width, height), layout="constrained")
 
 
 def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
     """Draw the figure into pixels."""
     figure.set_dpi(dots_per_inch)
-    drawn = needed("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure)
+    drawn = import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure)
     drawn.draw()
     return drawn
 
@@ -82,7 +82,9 @@ def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     """Return a figure as the bytes of a PNG file; the same figure gives the same bytes."""
     buffer = io.BytesIO()
     figure.set_dpi(dots_per_inch)
-    needed("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})
+    import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure).print_png(
+        buffer, metadata={"Software": None}
+    )
     # The places are worked out; drawn once more, the figure need not do it again.
     figure.set_layout_engine("none")
     return buffer.getvalue()
@@ -98,8 +100,8 @@ def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
     """
     buffer = io.StringIO()
     figure.set_dpi(dots_per_inch)
-    with needed("matplotlib", "figures").rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
-        canvas_class = needed("matplotlib.backends.backend_svg", "figures").FigureCanvasSVG
+    with import_optional("matplotlib", "figures").rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        canvas_class = import_optional("matplotlib.backends.backend_svg", "figures").FigureCanvasSVG
         canvas_class(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
     drawn = buffer.getvalue()
     return page_svg(drawn[drawn.index("<svg") :])
@@ -133,7 +135,7 @@ def draw_space_time(
         limit: the value at the ends of the colour map; None for the largest magnitude.
         ends: first and last instant of the diagram [s]; None for those of the field.
     """
-    colors = needed("matplotlib.colors", "figures")
+    colors = import_optional("matplotlib.colors", "figures")
     limit = limit or symmetric_limit(shown.values)
     first, last = ends or (float(shown.times[0]), float(shown.times[-1]))
     scale, unit = time_unit(last)
@@ -146,7 +148,7 @@ def draw_space_time(
         extent=(-0.5 * shown.every, (shown.values.shape[1] - 0.5) * shown.every, start, end if end > start else start + 1.0),
     )  # fmt: skip
     axes.grid(False)
-    axes.xaxis.set_major_locator(needed("matplotlib.ticker", "figures").MaxNLocator(integer=True))
+    axes.xaxis.set_major_locator(import_optional("matplotlib.ticker", "figures").MaxNLocator(integer=True))
     axes.set(xlabel=place_axis(shown), ylabel=f"time [{unit}]")
     bar = figure.colorbar(image, ax=axes, label=quantity(shown), pad=0.02)
     if shown.values.size and float(np.nanmin(shown.values, initial=0.0)) >= 0.0 and ends is None:
@@ -185,7 +187,9 @@ def draw_curves(axes: Axes, curves: Sequence[Curve], label: str) -> None:
     """Scalars in time, with a legend."""
     scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
     for place, curve in enumerate(curves):
-        axes.plot(*broken(curve.times * scale, curve.values, curve.cuts), label=curve.name.replace("_", " "), **line(place))
+        axes.plot(
+            *insert_gaps(curve.times * scale, curve.values, curve.cuts), label=curve.name.replace("_", " "), **line(place)
+        )
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
     _show_zero_of_flat_curves(axes, curves)
@@ -204,7 +208,7 @@ def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
         axes.set_ylim(*sorted((0.0, 1.25 * largest)))
 
 
-def broken(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Return times and values with NaN before each cut, so that no line is drawn across it."""
     return np.insert(times, cuts, times[cuts]), np.insert(values, cuts, np.nan)
 
@@ -226,7 +230,7 @@ def markers(shown: Field) -> dict[str, Any]:
 
 def quantity(shown: Field) -> str:
     """Label of the quantity."""
-    return labelled(shown.variable.name, shown.variable.unit)
+    return label_with_unit(shown.variable.name, shown.variable.unit)
 
 
 def place_axis(shown: Field) -> str:

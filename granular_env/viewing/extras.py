@@ -17,7 +17,7 @@ _INSTALL = {
 }
 
 
-def needed(module: str, purpose: str) -> Any:
+def import_optional(module: str, purpose: str) -> Any:
     """Import the module and return it.
 
     Raises:

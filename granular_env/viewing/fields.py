@@ -13,7 +13,7 @@ from granular_env.components.contract import Variable
 from granular_env.components.drawables import main_points
 from granular_env.components.errors import ParameterError
 
-from .footage import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sampled
+from .footage import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sample_frames
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def load_field(log: Any, name: str, frames: int, progress: Callable[[float], Non
     every = -(-total // MAXIMUM_SHOWN_PARTICLES)
     count = -(-total // every)
     picked = evenly_picked(len(log.times(name)), max(2, min(frames, MAXIMUM_POINTS // count)))
-    times, values = sampled(log, name, picked, progress)
+    times, values = sample_frames(log, name, picked, progress)
     points = main_points(log.drawables)
     surplus = total - len(points.radius) if points is not None and _is_row(points.reference) else None
     place, axis = _axis(variable, surplus, points.name.removesuffix("s") if points is not None else "")

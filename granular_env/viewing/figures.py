@@ -17,10 +17,10 @@ from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
 
 from .drawing import (
-    broken,
     draw_curves,
     draw_space_time,
     indices,
+    insert_gaps,
     legend,
     line,
     markers,
@@ -29,13 +29,13 @@ from .drawing import (
     png,
     quantity,
     span,
-    styled,
     svg,
     time_unit,
+    with_style,
 )
 from .fields import Field, as_field
 from .footage import Curve, Footage, Motion
-from .units import labelled
+from .units import label_with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,7 +60,7 @@ FloatArray = npt.NDArray[np.float64]
 _REACHED = 0.05
 
 
-@styled
+@with_style
 def space_time(motion: Motion | Field, title: str = "", limit: float | None = None) -> Figure:
     """Draw the x-t diagram; `limit`: the value at the ends of the colour map (default: the largest magnitude)."""
     shown = as_field(motion)
@@ -71,7 +71,7 @@ def space_time(motion: Motion | Field, title: str = "", limit: float | None = No
     return figure
 
 
-@styled
+@with_style
 def headline(motion: Motion | Field, title: str = "") -> Figure:
     """Draw the x-t diagram, with the profile at the last instant above it."""
     shown = as_field(motion)
@@ -87,7 +87,7 @@ def headline(motion: Motion | Field, title: str = "") -> Figure:
     return figure
 
 
-@styled
+@with_style
 def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Figure:
     """Draw the quantity along the places at some instants [s] (default: four, evenly spaced).
 
@@ -109,7 +109,7 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Fi
     return figure
 
 
-@styled
+@with_style
 def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Figure:
     """Draw the quantity of some places in time (default: up to five that the wave reached).
 
@@ -123,7 +123,7 @@ def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Fi
     figure = new_figure(8.0, 4.2)
     axes = figure.subplots()
     for place, column in enumerate(columns):
-        times, values = broken(shown.times * scale, shown.values[:, column], shown.cuts)
+        times, values = insert_gaps(shown.times * scale, shown.values[:, column], shown.cuts)
         axes.plot(times, values, label=f"{shown.place} {column * shown.every}", **line(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=quantity(shown))
     axes.margins(x=0.0)
@@ -131,7 +131,7 @@ def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Fi
     return figure
 
 
-@styled
+@with_style
 def balance(footage: Footage, quantity: str = "energy") -> Figure | None:
     """Draw the entries of a balance in time, and below them its residual; None where there are none."""
     names = next((balance for balance in footage.balances if balance.quantity == quantity), None)
@@ -142,10 +142,10 @@ def balance(footage: Footage, quantity: str = "energy") -> Figure | None:
     figure = new_figure(8.0, 5.6 if residuals else 4.0)
     ratios = [3, 1] if residuals else [1]
     panels = np.atleast_1d(figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios))
-    draw_curves(panels[0], amounts, labelled(words, names.unit))
+    draw_curves(panels[0], amounts, label_with_unit(words, names.unit))
     if residuals:
         panels[0].set_xlabel("")
-        draw_curves(panels[1], residuals, labelled("residual", names.unit))
+        draw_curves(panels[1], residuals, label_with_unit("residual", names.unit))
         largest = max(float(np.nanmax(np.abs(curve.values))) for curve in amounts)
         relative = panels[1].secondary_yaxis("right", functions=(lambda amount: amount / largest, lambda part: part * largest))
         relative.set_ylabel(f"of the largest\n{words}")
@@ -153,7 +153,7 @@ def balance(footage: Footage, quantity: str = "energy") -> Figure | None:
     return figure
 
 
-@styled
+@with_style
 def curves(chosen: Sequence[Curve]) -> Figure:
     """Scalar curves (inputs, outputs), one panel for each unit."""
     units = list(dict.fromkeys(curve.unit for curve in chosen))
@@ -161,7 +161,7 @@ def curves(chosen: Sequence[Curve]) -> Figure:
     panels = np.atleast_1d(figure.subplots(len(units), 1, sharex=True))
     for panel, unit in zip(panels, units, strict=True):
         panel_curves = [curve for curve in chosen if curve.unit == unit]
-        draw_curves(panel, panel_curves, labelled(panel_curves[0].name if len(panel_curves) == 1 else "", unit).strip())
+        draw_curves(panel, panel_curves, label_with_unit(panel_curves[0].name if len(panel_curves) == 1 else "", unit).strip())
         if panel is not panels[-1]:
             panel.set_xlabel("")
     return figure

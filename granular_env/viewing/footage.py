@@ -163,10 +163,10 @@ def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion 
     displacement = _displacement(log, particles, source, picked, lambda part: progress(0.5 * part))
     colour = None
     if _has_frames(log, particles.colour):
-        colour = sampled(log, particles.colour, picked, lambda part: progress(0.5 + 0.5 * part))[1][:, shown]
+        colour = sample_frames(log, particles.colour, picked, lambda part: progress(0.5 + 0.5 * part))[1][:, shown]
 
     def read(name: str) -> FloatArray | None:
-        return sampled(log, name, picked)[1] if name in log.variables else None
+        return sample_frames(log, name, picked)[1] if name in log.variables else None
 
     contacts = views_class(str(log.metadata.get("component"))).contacts
     return Motion(
@@ -183,7 +183,7 @@ def _displacement(
 ) -> FloatArray:
     if source is None:
         return np.zeros((len(picked), len(particles.radius), 3))
-    _, moved = sampled(log, source, picked, progress)
+    _, moved = sample_frames(log, source, picked, progress)
     displacement = _as_vectors(moved)
     if source != particles.displacement:
         displacement -= particles.reference if moved.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
@@ -210,7 +210,7 @@ def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
     return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
 
 
-def _picked_with_extremes(values: FloatArray, most: int) -> npt.NDArray[np.int64]:
+def _pick_with_extremes(values: FloatArray, most: int) -> npt.NDArray[np.int64]:
     """Return indices of at most `most` samples: of each stretch its first, its last, its least and its largest.
 
     So no peak is lost, and where samples lie closer than can be drawn, what is drawn is the band that they fill.
@@ -233,7 +233,7 @@ def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[n
     return cuts[(cuts > 0) & (cuts < len(picked))]
 
 
-def sampled(
+def sample_frames(
     log: Any, name: str, picked: npt.NDArray[np.int64], progress: Callable[[float], None] | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return times (frames,) [s] and values (frames, *shape) of some frames; `progress` is told the part that is read."""
@@ -253,10 +253,10 @@ def sampled(
 def curves_of(log: Any, name: str) -> Iterator[Curve]:
     """Yield a recorded scalar in time, or each component of a short vector, thinned so that no peak is lost."""
     variable = log.variables[name]
-    times, values = sampled(log, name, np.arange(len(log.times(name))))
+    times, values = sample_frames(log, name, np.arange(len(log.times(name))))
     for column, shown in enumerate(curve_names(variable)):
         own = values if values.ndim == 1 else values[:, column]
-        picked = _picked_with_extremes(own, MAXIMUM_CURVE_POINTS)
+        picked = _pick_with_extremes(own, MAXIMUM_CURVE_POINTS)
         ticks, cuts = np.asarray(log.ticks(name))[picked], cuts_of(log, name, picked)
         yield Curve(shown, variable.unit, variable.description, times[picked], ticks, own[picked], cuts)
 
@@ -267,7 +267,7 @@ def input_curve_of(log: Any, name: str) -> Curve:
     # What was held before the first step set it acted on nothing.
     first = max(int(np.searchsorted(times, times[0], side="right")) - 1, 0)
     times, values = times[first:], values[first:]
-    picked = _picked_with_extremes(values, MAXIMUM_CURVE_POINTS)
+    picked = _pick_with_extremes(values, MAXIMUM_CURVE_POINTS)
     variable = log.input_variables[name]
     ticks = np.rint(times[picked] / log.step_size).astype(np.int64)
     return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked])

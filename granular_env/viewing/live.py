@@ -16,12 +16,12 @@ from granular_env.components.errors import GranularError, GranularWarning, Optio
 from granular_env.components.inputs import Held
 
 from .blueprint import blueprint
-from .extras import needed
+from .extras import import_optional
 from .footage import Footage, Motion, from_component
 from .pacing import Pacing
 from .rerun_file import rerun_target
 from .rerun_process import RerunProcess, require_screen
-from .scene import APPLICATION, Scales, grown_scales, scales_of, send_curves, send_motion, send_static
+from .scene import APPLICATION, Scales, enlarge_scales, scales_of, send_curves, send_motion, send_static
 from .views import Views, make_views
 from .web_page import WebPage, web_arguments
 
@@ -86,7 +86,7 @@ class LiveViewer:
         self._views: Views | None = None
         self._process: RerunProcess | None = None
         self._page: WebPage | None = None
-        rr = needed("rerun", "the live viewer")
+        rr = import_optional("rerun", "the live viewer")
         self._recording = rr.RecordingStream(APPLICATION)
         footage = from_component(component, title)
         if footage.motion is not None:
@@ -195,9 +195,9 @@ class LiveViewer:
             warnings.warn(f"the live viewer stopped: {error}; the run goes on", GranularWarning, stacklevel=2)
 
     def _send_frame(self, component: Component, anew: bool) -> None:
-        footage = self._shifted(from_component(component, self._title))
+        footage = self._shift(from_component(component, self._title))
         if footage.motion is not None and self._scales is not None and self._views is not None:
-            scales = grown_scales(self._scales, footage.motion, self._exaggerate)
+            scales = enlarge_scales(self._scales, footage.motion, self._exaggerate)
             anew = self._views.grow(footage.motion) or anew or scales != self._scales
             self._scales = scales
         if anew:
@@ -217,7 +217,7 @@ class LiveViewer:
             self._views.send_pictures(self._recording, motion, self._scales)
             self._drawn_at = perf_counter()
 
-    def _shifted(self, footage: Footage) -> Footage:
+    def _shift(self, footage: Footage) -> Footage:
         """Return the footage in the viewer's time."""
         if not self._elapsed:
             return footage

@@ -47,7 +47,7 @@ def plots(footage: Footage) -> list[Plot]:
     return sorted((plot for plot in found if plot.curves), key=_is_quiet)
 
 
-def shown_plots(footage: Footage, most: int) -> list[Plot]:
+def select_plots(footage: Footage, most: int) -> list[Plot]:
     """Return the plots with a pane of their own: at most so many, and none that stays zero in a finished run."""
     return [plot for plot in plots(footage) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:most]
 

@@ -103,7 +103,7 @@ def parameters(log: Any) -> Markup:
     """Return every parameter with its value, also where that is a default or was worked out."""
     metadata = log.metadata
     fields = _fields(metadata.get("component"))
-    values, worked_out = metadata.get("parameters") or {}, _worked_out(log)
+    values, worked_out = metadata.get("parameters") or {}, _automatic_parameters(log)
     rows = []
     for name, value in values.items():
         unit, meaning = fields.get(name, ("", ""))
@@ -129,7 +129,7 @@ def _fields(component: Any) -> dict[str, tuple[str, str]]:
     return {name: (unit(field.json_schema_extra), field.description or "") for name, field in fields.items()}
 
 
-def _worked_out(log: Any) -> dict[str, Any]:
+def _automatic_parameters(log: Any) -> dict[str, Any]:
     """Return what a component of ours makes of the parameters that were left to it."""
     found: dict[str, Any] = {"step_size": log.step_size}
     try:

@@ -17,11 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import PALETTE, diverging, rgb, symmetric_limit
-from granular_env.recording.exaggeration import chosen_exaggeration
+from granular_env.recording.exaggeration import choose_exaggeration
 
 from .camera import Camera
 from .caption import caption
-from .extras import needed
+from .extras import import_optional
 from .footage import Footage, Motion
 from .plots import plots
 from .views import Views
@@ -68,14 +68,14 @@ class Scales:
 
 def scales_of(motion: Motion, exaggerate: float | None = None) -> Scales:
     """Return scales that fit a motion; `exaggerate` overrides the automatic factor."""
-    factor = exaggerate or chosen_exaggeration(motion.reference, motion.radius, motion.displacement)
+    factor = exaggerate or choose_exaggeration(motion.reference, motion.radius, motion.displacement)
     drawn, radius = motion.reference + factor * motion.displacement, motion.radius[:, None]
     low, high = (drawn - radius).min(axis=(0, 1)), (drawn + radius).max(axis=(0, 1))
     colour = np.zeros(1) if motion.colour is None else motion.colour
     return Scales(factor, symmetric_limit(colour), tuple(low.tolist()), tuple(high.tolist()))
 
 
-def grown_scales(scales: Scales, motion: Motion, exaggerate: float | None = None) -> Scales:
+def enlarge_scales(scales: Scales, motion: Motion, exaggerate: float | None = None) -> Scales:
     """Return the same scene's scales with limits that hold this frame too; unchanged while they hold."""
     now = scales_of(motion, exaggerate)
     factor = scales.exaggeration
@@ -121,7 +121,7 @@ def send(recording: Any, footage: Footage, scales: Scales | None, views: Views |
 
 def send_static(recording: Any, footage: Footage, scales: Scales | None, views: Views | None) -> None:
     """Send the caption, radii, cameras and the names of the curves."""
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     text = rr.TextDocument(caption(footage, scales, views), media_type=rr.MediaType.MARKDOWN)
     recording.log("caption", text, static=True)
     if footage.motion is not None and scales is not None and views is not None:
@@ -141,7 +141,7 @@ def send_static(recording: Any, footage: Footage, scales: Scales | None, views: 
 
 def send_motion(recording: Any, motion: Motion, scales: Scales, views: Views) -> None:
     """Send the particles of some frames, in one message, and what the domain shows of them."""
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     frames, count = motion.displacement.shape[:2]
     drawn = (motion.reference + scales.exaggeration * motion.displacement).astype(np.float32)
     when = time_columns(motion.times, motion.ticks)
@@ -159,7 +159,7 @@ def _colours(motion: Motion, scales: Scales) -> npt.NDArray[np.uint8]:
 
 def send_curves(recording: Any, footage: Footage) -> None:
     """Send the scalar plots."""
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     for plot in plots(footage):
         for path, curve in zip(plot.paths, plot.curves, strict=True):
             # The sides of a jump are put 1 ns and one tick apart: rerun would draw the mean of what falls on one instant.
@@ -170,6 +170,6 @@ def send_curves(recording: Any, footage: Footage) -> None:
 
 def time_columns(times: FloatArray, ticks: npt.NDArray[np.int64], earlier: npt.NDArray[np.int64] | int = 0) -> list[Any]:
     """Return both timelines; times in whole nanoseconds, as rerun keeps them, `earlier` of them earlier."""
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     nanoseconds = np.rint(times * 1e9).astype(np.int64) - earlier
     return [rr.TimeColumn(TIMELINE, duration=nanoseconds.astype("timedelta64[ns]")), rr.TimeColumn(TICKS, sequence=ticks)]

@@ -12,7 +12,7 @@ def typeset(unit: str) -> str:
     return "" if unit == "1" else re.sub(r"\^(-?[0-9.]+)", lambda power: power[1].translate(_RAISED), unit)
 
 
-def labelled(name: str, unit: str) -> str:
+def label_with_unit(name: str, unit: str) -> str:
     """Return a name with its unit in brackets: ``contact force [N]``."""
     words, printed = name.replace("_", " "), typeset(unit)
     return f"{words} [{printed}]".strip() if printed else words

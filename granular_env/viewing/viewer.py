@@ -17,7 +17,7 @@ from granular_env.progress import Progress, progress_bar
 from granular_env.writing import require_writable, write_files
 
 from .blueprint import blueprint
-from .extras import needed
+from .extras import import_optional
 from .footage import Footage, from_log
 from .rerun_file import rerun_target
 from .rerun_process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
@@ -51,7 +51,7 @@ def save_rrd(
         ParameterError: the factor is not a positive number, or the path does not end in .rrd or is that of another file.
         GranularError: the file cannot be written.
     """
-    needed("rerun", "saving a rerun file")
+    import_optional("rerun", "saving a rerun file")
     target = rerun_target(path)
     with progress_bar(f"scene of {target.name}", show=progress) as bar:
         write_files({target: scene_bytes(log, exaggerate, bar.update)})
@@ -61,7 +61,7 @@ def save_rrd(
 def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[float], None] | None = None) -> bytes:
     """Return the content of the file that `save_rrd` writes; errors as there."""
     _require_log(log)
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     tell = progress or (lambda part: None)
     footage = from_log(log, progress=lambda part: tell(0.7 * part))
     scales = _scales(footage, exaggerate)
@@ -97,7 +97,7 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
     Raises:
         MissingExtraError, GranularError: rerun is not installed, or cannot start (no screen).
     """
-    needed("rerun", "the viewer")
+    import_optional("rerun", "the viewer")
     if not web:
         file = Option("save", "FILE.rrd", call="save_rrd(log, 'FILE.rrd')")
         picture = Option("screenshot", "FILE.png", call="screenshot(log, 'FILE.png')")
@@ -147,7 +147,7 @@ def screenshot(
         MissingExtraError: rerun is not installed.
         GranularError: the viewer cannot start; the message names the system packages it needs.
     """
-    needed("rerun", "a screenshot")
+    import_optional("rerun", "a screenshot")
     target = Path(os.path.abspath(_path(png)))
     if target.suffix.lower() != ".png":
         raise ParameterError(f"{str(target)!r}: a screenshot is a PNG picture; give a name that ends in .png")
@@ -166,7 +166,7 @@ def screenshot(
 
 def _take(viewer: RerunProcess, instant: float) -> bytes:
     """Return the PNG of a viewer without a window at an instant [s]."""
-    client_class = needed("rerun.experimental", "a screenshot").ViewerClient
+    client_class = import_optional("rerun.experimental", "a screenshot").ViewerClient
     viewer.wait_until_it_listens(advice=NEEDED)
     client = _while_it_lives(viewer, lambda: client_class.connect(viewer.url))
     # Until the recording is loaded there is no such time.

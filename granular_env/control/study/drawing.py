@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.viewing.drawing import legend, line, new_figure, png, styled, svg
+from granular_env.viewing.drawing import legend, line, new_figure, png, svg, with_style
 
 from .outcome import Score, StudyResult
 
@@ -56,7 +56,7 @@ def _shown(result: StudyResult) -> dict[str, Score]:
     return {name: score for name, score in {**found, **baselines}.items() if score is not None}
 
 
-@styled
+@with_style
 def _convergence(result: StudyResult) -> Figure:
     figure = new_figure(8.6, 7.0)
     axes, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
@@ -118,7 +118,7 @@ def _let_poor_starts_leave(axes: Axes, result: StudyResult) -> None:
     axes.set_ylim(max(bottom, low - margin), min(top, high + 0.5 * margin))
 
 
-@styled
+@with_style
 def _drives(shown: dict[str, Score]) -> Figure:
     figure = new_figure(8.6, 0.9 + 1.25 * len(shown))
     panels = np.atleast_1d(figure.subplots(len(shown), 1, sharex=True, sharey=True))
@@ -135,7 +135,7 @@ def _drives(shown: dict[str, Score]) -> Figure:
     return figure
 
 
-@styled
+@with_style
 def _final(shown: dict[str, Score], name: str) -> Figure:
     figure = new_figure(8.6, 4.2)
     axes = figure.subplots()

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from granular_env.documents import to_toml
 from granular_env.viewing import page
-from granular_env.writing import counted
+from granular_env.writing import count_of
 
 from .drawing import Picture
 from .outcome import StudyResult
@@ -44,7 +44,7 @@ def _comparison(result: StudyResult) -> Markup:
         "Physics is counted in control steps: one control step of one environment is 1. An objective with its slopes counts "
         f"as {result.gradient_runs:g} forward runs (one forward, one again from its checkpoints, and the sweep back, which "
         "differentiates and transposes every force, as two), and judging a drive by its return as one more. A return is the "
-        f"mean over {counted(len(result.study.test_seeds), 'test episode')}; where a method ran with several seeds, the lower "
+        f"mean over {count_of(len(result.study.test_seeds), 'test episode')}; where a method ran with several seeds, the lower "
         "median decides what it beats."
     )
     return (

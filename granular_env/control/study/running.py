@@ -27,7 +27,7 @@ from granular_env.components.errors import (
 from granular_env.documents import Overrides, to_toml
 from granular_env.progress import Progress
 from granular_env.running import Interrupt
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 from granular_env.writing import write_files
 
 from ..drive import DriveShape
@@ -78,7 +78,7 @@ def run_study(
         ParameterError: the task does not take these arguments.
     """
     study = load_study(source, overrides)
-    needed("matplotlib", "the figures of a study")  # said now, not when hours of searching are over
+    import_optional("matplotlib", "the figures of a study")  # said now, not when hours of searching are over
     methods = chosen_methods(study, only)
     for method in methods:
         method.refuse_unless_installed()
@@ -145,13 +145,13 @@ def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, Dri
     table = study.drive
     if (driven := table.driven or problem.steps) > problem.steps:
         expected = f"at most {problem.steps}, the control steps of an episode"
-        raise ExperimentError(study.located(Fault(("drive", "driven"), f"got {driven}", expected)))
+        raise ExperimentError(study.locate_fault(Fault(("drive", "driven"), f"got {driven}", expected)))
     knots: dict[tuple[str | int, ...], int] = {("drive", "knots"): table.knots}
     knots |= {("method", place, "knots"): one.knots for place, one in enumerate(study.method) if one.knots}
     for where, number in knots.items():
         if number > driven:
             expected = f"at most {driven}, one for every driven control step"
-            raise ExperimentError(study.located(Fault(where, f"got {number}", expected)))
+            raise ExperimentError(study.locate_fault(Fault(where, f"got {number}", expected)))
     _refuse_too_little(study, problem)
     limits = [rate for rate in (table.rate, problem.rate) if rate is not None]
     return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": min(limits, default=None)})
@@ -169,7 +169,7 @@ def _refuse_too_little(study: Study, problem: Problem) -> None:
         least = math.ceil(method.least_runs(problem) * problem.steps * study.episodes)
         if study.budget < least:
             expected = f"at least {least}, which the first result of {method.label!r} takes"
-            raise ExperimentError(study.located(Fault(("budget",), f"got {study.budget}", expected)))
+            raise ExperimentError(study.locate_fault(Fault(("budget",), f"got {study.budget}", expected)))
 
 
 def judged(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:
@@ -209,7 +209,7 @@ class _Attempt:
         if self._track.spent > study.budget:
             spent = f"got {study.budget}, but {self._name} has simulated {self._track.spent} control steps already"
             hint = ("give at least that, or pass ", Option("overwrite"), " to start anew")
-            raise ExperimentError(study.located(Fault(("budget",), spent, hint=hint)))
+            raise ExperimentError(study.locate_fault(Fault(("budget",), spent, hint=hint)))
         self._search = Search(problem, shape, seed, study.search_seeds, study.budget, self._track, self._watch)
         self._saved = self._logged = perf_counter()
         self._wait, self._logged_best = _SAVED_EVERY, -np.inf

@@ -20,7 +20,7 @@ from time import monotonic, perf_counter
 from typing import Any
 
 from granular_env.components.errors import ParameterError, SweepError, shortened
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 
 from ..bundles import Bundles
 from ..computing import Computer, Job, Order, Result, program
@@ -49,7 +49,7 @@ def check_cluster(address: str | None) -> None:
     if place is None and "RAY_AUTH_MODE" not in os.environ and "ray" not in sys.modules:
         # Nobody else on this machine shall use our cluster. Ray reads this once; left alone it would write a token at home.
         os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
-    needed("ray", "the engine 'ray'")
+    import_optional("ray", "the engine 'ray'")
     if place is None:
         return
     host, port = place
@@ -92,14 +92,14 @@ def _last_line(text: str) -> str:
 
 def on_ray(job: Job, orders: Sequence[Order], folder: Path, workers: int | None, address: str | None) -> Iterator[list[Result]]:
     """Yield the results as they come; logs come with them, since a node may have another disk."""
-    ray = needed("ray", "the engine 'ray'")
+    ray = import_optional("ray", "the engine 'ray'")
     # Ray prints what it has to say of a node that ended; a program's output is no place for it.
     with redirect_stdout(sys.stderr):
         _join(ray, workers, address)
         try:
             shared = ray.put(job)
             remote = ray.remote(max_retries=0, num_cpus=1)(_bundle)
-            yield from _watched(ray, remote, shared, orders, folder, workers)
+            yield from _watch(ray, remote, shared, orders, folder, workers)
         finally:
             ray.shutdown()
 
@@ -120,7 +120,7 @@ def _join(ray: Any, workers: int | None, address: str | None) -> None:
         ) from error
 
 
-def _watched(
+def _watch(
     ray: Any, remote: Any, shared: Any, orders: Sequence[Order], folder: Path, workers: int | None
 ) -> Iterator[list[Result]]:
     cores, looked = 1, -_LOOK_SECONDS
@@ -142,9 +142,9 @@ def _watched(
             except ray.exceptions.RayTaskError as error:
                 raise _refusal(error) from error
             except ray.exceptions.RayError as error:
-                found, seconds = bundles.lost(bundle, _reason(error)), 0.0
+                found, seconds = bundles.requeue(bundle, _reason(error)), 0.0
             else:
-                bundles.timed(len(found), seconds)
+                bundles.note_time(len(found), seconds)
             if found:
                 yield [_without_log(result, folder) for result in found]
 

@@ -38,12 +38,12 @@ def in_processes(job: Job, orders: Sequence[Order], folder: Path, workers: int |
                 place = next(place for place, worker in enumerate(crew) if worker.connection is ready)
                 worker = crew[place]
                 try:
-                    found, seconds = worker.told()
+                    found, seconds = worker.receive()
                 except (EOFError, OSError):
                     reason, left = worker.exit_reason(), list(worker.given.values())
                     crew[place] = _Worker(job, folder)
                     if worker.begun:
-                        yield bundles.lost(left, reason)
+                        yield bundles.requeue(left, reason)
                         continue
                     bundles.back(left)
                     stillborn += 1
@@ -53,7 +53,7 @@ def in_processes(job: Job, orders: Sequence[Order], folder: Path, workers: int |
                     continue
                 stillborn = 0
                 if found:
-                    bundles.timed(len(found), seconds)
+                    bundles.note_time(len(found), seconds)
                     yield found
     finally:
         stop_all(crew)
@@ -81,7 +81,7 @@ class _Worker(Worker):
         with suppress(OSError):
             self.connection.send(bundle)
 
-    def told(self) -> tuple[list[Result], float]:
+    def receive(self) -> tuple[list[Result], float]:
         """Results, and how long they took [s]; `EOFError` where the process has ended."""
         found, seconds = self.connection.recv()
         self.begun = True

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.viewing.camera import Camera
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 from granular_env.viewing.footage import Motion
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def windows(motion: Motion) -> npt.NDArray[np.int64]:
 
 def send_closeup(recording: Any, motion: Motion, scales: Scales, colours: npt.NDArray[np.uint8], when: list[Any]) -> None:
     """Send the windows of all frames, each shifted so that its middle lies at x = 0; each fifth grain says its number."""
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     frames = len(motion.times)
     members = windows(motion)[:, None] + np.arange(WINDOW)
     rows = np.arange(frames)[:, None]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import sequential, symmetric_limit
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 from granular_env.viewing.footage import Motion
 from granular_env.viewing.scene import REST_COLOUR, Scales
 
@@ -53,7 +53,7 @@ def row_of(motion: Motion, scales: Scales) -> Row:
 
 def send_guides(recording: Any, motion: Motion, scales: Scales, row: Row) -> None:
     """Send the zero lines with a label each."""
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     variable = motion.colour_variable
     guides = []
     if motion.colour is not None:
@@ -77,7 +77,7 @@ def send_profile(recording: Any, motion: Motion, scales: Scales, row: Row, drawn
     """Send the colouring quantity as a curve over the grains."""
     if motion.colour is None or drawn.shape[1] < 2:
         return
-    radius = needed("rerun", "the viewer").Radius.ui_points(1.5)
+    radius = import_optional("rerun", "the viewer").Radius.ui_points(1.5)
     curve = drawn.copy()
     curve[..., 2] = row.profile_level + row.height * motion.colour / scales.colour_limit
     _send_strips(recording, "scene/profile", when, curve, 1, np.full((len(drawn), 3), 235, np.uint8), radius)
@@ -87,7 +87,7 @@ def send_bars(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: n
     """Send contact forces, or overlaps, as bars under the contacts."""
     if motion.contact is None:
         return
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     frames, contacts = motion.contact.shape
     top = 0.5 * (drawn[:, 1:] + drawn[:, :-1])
     top[..., 2] = row.contact_level
@@ -110,7 +110,7 @@ def _send_strips(
     colours: npt.NDArray[np.uint8],
     radius: float,
 ) -> None:
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     frames = len(strips) // per_frame
     lines = rr.LineStrips3D.columns(strips=strips, colors=colours, radii=np.full(len(strips), radius, np.float32))
     recording.send_columns(path, when, lines.partition(np.full(frames, per_frame)))

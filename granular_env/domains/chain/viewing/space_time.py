@@ -12,7 +12,7 @@ import numpy.typing as npt
 from granular_env.colours import diverging, rgb
 from granular_env.components.support.arrays import FloatArray
 from granular_env.viewing.drawing import DARK, NOT_SAMPLED, canvas, draw_space_time, nearest_frames, new_figure, time_unit
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 from granular_env.viewing.fields import as_field
 from granular_env.viewing.footage import Motion
 
@@ -46,7 +46,7 @@ class Picture:
 
 def space_time_picture(motion: Motion, limit: float, ends: tuple[float, float] | None = None) -> Picture:
     """Return the x-t diagram on a dark ground; `ends`: its first and last instant [s], by default those of the motion."""
-    with needed("matplotlib", "the x-t diagram").rc_context(DARK):
+    with import_optional("matplotlib", "the x-t diagram").rc_context(DARK):
         figure = new_figure(6.4, 5.2)
         # Places of our own: to work them out takes longer than the drawing, and a live view draws while a run waits.
         figure.set_layout_engine("none")

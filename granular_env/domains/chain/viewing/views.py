@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from granular_env.colours import rgb
 from granular_env.viewing.caption import plain
-from granular_env.viewing.extras import needed
+from granular_env.viewing.extras import import_optional
 from granular_env.viewing.footage import Motion
 from granular_env.viewing.scene import Scales, roomy_limit, time_columns
 from granular_env.viewing.views import Views
@@ -94,7 +94,7 @@ class ChainViews(Views):
         """Return the x-t diagram."""
         if motion.colour is None or (scales.settled and len(motion.times) < 2):
             return []
-        return [needed("rerun.blueprint", "the viewer").Spatial2DView(origin="space_time", name="x-t diagram")]
+        return [import_optional("rerun.blueprint", "the viewer").Spatial2DView(origin="space_time", name="x-t diagram")]
 
     def words(self, motion: Motion, scales: Scales) -> list[str]:
         """Return what the curve, the bars, the close-up and the diagram show."""
@@ -116,11 +116,11 @@ class ChainViews(Views):
 
 def _send_picture(recording: Any, picture: Picture) -> None:
     """Send the x-t diagram, in the place of one that was sent before."""
-    recording.log("space_time/picture", needed("rerun", "the viewer").Image(picture.pixels), static=True)
+    recording.log("space_time/picture", import_optional("rerun", "the viewer").Image(picture.pixels), static=True)
 
 
 def _send_now(recording: Any, picture: Picture, motion: Motion) -> None:
-    rr = needed("rerun", "the viewer")
+    rr = import_optional("rerun", "the viewer")
     rows = picture.rows(motion.times)
     lines = np.empty((len(rows), 2, 2), np.float32)
     lines[:, 0, 0], lines[:, 1, 0] = picture.left, picture.right
