@@ -293,7 +293,7 @@ def test_a_run_that_fails_leaves_nothing_behind(tmp_path):
     thrown = experiment(4, 5e9) | {"start": {"velocity": {"0": 4000.0}}}
     with pytest.raises(StepError):
         context.run(thrown)
-    assert list(tmp_path.iterdir()) == [] and context.used() == []
+    assert list(tmp_path.iterdir()) == [] and context.log_names() == []
 
 
 def test_text_is_escaped_and_the_network_forbidden(made):
