@@ -22,6 +22,7 @@ _OWN = {
         ".chain.component:Chain",
         "A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.",
     ),
+    "discs": (".discs:Discs", "Discs in a box, tied together by links that break."),
     "oscillator": (".oscillator:Oscillator", "A mass on a spring, pushed by a force."),
 }
 

@@ -174,7 +174,7 @@ class Component(Stepping, metaclass=_Fixed):
         starts = {name: 0.0 if variable.start is None else variable.start for name, variable in self._inputs.items()}
         self._hold(self.hold({**starts, **given}))
         for observer in self._observers:
-            observer.began(self)
+            observer.on_reset(self)
 
     def get(self, name: str) -> Any:
         """Return the present value of any variable: a number, or a fresh array of its shape."""
@@ -267,7 +267,7 @@ class Component(Stepping, metaclass=_Fixed):
         own["_tick"] = snapshot.tick
         own["_failure"] = -1
         for observer in self._observers:
-            observer.began(self)
+            observer.on_reset(self)
 
     def refuse_foreign(self, snapshot: Snapshot) -> None:
         """Raise what `restore` would raise for this snapshot, and change nothing."""
@@ -326,12 +326,13 @@ def balance_variables(balance: Balance) -> Iterable[Variable]:
         (balance.lost, "lost since the reset"),
         (balance.supplied, "supplied by inputs and boundaries since the reset"),
     )
+    quantity = balance.quantity.replace("_", " ")
     for entries, what in kinds:
         for name, amount in entries.items():
-            text = f"{name.replace('_', ' ')}: {balance.quantity} {what}"
+            text = f"{name.replace('_', ' ')}: {quantity} {what}"
             yield Variable(name, "output", balance.unit, np.shape(amount), text)
     added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))
-    text = f"{added} - {balance.quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
+    text = f"{added} - {quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
     yield Variable(f"{balance.quantity}_residual", "output", balance.unit, np.shape(balance.residual), text)
 
 

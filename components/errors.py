@@ -18,10 +18,17 @@ Location = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Option:
-    """An argument that a hint advises: `overwrite=True` in Python, `--overwrite` on the command line."""
+    """An argument that a hint advises: `overwrite=True` in Python, `--overwrite` on the command line.
+
+    Attributes:
+        name: of the argument.
+        value: to give.
+        call: what a script writes instead where that is a function of its own.
+    """
 
     name: str
     value: object = True
+    call: str = ""
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,9 @@ Words = Callable[[Term], str]
 
 def python_words(term: Term) -> str:
     """Return an option or an override as a script writes it."""
-    return f"{term.name}={term.value!r}" if isinstance(term, Option) else f"override {shortened(term.text, 60)}"
+    if isinstance(term, Option):
+        return term.call or f"{term.name}={term.value!r}"
+    return f"override {shortened(term.text, 60)}"
 
 
 @dataclass(frozen=True)

@@ -153,7 +153,7 @@ class Stepping(Physics):
     def observe(self, observer: Observer) -> None:
         """Let an observer look on from now."""
         self._observers.append(observer)
-        observer.began(self)
+        observer.on_reset(self)
 
     def ignore(self, observer: Observer) -> None:
         """Stop an observer's looking on."""
@@ -252,15 +252,15 @@ class Stepping(Physics):
                     self._tell_time_left(self._tick - start, ticks, spent)
                 for observer in self._observers:
                     if observer.next_tick <= stop:
-                        observer.look(self)
+                        observer.on_sample(self)
         except BaseException as error:
             self._undo(start, held)
-            _call_all([observer.failed for observer in self._observers], self, error)
+            _call_all([observer.on_failure for observer in self._observers], self, error)
             raise
         if len(self._observers) == 1:  # as usual, and quicker
-            self._observers[0].stepped(self, ticks, inputs)
+            self._observers[0].on_step(self, ticks, inputs)
         else:
-            _call_all([observer.stepped for observer in self._observers], self, ticks, inputs)
+            _call_all([observer.on_step for observer in self._observers], self, ticks, inputs)
 
     def _tell_time_left(self, done: int, ticks: int, spent: float) -> None:
         """Warn of a step that has `spent` seconds behind it and takes much longer."""

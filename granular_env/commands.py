@@ -50,7 +50,7 @@ def show_list(args: argparse.Namespace) -> int:
 
 
 def show_description(args: argparse.Namespace) -> int:
-    """A component's variables, or the file of an experiment, a plan or a study."""
+    """Print a component's variables, or the file of an experiment, a plan or a study."""
     from granular_env import describe
     from granular_env.components import catalogue
     from granular_env.documents import parse_assignments
@@ -70,7 +70,7 @@ def show_description(args: argparse.Namespace) -> int:
 
 
 def write_new(args: argparse.Namespace) -> int:
-    """A file to start from, and the data files that it names."""
+    """Write a file to start from, and the data files that it names."""
     from granular_env.experiments import templates
 
     text, command = _shipped_text(args.template)
@@ -228,7 +228,7 @@ def view_log(args: argparse.Namespace) -> int:
 
 
 def report_log(args: argparse.Namespace) -> int:
-    """A page with figures of a log."""
+    """Write a page with figures of a log."""
     from granular_env import viewing
     from granular_env.recording import open_log
 
@@ -244,7 +244,7 @@ def report_log(args: argparse.Namespace) -> int:
 
 
 def write_atlas(args: argparse.Namespace) -> int:
-    """A paper's figures and numbers, computed anew; 1 where an entry could not be."""
+    """Compute a paper's figures and numbers anew; return 1 where an entry could not be computed."""
     from granular_env.atlas import run_atlas
     from granular_env.atlas.telling import closing
 
@@ -261,7 +261,7 @@ def write_atlas(args: argparse.Namespace) -> int:
 
 
 def compute_sweep(args: argparse.Namespace) -> int:
-    """A plan's tasks, computed as far as they are not known; 1 where a task failed."""
+    """Compute those of a plan's tasks that have no result yet; return 1 where a task failed."""
     from granular_env.documents import parse_assignments
     from granular_env.sweep import run_sweep
     from granular_env.sweep.store import TABLE
@@ -346,7 +346,7 @@ def _list_studies() -> int:
 
 
 def _shipped_text(name: str) -> tuple[str, str]:
-    """The text of a shipped plan or study, and the command that runs it; "" where there is none of that name."""
+    """Return the text of a shipped plan or study, and the command that runs it; "" where there is none of that name."""
     from granular_env.shipped import shipped_files
 
     if Path(name).exists():
@@ -459,7 +459,7 @@ def _empty_file(folder: Path, stem: str) -> Path:
 
 
 def _constants(overrides: list[str]) -> dict[str, Any]:
-    """A paper's constants that --set gives, name -> value, each once."""
+    """Return the constants of a paper that --set gives, name -> value, each once."""
     from granular_env.documents import parse_assignments
 
     constants: dict[str, Any] = {}
@@ -485,7 +485,7 @@ def _instant(asked: float, found: float, step_size: float) -> str:
 
 
 def _silence_own_warnings() -> warnings.catch_warnings:
-    """The run's warnings are printed with its result, in our own words."""
+    """Silence the run's warnings, which the command prints with its result."""
     return warnings.catch_warnings(action="ignore", category=GranularWarning)
 
 

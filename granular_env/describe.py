@@ -13,7 +13,7 @@ from granular_env.terminal import columns, wrapped
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
-    """A component's parameters, inputs and outputs with units, shapes and meaning."""
+    """Describe a component's parameters, inputs and outputs with units, shapes and meaning."""
     kind = catalogue.component_class(name)
     parts = [wrapped(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
     parts.append(columns(_rows(kind.Parameters)))

@@ -37,7 +37,7 @@ class Crest:
 
 
 def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> list[Crest]:
-    """The maxima of a sampled curve, in the order of time.
+    """Return the maxima of a sampled curve, in the order of time.
 
     Times and heights are read off the polynomial of degree 6 through the seven nearest samples. A maximum at the curve's very
     first or last sample is none.
@@ -129,7 +129,7 @@ def crossing(times: FloatArray, values: FloatArray, after: int, level: float) ->
 
 
 def _curve(times: FloatArray, values: FloatArray, near: int) -> tuple[Polynomial, float]:
-    """The polynomial through the samples nearest to one of them, in time from there over the scale that is returned too."""
+    """Return the polynomial through the samples nearest to one of them, in (time - its time) / scale, and the scale."""
     first = min(max(near - SAMPLES // 2, 0), max(len(times) - SAMPLES, 0))
     own = slice(first, first + SAMPLES)
     scale = float(times[own][-1] - times[own][0]) or 1.0
@@ -147,7 +147,7 @@ def _duration(times: FloatArray, values: FloatArray, begin: int, peak: int, end:
 
 
 def positive(name: str, value: Any, unit: str) -> float:
-    """A finite number above 0."""
+    """Return a value that is a finite number above 0, or raise."""
     number = value if isinstance(value, (int, float, np.number)) and not isinstance(value, bool) else math.nan
     if not (0.0 < number < math.inf):
         raise ParameterError(f"{name}: got {shortened(value)}, expected more than 0 {unit}".rstrip())
@@ -155,7 +155,7 @@ def positive(name: str, value: Any, unit: str) -> float:
 
 
 def fraction(name: str, value: Any) -> float:
-    """A number above 0 and at most 1."""
+    """Return a value that is above 0 and at most 1, or raise."""
     number = positive(name, value, "and at most 1")
     if number > 1.0:
         raise ParameterError(f"{name}: got {number:g}, expected more than 0 and at most 1")

@@ -197,7 +197,7 @@ def advance(
     with ExitStack() as stack:
         show = _shown(stack, title, component, end, progress) if progress is not False else None
         for observer in observers if isinstance(observers, Iterable) else [observers]:
-            if not hasattr(observer, "stepped"):
+            if not hasattr(observer, "on_step"):
                 raise ParameterError(
                     f"observers: got {shortened(observer)}, expected observers, such as measurement.Watch(1e-6)"
                 )
@@ -307,7 +307,7 @@ def memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
 
 @contextmanager
 def collected() -> Iterator[list[str]]:
-    """The warnings of this package, gathered as sentences, and warned of as usual when it is over."""
+    """Collect this package's warnings as sentences, and issue them as usual at the end of the block."""
     told: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)

@@ -18,7 +18,7 @@ from .terminal import printable
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Iterator[Path]:
-    """A fresh file beside `path` to write to, which takes its place when the block ends well and is gone when it does not.
+    """Open a fresh file beside `path`, which replaces it when the block ends well and is deleted when it fails.
 
         with replacing("scene.rrd") as part:
             part.write_bytes(data)
@@ -143,13 +143,13 @@ def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[Granula
 
 
 def with_article(name: object) -> str:
-    """A noun with "a" or "an" before it; it may be a stranger's."""
+    """Return a noun with "a" or "an" before it; it may be the name of a class that is not ours."""
     text = printable(name)
     return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:
-    """A number and its noun: "1 frame", "2 frames"; `plural` where that is not the noun with an s."""
+    """Return a number and its noun: "1 frame", "2 frames"; `plural` where that is not the noun with an s."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
 

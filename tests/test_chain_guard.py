@@ -342,7 +342,7 @@ def test_a_sampling_that_does_not_fit_is_told_a_step_that_does() -> None:
     [
         (
             {"law": "viscous", "dissipation": 2.0},
-            "dissipation: unknown; it belongs to law 'viscous' or 'kuwabara_kono': "
+            "dissipation: unknown; it belongs to law 'viscous', 'kuwabara_kono' or 'linear': "
             'give law = {"name": "viscous", "dissipation": 2.0}',
         ),
         ({"radius": {0: 6e-3}}, "radius: got {0: 0.006}, expected one value for all or a list with one each; only mass takes"),

@@ -197,7 +197,9 @@ def test_the_mirror_image(case: Case) -> None:
     assert one.step_size == other.step_size
     stepped(one, TICKS, **case.inputs)
     stepped(other, TICKS, **case.mirrored().inputs)
-    assert np.array_equal(one.get("velocity"), -other.get("velocity")[::-1])
-    assert np.array_equal(one.get("displacement"), -other.get("displacement")[::-1])
-    assert np.array_equal(one.get("contact_force"), other.get("contact_force")[::-1])
+    # Two sequences of dop853's steps agree to the tolerance of one, times the steps.
+    error = TICKS * case.chain().parameters.tolerance if case.parameters.get("integrator") == "dop853" else 0.0
+    for name, sign in (("velocity", -1.0), ("displacement", -1.0), ("contact_force", 1.0)):
+        seen, mirrored = one.get(name), sign * other.get(name)[::-1]
+        assert np.allclose(seen, mirrored, rtol=0.0, atol=error * float(np.abs(seen).max()))
     assert one.get("input_work") == pytest.approx(other.get("input_work"), rel=1e-12, abs=1e-18)

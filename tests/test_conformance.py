@@ -289,7 +289,7 @@ def test_observers_never_change_the_bits(example: Example, every: int) -> None:
         component.step(50 * component.step_size)
     assert bits(watched) == bits(alone)
     assert watcher.looks == list(range(every, example.ticks + 51, every))
-    assert watcher.calls == ["began", *[1] * example.ticks, 50]
+    assert watcher.calls == ["on_reset", *[1] * example.ticks, 50]
     watched.ignore(watcher)
     watched.step()
     assert len(watcher.calls) == example.ticks + 2
@@ -414,7 +414,7 @@ class Calling(Watcher):
         super().__init__(1)
         self.call, self.phase = call, ""
 
-    def look(self, component: Component) -> None:
+    def on_sample(self, component: Component) -> None:
         self.phase = component.phase
         self.call(component)
         self.next_tick = component.tick + 1

@@ -240,7 +240,7 @@ def test_a_step_happens_whole_or_not_at_all(example: Example, watched: bool, tic
 @every_example
 def test_an_observer_that_fails_undoes_the_step(example: Example) -> None:
     class Broken(Watcher):
-        def look(self, component: Component) -> None:
+        def on_sample(self, component: Component) -> None:
             raise OSError("no space left")
 
     component = example.started()

@@ -404,14 +404,14 @@ def test_chosen_methods_are_run_alone_and_the_others_later(tmp_path):
         run_study(study, tmp_path, problem=Bowl(), only=["cmaa"])
 
 
-def test_an_end_grain_that_flew_off_does_not_flatten_the_picture():
+def test_an_end_that_flew_off_does_not_flatten_the_picture():
     from matplotlib.figure import Figure
 
     wave = np.linspace(0.0, 1e-5, 20)
     for end, expected in ((-1e-3, 1.2e-5), (-1e-6, 1.2e-5)):
         axes = Figure().subplots()
         axes.plot([end, *wave])
-        drawing._let_end_grains_leave(axes, [np.array([end, *wave])])
+        drawing._let_ends_leave(axes, [np.array([end, *wave])])
         low, high = axes.get_ylim()
         assert high - low < 1.1 * expected and high >= 1e-5
 

@@ -28,7 +28,7 @@ def small_machine(monkeypatch):
 
 
 def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machine, tmp_path):
-    said = r"needs at least 33\.6 GB of memory, 8 GB are available; ask for less"
+    said = r"needs at least 36 GB of memory, 8 GB are available; ask for less"
     with pytest.raises(ParameterError, match=f"component 'chain' {said}"):
         catalogue.make("chain", grains=100_000_000)
     with pytest.raises(ExperimentError, match=f"component: .*{said}"):
@@ -96,8 +96,8 @@ def test_what_the_system_says_is_understood(tmp_path, monkeypatch):
     assert memory_limits.available() == 1_000_000
     (tmp_path / "max").unlink()
     (tmp_path / "meminfo").write_text("nothing of the kind\n")
-    assert memory_limits.available() == memory_limits._whole_memory()
-    monkeypatch.setattr(memory_limits, "_whole_memory", lambda: None)
+    assert memory_limits.available() == memory_limits.whole_memory()
+    monkeypatch.setattr(memory_limits, "whole_memory", lambda: None)
     memory_limits.refuse_beyond(10**30, "anything")  # nothing is known, so nothing is refused
 
 
@@ -106,14 +106,14 @@ class Greedy:
 
     next_tick = 3
 
-    def began(self, component): ...
+    def on_reset(self, component): ...
 
-    def look(self, component):
+    def on_sample(self, component):
         raise MemoryError
 
-    def stepped(self, component, ticks, inputs): ...
+    def on_step(self, component, ticks, inputs): ...
 
-    def failed(self, component, error): ...
+    def on_failure(self, component, error): ...
 
 
 def test_memory_that_runs_out_in_a_run_is_an_error_of_the_family(tmp_path: Path):

@@ -188,16 +188,16 @@ def test_observers_look_on_and_are_let_go():
         next_tick = 0
         looks = 0
 
-        def began(self, component):
+        def on_reset(self, component):
             self.next_tick = component.tick
 
-        def look(self, component):
+        def on_sample(self, component):
             self.looks += 1
             self.next_tick = component.tick + 100
 
-        def stepped(self, component, ticks, inputs): ...
+        def on_step(self, component, ticks, inputs): ...
 
-        def failed(self, component, error): ...
+        def on_failure(self, component, error): ...
 
     counter = Counter()
     result = run(OSCILLATOR, observers=[counter])
@@ -232,15 +232,15 @@ def test_an_interrupt_inside_the_loop_gives_a_result(tmp_path):
     class Interrupter:
         next_tick = 400
 
-        def began(self, component): ...
+        def on_reset(self, component): ...
 
-        def look(self, component):
+        def on_sample(self, component):
             self.next_tick = 10**9
             os.kill(os.getpid(), signal.SIGINT)
 
-        def stepped(self, component, ticks, inputs): ...
+        def on_step(self, component, ticks, inputs): ...
 
-        def failed(self, component, error): ...
+        def on_failure(self, component, error): ...
 
     handler = signal.getsignal(signal.SIGINT)
     result = run(OSCILLATOR, log=tmp_path / "x.mcap", observers=[Interrupter()])

@@ -224,15 +224,15 @@ def test_the_preview_is_a_function_of_the_frames(log: Path) -> None:
     class Watcher:
         next_tick, stepped_once = 0, False
 
-        def began(self, component: ge.Component) -> None:
+        def on_reset(self, component: ge.Component) -> None:
             nonlocal before
             before += 20 if self.stepped_once else 0
             if not self.stepped_once:
                 seen.clear()
                 track.forget_from(0)
-            self.look(component)
+            self.on_sample(component)
 
-        def look(self, component: ge.Component) -> None:
+        def on_sample(self, component: ge.Component) -> None:
             number, tick = len(seen), component.tick
             if track.wants(number):
                 scalars = scalar_values(component, track.names, component.balance_values())
@@ -241,10 +241,10 @@ def test_the_preview_is_a_function_of_the_frames(log: Path) -> None:
             seen.append(before + tick)
             self.next_tick = tick + round(2e-6 / component.step_size)
 
-        def stepped(self, *_: object) -> None:
+        def on_step(self, *_: object) -> None:
             self.stepped_once = True
 
-        def failed(self, *_: object) -> None: ...
+        def on_failure(self, *_: object) -> None: ...
 
     chain.observe(Watcher())
     play(chain)

@@ -156,7 +156,8 @@ def _owner(model: type[BaseModel], name: str, value: Any) -> str:
         owners = [choice for choice, table in choices.items() if name in table.model_fields]
         if owners:
             example = f'{parameter} = {{"name": "{owners[0]}", "{name}": {shortened(value, 30)}}}'
-            return f"it belongs to {parameter} {' or '.join(map(repr, owners))}: give {example}"
+            known = " or ".join(filter(None, [", ".join(map(repr, owners[:-1])), repr(owners[-1])]))
+            return f"it belongs to {parameter} {known}: give {example}"
     return ""
 
 

@@ -56,7 +56,7 @@ class Band:
         return max(self.draws)
 
     def quantile(self, percent: float) -> float:
-        """The value below which that part of the draws lies, linear between draws."""
+        """Return the value below which that part of the draws lies, linear between draws."""
         return float(np.percentile(self.draws, percent))
 
     def percentile(self, value: float) -> float:

@@ -45,7 +45,7 @@ class Context:
         self._runs, self._on_run = 0, on_run
 
     def run(self, experiment: Source, **overrides: Any) -> Log:
-        """The log of an experiment, opened.
+        """Open the log of an experiment.
 
             log = context.run("nesterenko-1983/3.4-piston", **{"component.grains": 50})
 
@@ -67,7 +67,7 @@ class Context:
         return open_log(path)
 
     def watch(self, experiment: Source, every: float, *, recorded: bool = True) -> Any:
-        """The motion in an experiment, kept at even intervals [s] while it runs; its log may be much thinner.
+        """Return the motion in an experiment, sampled at even intervals [s] while it runs; its log may be much thinner.
 
         For ensembles: what is measured is never written, and the logs still replay. It is run anew at each call. What keeps the
         motion is the `watch` of the component's domain; of a chain a `measurement.History` is returned.

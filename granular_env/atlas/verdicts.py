@@ -184,7 +184,7 @@ def _rounded(value: float) -> str:
 
 
 def combined(values: Sequence[Value]) -> Verdict:
-    """The verdict of an item: of all its values that the paper has too."""
+    """Return the verdict of an item, from all of its values that the paper gives too."""
     judged = [(value, value.verdict) for value in values if value.printed is not None]
     kinds = {verdict.kind for _, verdict in judged}
     if not judged:

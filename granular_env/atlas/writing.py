@@ -38,7 +38,7 @@ def write(atlas: Atlas, folder: str | os.PathLike[str]) -> Path:
 
 
 def command(atlas: Atlas) -> str:
-    """The command line that makes this atlas."""
+    """Return the command line that makes this atlas."""
     changed = [
         f" --set {shlex.quote(f'{name}={atlas.constants[name]!r}')}"
         for name, constant in atlas.paper.constants.items()

@@ -1,8 +1,8 @@
 """A small picture of a component: its particles, what colours them, and the inputs it feels.
 
 From the top: time and inputs in words; the particles in true size and place, coloured by velocity (blue to the left, red to the
-right), and its walls; the same values as bars under each particle, with what is wanted of them as dark marks. Particles that do
-not lie in a row are seen from above. A component without particles shows its observed outputs as bars.
+right), and its walls; the same values as bars under each particle, with what is wanted of them as dark marks. Particles in
+a plane are seen from above. A component without particles shows its observed outputs as bars.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def draw(
     points = main_points(component.drawables())
     if points is None:
         _draw_outputs(pen, component, task)
-    elif points.reference.shape[1] > 1 and np.ptp(points.reference[:, 1]) > 0.0:
+    elif points.reference.shape[1] > 1:
         _draw_plane(pen, component, task, points)
     else:
         _draw_row(pen, component, task, points, walls, wanted)

@@ -71,11 +71,11 @@ class StopWatch:
             self._rules.append((rule, 1 if every is None else component.ticks_in(every, f"stop.{place}.every")))
 
     def next_tick(self, tick: int) -> int | None:
-        """The next tick after `tick` at which a rule wants to look; None without rules."""
+        """Return the next tick after `tick` at which a rule has to be evaluated; None without rules."""
         return min((every * (tick // every + 1) for _, every in self._rules), default=None)
 
     def met(self, component: Component) -> str | None:
-        """The sentence of the first rule that is due at this tick and met."""
+        """Return the sentence of the first rule that is due and met at this tick."""
         for rule, every in self._rules:
             if component.tick % every == 0 and rule.met(component.get(rule.variable)):
                 return rule.sentence

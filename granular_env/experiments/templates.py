@@ -27,7 +27,7 @@ _KEY_WIDTH = 40
 
 
 def template(name: str, new_name: str | None = None) -> str:
-    """The text of an experiment file: a component's with all parameters, or an experiment's as it is.
+    """Return the text of an experiment file: a component's with all parameters, or a shipped experiment's.
 
     Args:
         name: a component, a shipped experiment, or a TOML file.
@@ -129,7 +129,7 @@ def _csv_tables(value: Any) -> Iterable[CsvTable]:
 
 
 def _of_component(name: str) -> str:
-    """A commented experiment file with every parameter of a component, its inputs and its state variables."""
+    """Return a commented experiment file with every parameter of a component, its inputs and its state variables."""
     kind = catalogue.component_class(name)
     component = example_of(name, {})
     step = component.step_size
@@ -180,25 +180,25 @@ def _line(text: str, comment: str) -> str:
 
 
 def _tidy(number: float) -> str:
-    """A float as people write it: without the tail that decimal fractions have in binary."""
+    """Format a float without the tail that decimal fractions have in binary."""
     return f"{number:.12g}"
 
 
 def unit_of(field: FieldInfo) -> str:
-    """The unit that a parameter declares."""
+    """Return the unit that a parameter declares."""
     extra = field.json_schema_extra
     return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
 def default_of(field: FieldInfo) -> str:
-    """A parameter's default as TOML writes it."""
+    """Return a parameter's default as TOML writes it."""
     if field.is_required():
         return "required"
     return "automatic" if field.default is None else _default_value(field.default)
 
 
 def _default_value(value: Any) -> str:
-    """A default as TOML writes it."""
+    """Return a default as TOML writes it."""
     if isinstance(value, BaseModel):
         value = value.model_dump()
         # What has nothing but a name may be given as that name.
@@ -207,7 +207,7 @@ def _default_value(value: Any) -> str:
 
 
 def example_of(name: str, parameters: dict[str, Any]) -> Component:
-    """A component of that type, with the smallest fitting values for the parameters that have no default."""
+    """Return a component of that type, with the smallest fitting values for the parameters that have no default."""
     model = catalogue.component_class(name).Parameters
     needed = {key: _smallest(field) for key, field in model.model_fields.items() if field.is_required()}
     return catalogue.make(name, **{**needed, **parameters})

@@ -85,7 +85,7 @@ class Profiles:
         return known[1:]
 
     def new(self) -> dict[str, np.ndarray]:
-        """The profiles that have not been stored yet, laid end to end; the pattern of each that has one by its place."""
+        """Return the profiles not stored yet, end to end, and the pattern of each that has one, by its position."""
         profiles, self._new = self._new, []
         patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
         return patterns | {
@@ -122,7 +122,7 @@ def _word(data: bytes) -> int:
 
 
 def parameter_digests(component: Component) -> dict[str, str]:
-    """A digest of each parameter that has not its default, apart from the header's list: so a changed one can be named."""
+    """Return a digest of each parameter that differs from its default, so that a changed one can be named."""
     parameters = component.parameters.model_dump(mode="json", exclude_defaults=True)
     return {name: digest(canonical_json(value)).hex() for name, value in parameters.items()}
 

@@ -85,7 +85,7 @@ class Branch:
         return open_log(target, allow_large=self.parent._caps.lifted)
 
     def end(self, until: float | None = None) -> int:
-        """The tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
+        """Return the tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
         end = self.segment.end if until is None else self.component.ticks_in(until, "until")
         if end < self.component.tick:
             raise ParameterError(f"until: got {until:g} s, the branch begins at {self.component.time:g} s")
@@ -95,7 +95,7 @@ class Branch:
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
-        """The inputs to set at each tick from here on: those given, and of the log's the others."""
+        """Return the inputs to set at each tick from here on: those given, and the log's for all others."""
         found, tick = {self.tick: dict(inputs)}, self.tick
         for ticks, sets in self.remaining:
             found.setdefault(tick, {}).update({name: value for name, value in sets.items() if name not in inputs})
@@ -112,7 +112,7 @@ class Branch:
         variables: list[str] | None = None,
         overwrite: bool = False,
     ) -> Iterator[None]:
-        """Records the component while the block lasts; arguments and errors are those of `run`."""
+        """Record the component while the block lasts; arguments and errors are those of `run`."""
         target = as_path(log)
         self._check(dict(inputs))
         if os.path.exists(target) and os.path.samefile(target, self.parent.path):
@@ -166,7 +166,7 @@ class Branch:
 
 
 def branch_of(log: Log, at: float, components: Mapping[str, type[Component]] | None) -> Branch:
-    """The branch at a time [s] of a log: from the nearest snapshot before it, re-run to that instant."""
+    """Return the branch at a time [s] of a log: from the nearest snapshot before it, re-run to that instant."""
     segment, tick = log.locate(at)
     component = log.component(components)
     snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)

@@ -13,7 +13,7 @@ from .caps import Caps
 
 
 def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) -> type[Component]:
-    """The class of a component that a log names: one of ours, or one that the caller hands over."""
+    """Return the class of a component that a log names: a component of this package, or the class that the caller gives."""
     if components and name in components:
         return components[name]
     if not isinstance(name, str) or name not in _own_names():
@@ -28,7 +28,7 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
 
 
 def build(header: Mapping[str, Any], caps: Caps, components: Mapping[str, type[Component]] | None) -> Component:
-    """A fresh component with the log's parameters, whatever identity the log claims."""
+    """Return a fresh component with the log's parameters, whatever identity the log claims."""
     kind, given = own_or_given(header.get("component"), components), header.get("parameters")
     if not isinstance(given, dict) or not all(isinstance(name, str) for name in given):
         raise LogError(f"log {caps.path!r}: its header holds no parameters")

@@ -54,7 +54,7 @@ class Caps:
             refuse_beyond(size, f"log {self.path!r}: a chunk", LogError)
 
     def records(self, number: int, size: int) -> None:
-        """Records in a part of the file that takes so many bytes there: each becomes an object, however small it is."""
+        """Refuse too many records in a part of the file of that size [bytes]: each becomes an object, however small."""
         limit = _RECORDS + size // _BYTES_A_RECORD
         if number > limit:
             self._check(f"the number of records in {size} bytes", number, limit)
@@ -69,12 +69,12 @@ class Caps:
         refuse_beyond(size, f"log {self.path!r}: what was asked for", LogError)
 
     def work(self, ticks: int, words: int) -> None:
-        """Internal steps that a replay would take, for a state of so many 8-byte words."""
+        """Refuse a replay of too many internal steps, for a state of so many 8-byte words."""
         self._check("the number of ticks", ticks, _TICKS)
         self._check("the number of ticks times the words of the state", ticks * max(words, 1), _WORK)
 
     def parameters(self, given: Mapping[str, Any], model: type[BaseModel]) -> None:
-        """The whole numbers (grains, nodes, cells) among the parameters of a component that is about to be built."""
+        """Refuse too large whole numbers (grains, nodes, cells) among the parameters of a component to be built."""
         limit = max(_COUNT, min(_MOST, (whole_memory() or 0) // (_COMPONENT_SHARE * _UNIT_BYTES)))
         for name, field in model.model_fields.items():
             value = given.get(name)

@@ -66,13 +66,13 @@ class ChunkWriter:
         self._first, self._last = 2**63, 0
 
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
-        """A schema; its number."""
+        """Write a schema and return its number."""
         self._schemas.append(Schema(id=len(self._schemas) + 1, name=name, encoding=encoding, data=data))
         self._append([_bytes_of(self._schemas[-1])])
         return len(self._schemas)
 
     def add_channel(self, topic: str, encoding: str, schema: int) -> int:
-        """A channel; its number."""
+        """Write a channel and return its number."""
         number = len(self._channels) + 1
         self._channels.append(Channel(id=number, topic=topic, message_encoding=encoding, metadata={}, schema_id=schema))
         self._append([_bytes_of(self._channels[-1])])

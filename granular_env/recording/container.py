@@ -108,7 +108,7 @@ class Container:
         return self._size
 
     def messages(self, chunk: int) -> list[RawMessage]:
-        """The messages of one chunk, checked against its CRC."""
+        """Return the messages of one chunk after checking its CRC."""
         known = self._cache.get(chunk)
         if known is None:
             offset, length = self._places[chunk]
@@ -119,7 +119,7 @@ class Container:
         return known
 
     def metadata(self) -> list[tuple[str, dict[str, str]]]:
-        """The Metadata records that the summary names: name and texts of each."""
+        """Return the Metadata records that the summary names: name and texts of each."""
         found = []
         for offset, length in self._metadata:
             opcode, body = next(self._records(memoryview(self._read(offset, length))), (0, memoryview(b"")))
@@ -134,7 +134,7 @@ class Container:
         return found
 
     def _text(self, data: memoryview) -> tuple[str, memoryview]:
-        """A text with its length before it, and what follows."""
+        """Return a text that follows its length, and the rest of the data."""
         try:
             (length,) = struct.unpack_from("<I", data)
             return str(data[4 : 4 + length], "utf-8"), data[4 + length :]

@@ -20,7 +20,7 @@ _NEARLY = 1.1
 
 
 def chosen_exaggeration(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    """A factor 1, 2 or 5 x 10^k, at least 1, by which displacements can be multiplied for the eye.
+    """Return a factor 1, 2 or 5 x 10^k, at least 1, by which displacements can be multiplied for the eye.
 
     Two limits: no two neighbours (in a row along x, in a plane and in space those that nearly touch) come closer than half a
     radius of overlap, so none pass one another; and nothing travels further than the scene is long.

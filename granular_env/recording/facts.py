@@ -56,7 +56,7 @@ def _cpu_model() -> str:
 
 
 def variable_facts(variable: Variable) -> dict[str, Any]:
-    """A variable as JSON values."""
+    """Return a variable as JSON values."""
     return {
         "name": variable.name,
         "causality": variable.causality,
@@ -72,7 +72,7 @@ def variable_facts(variable: Variable) -> dict[str, Any]:
 
 
 def variable_from(facts: Mapping[str, Any]) -> Variable:
-    """A variable from what `variable_facts` wrote; `LogError` otherwise."""
+    """Return a variable from the output of `variable_facts`; raise `LogError` for anything else."""
     try:
         shape = tuple(facts["shape"])
         texts = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")]
@@ -176,7 +176,7 @@ def closing_facts(component: Component) -> dict[str, Any]:
 
 
 def plain_json(name: str, value: Any) -> Any:
-    """The value as JSON holds it, or `ParameterError`."""
+    """Return the value as JSON holds it, or raise `ParameterError`."""
     try:
         return json.loads(json.dumps(value, allow_nan=False))
     except (TypeError, ValueError, RecursionError) as error:

@@ -77,7 +77,7 @@ class Record:
 
 
 def encode(record: Record, log: str) -> list[bytes | memoryview]:
-    """The message, in parts: a protobuf message with one bytes field, so that stock tools can at least name it."""
+    """Return the message in parts: a protobuf message with one bytes field, so that stock tools can at least name it."""
     place = [getattr(record, name) for name in _PLACE]
     parts = pack_parts({"log": log, "kind": KINDS[record.kind], "place": place, "content": dict(record.header)}, record.arrays)
     return [b"\x0a" + varint(sum(map(len, parts))), *parts]
@@ -110,7 +110,7 @@ def decode(data: bytes | memoryview, kind: int, log: str | None, most_text: int 
 
 
 def log_identity(header_message: bytes | memoryview) -> str:
-    """What ties every message to its log: a digest of the first one."""
+    """Return the digest of the first message, which ties every message to its log."""
     return digest(header_message).hex()
 
 
@@ -120,12 +120,12 @@ def nanoseconds(ticks: int, step_size: float) -> int:
 
 
 def words(values: np.ndarray | float) -> bytes:
-    """The bits of a number or an array, for comparing and hashing."""
+    """Return the bits of a number or an array, for comparing and hashing."""
     return np.ascontiguousarray(values).tobytes()
 
 
 def varint(value: int) -> bytes:
-    """A protobuf number."""
+    """Encode a protobuf number."""
     parts = bytearray()
     while value > 0x7F:
         parts.append(value & 0x7F | 0x80)
@@ -149,5 +149,5 @@ def _unwrap(data: memoryview) -> memoryview:
 
 
 def bits(value: float) -> int:
-    """The 64 bits of a number, so that -0.0 and 0.0 are told apart."""
+    """Return the 64 bits of a number, so that -0.0 and 0.0 are told apart."""
     return struct.unpack("<q", struct.pack("<d", value))[0]

@@ -116,7 +116,7 @@ class Index:
 
 
 def find_index(container: Container, log: str) -> tuple[Index, Record | None]:
-    """The index, and the closing record if there is one."""
+    """Return the index, and the closing record if there is one."""
     path = str(container.path)
     closing = _closing_record(container, log) if container.chunk_count else None
     if container.complete and closing is None:

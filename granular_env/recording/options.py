@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 
 from ..components.component import Component
+from ..components.drawables import drawn_outputs
 from ..components.errors import ParameterError, nearest
 from .schedule import HASH_EVERY, Schedule, doubling_for, frames_for
 
 
 def checked_names(component: Component, variables: Sequence[str] | None) -> list[str]:
-    """Names to record, by default the state variables; the entries of the balances always come along."""
+    """Names to record, by default the state and what viewers draw; the entries of the balances always come along."""
     if variables is None:
-        variables = [v.name for v in component.variables.values() if v.state]
+        variables = [*(v.name for v in component.variables.values() if v.state), *drawn_outputs(component.drawables())]
     if isinstance(variables, str):
         raise ParameterError(f"variables: got the text {variables!r}, expected a list of names, such as [{variables!r}]")
     known = [v.name for v in component.variables.values() if v.causality != "parameter"]
@@ -51,7 +52,7 @@ def checked_schedule(
 
 
 def plain_values(value: Any) -> Any:
-    """What a component reports, as JSON holds it: numbers that are not finite become texts."""
+    """Return a component's report as JSON holds it: numbers that are not finite become texts."""
     if isinstance(value, dict):
         return {str(name): plain_values(part) for name, part in value.items()}
     if isinstance(value, (list, tuple)):

@@ -19,7 +19,7 @@ class Pool:
         self._free: dict[tuple[int, ...], list[np.ndarray]] = {}
 
     def copy(self, value: Any) -> Any:
-        """A number, or a copy of an array."""
+        """Return a number, or a copy of an array."""
         if value.__class__ is not np.ndarray or value.nbytes < _LEAST_BYTES:
             return np.array(value) if isinstance(value, np.ndarray) else value
         free = self._free.get(value.shape)

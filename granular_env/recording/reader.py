@@ -228,11 +228,11 @@ class Log:
         return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
 
     def times(self, name: str) -> np.ndarray:
-        """Times of the frames of a variable, shape (frames,) [s]."""
+        """Return times of the frames of a variable, shape (frames,) [s]."""
         return self.ticks(name) * self.step_size
 
     def series(self, name: str, segment: Segment | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Times (frames,) [s] and values (frames, ...) of a variable; of one segment, where one is given."""
+        """Return times (frames,) [s] and values (frames, ...) of a variable; of one segment, where one is given."""
         rows = self._frame_rows(name)
         rows = rows if segment is None else rows[rows[:, SEGMENT] == segment.number]
         shape = self.variables[name].shape
@@ -249,7 +249,7 @@ class Log:
         return ticks * self.step_size, np.empty((0, *shape)) if values is None else values
 
     def get(self, name: str, time: float) -> Any:
-        """The frame of a variable at a time [s], or the last one before it: a number, or an array of its shape.
+        """Return the frame of a variable at a time [s], or the last one before it: a number, or an array of its shape.
 
         Raises:
             ParameterError: the variable was not recorded, or the time is outside of the log.
@@ -316,7 +316,7 @@ class Log:
         return [(by_number[row[SEGMENT]], int(row[FIRST])) for row in self._rows(SNAPSHOTS).tolist()]
 
     def snapshot(self, segment: Segment, tick: int) -> Snapshot:
-        """The snapshot of a segment at that tick, or the last one before."""
+        """Return the snapshot of a segment at that tick, or the last one before."""
         rows = self._index.select(SNAPSHOTS, None, segment.number)
         rows = rows[rows[:, FIRST] <= tick]
         if not len(rows):
@@ -326,7 +326,7 @@ class Log:
     # -- the program ------------------------------------------------------------------------------------------------
 
     def component(self, components: Mapping[str, type[Component]] | None = None) -> Component:
-        """A fresh component with the log's parameters, in the state at the log's start.
+        """Return a fresh component with the log's parameters, in the state at the log's start.
 
         Args:
             components: classes of components that are not ours, by name: a log alone never loads them.
@@ -345,11 +345,11 @@ class Log:
         return component
 
     def rebuilt(self, components: Mapping[str, type[Component]] | None = None) -> Component:
-        """A fresh component with the log's parameters, its identity not compared and its state that of a reset."""
+        """Return a fresh component with the log's parameters, its identity not compared and its state that of a reset."""
         return build(self._header, self._caps, components)
 
     def branch(self, at: float, components: Mapping[str, type[Component]] | None = None) -> Branch:
-        """A component in the state at a time [s] of the log, and what the log did from there.
+        """Return a component in the state at a time [s] of the log, and what the log did from there.
 
         A time between two steps is moved to the nearest; ``.component.time`` is the one that was taken.
 
@@ -437,7 +437,7 @@ class Log:
         return snapshot
 
     def _record(self, row: np.ndarray) -> Record:
-        """The record that a row of the index points at."""
+        """Return the record that a row of the index points at."""
         chunk = int(row[CHUNK])
         first, last = self._first_row[chunk : chunk + 2]
         place = first + int(np.flatnonzero((self._index.rows[first:last] == row).all(axis=1))[0])

@@ -39,7 +39,8 @@ def record(
         path: the file; by custom it ends in ``.mcap``.
         every: time between frames [s], a whole number of ticks. Default: for an experiment with a duration 160 to
             400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
-        variables: names of outputs or inputs to keep in each frame, beside the balances. Default: the state variables.
+        variables: names of outputs or inputs to keep in each frame, beside the balances. Default: the
+            state variables and the outputs that viewers draw.
         hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
         key_every: time between key snapshots [s]. Default: each time the run has become a sixteenth longer.
         experiment: JSON values to keep with the log.

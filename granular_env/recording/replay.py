@@ -111,7 +111,7 @@ class _Replay:
         return None
 
     def _name_causes(self, parameters: list[str], changed: Any, found: _Found | None) -> None:
-        """What was changed comes first, in the interval where that shows; then what came of it."""
+        """Name what was changed, in the interval where that shows, before its consequences."""
         whole = self.log.start_tick, self.log.end_tick
         for name in parameters:
             # Where it shows at once, as in the energy of the start, nothing is narrowed down.

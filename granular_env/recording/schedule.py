@@ -35,7 +35,7 @@ class Schedule:
     key_every: int
 
     def frame_after(self, tick: int, elapsed: int) -> int:
-        """The next tick for a frame; `elapsed` counts the ticks of the whole log."""
+        """Return the next tick for a frame; `elapsed` counts the ticks of the whole log."""
         interval = self.frame_every or 1 << max((elapsed // self.doubling).bit_length() - 1, 0)
         return (tick // interval + 1) * interval
 
@@ -44,11 +44,11 @@ class Schedule:
         return self.frame_after(tick - 1, elapsed) == tick
 
     def hash_after(self, tick: int) -> int:
-        """The next tick for a hash."""
+        """Return the next tick for a hash."""
         return (tick // self.hash_every + 1) * self.hash_every
 
     def key_after(self, tick: int, elapsed: int) -> int:
-        """The next tick for a key snapshot."""
+        """Return the next tick for a key snapshot."""
         interval = self.key_every or max(_KEY_EVERY, elapsed >> 4)
         return tick + interval
 
@@ -81,7 +81,7 @@ class Agenda:
 
 
 def frames_for(ticks: int) -> int:
-    """An interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks."""
+    """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks."""
     return int(round_up_to_125(max(ticks / _FRAMES, 1.0)))
 
 

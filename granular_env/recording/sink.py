@@ -53,7 +53,7 @@ class Sink:
         self._schemas: dict[str, int] = {}
 
     def number(self, kind: int) -> int:
-        """The number that the next record of a kind has to carry."""
+        """Return the number that the next record of a kind has to carry."""
         return self._numbers[kind]
 
     @property
@@ -158,7 +158,7 @@ class Sink:
 
 
 def as_path(path: str | os.PathLike[str]) -> Path:
-    """A path argument, checked."""
+    """Return a path argument, or raise where it is not a path."""
     try:
         return Path(path)
     except TypeError:

@@ -97,7 +97,7 @@ def steps_of(
 def raw_sets(
     record: Record, inputs: Sequence[str], profile_words: Mapping[int, int]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """What `batch.step_digests` takes, from a record that `steps_of` has found sound."""
+    """Return the arguments of `batch.step_digests` from a record that `steps_of` has validated."""
     found = {}
     for label, name in enumerate(inputs):
         if f"{label}.steps" in record.arrays:
@@ -185,7 +185,7 @@ def sampled(steps: Steps, start: Mapping[str, Held], name: str, end: int) -> tup
 
 
 def finite_step(value: object) -> float:
-    """The log's step size, checked."""
+    """Return the log's step size, or raise where it is not one."""
     if not isinstance(value, float) or not math.isfinite(value) or value <= 0.0:
         raise LogError(f"the log's header has step_size {value!r}, expected seconds")
     return value

@@ -133,12 +133,12 @@ class Recorder:
 
     # -- observing --------------------------------------------------------------------------------------------------
 
-    def began(self, component: Component) -> None:
-        """A new segment, unless nothing happened in the last one: then that one begins anew."""
+    def on_reset(self, component: Component) -> None:
+        """Begin a new segment; where nothing happened in the last one, begin that one anew."""
         with self._lock:
             self._begin(component)
 
-    def look(self, component: Component) -> None:
+    def on_sample(self, component: Component) -> None:
         """Take what is due at this tick; of a long step, hand over the part that is done.
 
         A step of n ticks is n steps of one, so a part is a step like any other. If the rest fails, the component is put
@@ -158,7 +158,7 @@ class Recorder:
             self._take_step(component.tick, ticks, held)
         self._hurry()
 
-    def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
+    def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""
         if self._closed:
             return
@@ -201,7 +201,7 @@ class Recorder:
             batch.size += batch.events[-1].nbytes
             self._events = count
 
-    def failed(self, component: Component, error: BaseException) -> None:
+    def on_failure(self, component: Component, error: BaseException) -> None:
         """Forget what was seen inside the step that failed, unless its parts were handed over; keep the reason."""
         with self._lock:
             self._inside = Batch(self._batch.segment, 0, 0)

@@ -30,7 +30,7 @@ class Bundles:
         return len(self._waiting)
 
     def take(self) -> list[Order]:
-        """The next bundle; empty where none is left."""
+        """Return the next bundle; empty where no tasks remain."""
         if not self._waiting:
             return []
         if self._waiting[0].attempts:

@@ -99,10 +99,10 @@ class Computer:
             written(job.files, self._inputs)
 
     def prepared(self, order: Order) -> Prepared:
-        """A task's experiment, ready to run, and its measures held against it; `GranularError` where they do not fit."""
+        """Return a task's experiment, ready to run, and its measures; raise `GranularError` where they do not fit."""
         experiment = load_experiment(self._job.document, dict(order.overrides), self._inputs)
         ready = prepare(experiment)
-        self._looks(experiment.duration, experiment.record.every).began(ready.component)
+        self._looks(experiment.duration, experiment.record.every).on_reset(ready.component)
         return ready
 
     def warm(self, order: Order) -> None:
@@ -125,7 +125,7 @@ class Computer:
         looks.values(component, component.report())
 
     def compute(self, order: Order) -> Result:
-        """What a task comes to; whatever goes wrong with it is its result."""
+        """Return the result of a task; an error is a result too."""
         try:
             with warnings.catch_warnings(action="ignore", category=GranularWarning):
                 return self._run(order, self.log_path(order) if order.log == "always" else None)
@@ -173,7 +173,7 @@ class Computer:
 
 @contextmanager
 def _one_at_a_time() -> Iterator[None]:
-    """A lock that the processes of one user on one machine share, while kernels are compiled."""
+    """Hold a lock that the processes of one user on one machine share, while kernels are compiled."""
     with ExitStack() as held:
         folder = cache_folder()
         # Without a lock (a full disk, a folder that can only be read) several processes compile the same.

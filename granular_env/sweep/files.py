@@ -21,7 +21,7 @@ def names_a_file(key: str, value: Any) -> bool:
 def gathered(
     document: Mapping[str, Any], folder: Path, assigned: Iterable[tuple[str, Any]]
 ) -> tuple[dict[str, Any], dict[str, str], dict[str, bytes]]:
-    """An experiment whose CSV files are named by their content.
+    """Return an experiment whose CSV files are named by their content.
 
     Args:
         document: the experiment's content.

@@ -36,7 +36,7 @@ class Looks:
         self._gathered: dict[str, _Gathered] = {}
         self.next_tick = 0
 
-    def began(self, component: Component) -> None:
+    def on_reset(self, component: Component) -> None:
         """Check the measures against the component, and look at its start."""
         self._check(component)
         self._interval = 1 if self._every is None else component.ticks_in(self._every, "every")
@@ -45,7 +45,7 @@ class Looks:
         self._gathered = {name: _Gathered(one) for name, one in readings.items() if one.kind in EXTREMES}
         if self._wants_history:
             self._begin_history(component)
-        self.look(component)
+        self.on_sample(component)
 
     def _check(self, component: Component) -> None:
         for name, measure in self._measures.items():
@@ -65,28 +65,28 @@ class Looks:
                 f"measure: a {component.name!r} has no measurements; take its variables, such as 'max NAME[0]'"
             )
         self._watch = watch(every)
-        self._watch.began(component)
+        self._watch.on_reset(component)
         numbers = sum(np.size(component.get(name)) for name in self._watch.variables)
         refuse_beyond(int(8 * numbers * self._duration / every), f"a history with a frame every {every:g} s")
 
-    def look(self, component: Component) -> None:
+    def on_sample(self, component: Component) -> None:
         """Take every reading that is taken over the whole run."""
         time = component.time
         for gathered in self._gathered.values():
             gathered.take(component, time)
         if self._watch is not None and component.tick:
-            self._watch.look(component)
+            self._watch.on_sample(component)
         self._last = component.tick
         self.next_tick = component.tick + self._interval if self._gathered or self._watch else 2**62
 
-    def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Any]) -> None:
+    def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Any]) -> None:
         """Nothing is kept of the steps themselves."""
 
-    def failed(self, component: Component, error: BaseException) -> None:
-        """A run that failed has no measures."""
+    def on_failure(self, component: Component, error: BaseException) -> None:
+        """Do nothing: a run that failed has no measures."""
 
     def values(self, component: Component, report: Mapping[str, float]) -> tuple[list[float], list[str]]:
-        """The measures of a run that is over, in their order; NaN, and a sentence, where one has no value."""
+        """Return the measures of a finished run, in their order; NaN, and a sentence, where one has no value."""
         if self._last < component.tick and self._gathered:
             for gathered in self._gathered.values():
                 gathered.take(component, component.time)

@@ -69,7 +69,7 @@ class Reading:
         return "s" if self.kind.startswith("time") else component.variables[self.name].unit
 
     def of(self, component: Component) -> float:
-        """The present value; of all elements the greatest, or the least for min."""
+        """Return the present value; of all elements the greatest, or the least for min."""
         value = component.peek(self.name)
         if value.__class__ is not np.ndarray or value.ndim == 0:
             number = float(value)
@@ -124,7 +124,7 @@ class Measurement:
     arguments: tuple[tuple[str, Any], ...]
 
     def of(self, history: Any) -> float:
-        """The number; NaN where there are fewer waves."""
+        """Return the number; NaN where there are fewer waves."""
         return load(self.columns).MEASUREMENTS[self.name][self.take](history, self.which, dict(self.arguments))
 
     def unit(self, component: Component) -> str:

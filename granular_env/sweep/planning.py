@@ -18,7 +18,7 @@ from .tasks import Task, axes, basis_of, make_tasks
 
 
 def planned(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
-    """What the tasks share, the tasks, and how the results' folder describes them.
+    """Return what the tasks share, the tasks, and their description in the results' folder.
 
     Raises:
         ExperimentError: the experiment is not valid, a file that it names cannot be read, or a value has no hash.

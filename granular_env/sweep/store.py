@@ -129,7 +129,7 @@ class Store:
         return read_results(self.folder)
 
     def _mend(self) -> None:
-        """A last line that was cut off in the middle gets an end, so that the next one begins a line."""
+        """End a last line that was cut off in the middle, so that the next result begins a new line."""
         path = self.folder / JOURNAL
         with path.open("rb") as file:
             if file.seek(0, os.SEEK_END) and file.seek(-1, os.SEEK_END) is not None and file.read(1) != b"\n":
@@ -173,7 +173,7 @@ def _line(result: Result) -> bytes:
 
 
 def read_description(folder: Path) -> dict[str, Any]:
-    """What `Store.begin` wrote.
+    """Return the description that `Store.begin` wrote.
 
     Raises:
         SweepError: there is none, or one that this program does not read.

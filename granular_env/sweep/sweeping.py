@@ -91,7 +91,7 @@ def run_sweep(
 def check_sweep(
     plan: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = (), *, allow_large: bool = False
 ) -> Plan:
-    """The plan, held against its experiment as `run_sweep` does before it begins; nothing is run and nothing written.
+    """Validate a plan against its experiment, as `run_sweep` does first; run and write nothing.
 
     Raises:
         ExperimentError: the plan or its experiment is not valid.
@@ -119,7 +119,7 @@ def _gathered(stream: Any, store: Store, known: dict[str, Result], size: int, ti
 
 
 def _orders(plan: Plan, tasks: Sequence[Task]) -> dict[str, Order]:
-    """What there is to do, each once: hash -> order; of equal tasks one keeps its log where any is to keep it."""
+    """Return the tasks to compute, each once: hash -> order; of equal tasks one keeps its log where any has to."""
     found: dict[str, Order] = {}
     for task in tasks:
         always = plan.logs.wants(task.number)

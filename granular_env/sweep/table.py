@@ -174,7 +174,7 @@ class Sweep:
 
 
 def open_sweep(folder: str | os.PathLike[str]) -> Sweep:
-    """The results in a folder, as far as they go; also while it is being computed, or after a kill.
+    """Return the results in a folder so far; also while the sweep is running, or after it was killed.
 
     Raises:
         SweepError: no sweep is there, or one of another version.
@@ -196,7 +196,7 @@ def _unusable(folder: Path) -> Iterator[None]:
 
 
 def _plain(value: Any) -> Any:
-    """A value as a cell: tables and lists as JSON."""
+    """Return a value as a cell: tables and lists as JSON."""
     return json.dumps(value) if isinstance(value, list | dict) else value
 
 

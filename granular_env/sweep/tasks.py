@@ -101,7 +101,7 @@ def _task(
 
 
 def derived_seed(seed: int, overrides: tuple[tuple[str, Any], ...], repetition: int) -> int:
-    """A repetition's own seed: from the plan's and from what the task sets, so that an edited plan keeps it."""
+    """Derive a repetition's seed from the plan's and from what the task sets, so that an edited plan keeps it."""
     return int(_hash([seed, overrides, repetition])[:8], 16)
 
 

@@ -57,7 +57,7 @@ class Camera:
         recording.log(self.path, place, lens, static=True)
 
     def view(self, name: str, contents: list[str]) -> Any:
-        """A pane that shows entities through this camera."""
+        """Return a pane that shows entities through this camera."""
         rrb = needed("rerun.blueprint", "the viewer")
         across, down = self._image
         return rrb.Spatial2DView(

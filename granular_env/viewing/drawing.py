@@ -55,7 +55,7 @@ DARK = {
 
 
 def styled(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """A drawing function that runs in our style and leaves matplotlib's settings alone."""
+    """Wrap a drawing function: it runs in our style and leaves matplotlib's settings alone."""
 
     @functools.wraps(draw)
     def inside(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
@@ -66,12 +66,12 @@ def styled(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure [inch], outside pyplot."""
+    """Return an empty figure [inch], outside pyplot."""
     return needed("matplotlib.figure", "figures").Figure(figsize=(width, height), layout="constrained")
 
 
 def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
-    """The figure, drawn into pixels."""
+    """Draw the figure into pixels."""
     figure.set_dpi(dots_per_inch)
     drawn = needed("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure)
     drawn.draw()
@@ -79,7 +79,7 @@ def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
 
 
 def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
-    """A figure as the bytes of a PNG file; the same figure gives the same bytes."""
+    """Return a figure as the bytes of a PNG file; the same figure gives the same bytes."""
     buffer = io.BytesIO()
     figure.set_dpi(dots_per_inch)
     needed("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})
@@ -205,7 +205,7 @@ def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
 
 
 def broken(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Times and values with NaN before each cut, so that no line is drawn across it."""
+    """Return times and values with NaN before each cut, so that no line is drawn across it."""
     return np.insert(times, cuts, times[cuts]), np.insert(values, cuts, np.nan)
 
 
@@ -215,12 +215,12 @@ def line(place: int) -> dict[str, Any]:
 
 
 def legend(axes: Axes) -> None:
-    """A legend beside the axes, where it hides nothing."""
+    """Add a legend beside the axes, where it hides nothing."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
 
 def markers(shown: Field) -> dict[str, Any]:
-    """A dot on each place, while they can be told apart."""
+    """Draw a dot on each place, while the dots are distinguishable."""
     return {"marker": "o", "markersize": 3} if shown.values.shape[1] <= 60 else {}
 
 
@@ -235,12 +235,12 @@ def place_axis(shown: Field) -> str:
 
 
 def indices(shown: Field) -> npt.NDArray[np.int64]:
-    """Number of each place that is shown."""
+    """Return the number of each place that is shown."""
     return np.arange(shown.values.shape[1]) * shown.every
 
 
 def span(shown: Field) -> float:
-    """The last instant [s]."""
+    """Return the last instant [s]."""
     return float(shown.times[-1])
 
 

@@ -18,7 +18,7 @@ _INSTALL = {
 
 
 def needed(module: str, purpose: str) -> Any:
-    """The module, imported now.
+    """Import the module and return it.
 
     Raises:
         MissingExtraError: it is not installed; the message holds the command that installs it.

@@ -20,13 +20,13 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Field:
-    """A quantity along a row of particles or contacts, in some frames of a run.
+    """A quantity with a value for each of several particles, contacts, ..., in some frames of a run.
 
     Attributes:
         variable: name, unit and meaning.
         times: shape (frames,) [s].
         values: shape (frames, n), in the variable's unit.
-        place: what there is one value of: "grain", "contact" or "entry".
+        place: what there is one value for, by the variable's `axes`: "grain", "contact", ...; "element" where they do not say.
         axis: the label of the axis along them.
         every: each `every`-th is shown; 1 shows all.
         total: how many there are.
@@ -50,7 +50,7 @@ def as_field(shown: Motion | Field) -> Field:
     if shown.colour is None:
         name = shown.colour_variable.name
         raise ParameterError(f"{name!r} was not recorded, so it cannot be drawn; add it to the recorded variables")
-    place, axis = _axis(shown.colour_variable, shown.total, shown.total)
+    place, axis = _axis(shown.colour_variable, 0 if _is_row(shown.reference) else None)
     return Field(shown.colour_variable, shown.times, shown.colour, place, axis, shown.every, shown.total, shown.cuts)
 
 
@@ -78,7 +78,8 @@ def load_field(log: Any, name: str, frames: int, progress: Callable[[float], Non
     picked = evenly_picked(len(log.times(name)), max(2, min(frames, MAXIMUM_POINTS // count)))
     times, values = sampled(log, name, picked, progress)
     points = main_points(log.drawables)
-    place, axis = _axis(variable, total, len(points.radius) if points is not None else 0)
+    surplus = total - len(points.radius) if points is not None and _is_row(points.reference) else None
+    place, axis = _axis(variable, surplus, points.name.removesuffix("s") if points is not None else "")
     return Field(variable, times, values[:, ::every], place, axis, every, total, cuts_of(log, name, picked))
 
 
@@ -94,15 +95,22 @@ def require_names(names: Sequence[str] | None, known: Sequence[str]) -> list[str
     return list(dict.fromkeys(names))
 
 
-def _axis(variable: Variable, total: int, particles: int) -> tuple[str, str]:
-    """Return what the values belong to, and the label of the axis along them."""
-    if total == particles:
-        return "grain", "grain (0 is the left end)"
-    if total == particles + 1:
-        return "contact", "contact (i is left of grain i)"
-    if total == particles - 1:
-        return "contact", "contact (i is right of grain i)"
-    return "entry", f"entry of {variable.name}"
+def _is_row(reference: FloatArray) -> bool:
+    """Return whether points lie in a row along x; their places have shape (n, 3)."""
+    return not np.ptp(reference[:, 1:], axis=0).any()
+
+
+def _axis(variable: Variable, surplus: int | None, point: str = "") -> tuple[str, str]:
+    """Return what the values belong to, and the label of the axis along them.
+
+    Args:
+        variable: the quantity; its `axes` say what its values belong to.
+        surplus: how many more values than points there are; None where the points are not in a row.
+        point: what one point is called.
+    """
+    place = variable.axes[0] if variable.axes else "element"
+    notes = {0: "0 is the left end", 1: f"i is left of {point} i", -1: f"i is right of {point} i"}
+    return place, f"{place} ({'numbered from 0' if surplus is None else notes.get(surplus, 'numbered from 0')})"
 
 
 def _list(names: Sequence[str]) -> str:

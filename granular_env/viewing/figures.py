@@ -62,7 +62,7 @@ _REACHED = 0.05
 
 @styled
 def space_time(motion: Motion | Field, title: str = "", limit: float | None = None) -> Figure:
-    """The x-t diagram; `limit`: the value at the ends of the colour map (default: the largest magnitude)."""
+    """Draw the x-t diagram; `limit`: the value at the ends of the colour map (default: the largest magnitude)."""
     shown = as_field(motion)
     figure = new_figure(8.0, 5.2)
     axes = figure.subplots()
@@ -73,7 +73,7 @@ def space_time(motion: Motion | Field, title: str = "", limit: float | None = No
 
 @styled
 def headline(motion: Motion | Field, title: str = "") -> Figure:
-    """The x-t diagram, with the profile at the last instant above it."""
+    """Draw the x-t diagram, with the profile at the last instant above it."""
     shown = as_field(motion)
     figure = new_figure(8.6, 6.4)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 5])
@@ -89,7 +89,7 @@ def headline(motion: Motion | Field, title: str = "") -> Figure:
 
 @styled
 def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Figure:
-    """The quantity along the places at some instants [s] (default: four, evenly spaced).
+    """Draw the quantity along the places at some instants [s] (default: four, evenly spaced).
 
     Raises:
         ParameterError: an instant outside the recorded span.
@@ -111,7 +111,7 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Fi
 
 @styled
 def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Figure:
-    """The quantity of some places in time (default: up to five that the wave reached).
+    """Draw the quantity of some places in time (default: up to five that the wave reached).
 
     Raises:
         ParameterError: no such place.
@@ -188,7 +188,7 @@ def default_grains(motion: Motion | Field) -> list[int]:
 
 
 def frame_at(shown: Motion | Field, time: float) -> int:
-    """The frame nearest to an instant [s]; `ParameterError` outside the recorded span."""
+    """Return the frame nearest to an instant [s]; `ParameterError` outside the recorded span."""
     first, last = float(shown.times[0]), float(shown.times[-1])
     slack = 1e-9 * max(abs(first), abs(last))
     if isinstance(time, bool) or not isinstance(time, (int, float)) or not first - slack <= time <= last + slack:
@@ -198,7 +198,7 @@ def frame_at(shown: Motion | Field, time: float) -> int:
 
 
 def column_of(shown: Motion | Field, grain: int) -> int:
-    """The column of a place (negative numbers count from the end); `ParameterError` where there is none."""
+    """Return the column of a place (negative numbers count from the end); `ParameterError` where there is none."""
     if not isinstance(grain, int) or not -shown.total <= grain < shown.total:
         raise ParameterError(f"grains: got {grain!r}, expected a whole number from {-shown.total} to {shown.total - 1}")
     return (grain % shown.total) // shown.every

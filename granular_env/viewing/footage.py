@@ -204,7 +204,7 @@ def _as_vectors(moved: FloatArray) -> FloatArray:
 
 
 def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
-    """Indices of evenly spaced frames, the first and the last among them."""
+    """Return indices of evenly spaced frames, the first and the last among them."""
     if available <= wanted:
         return np.arange(available)
     return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))

@@ -124,15 +124,15 @@ class LiveViewer:
 
     # -- the observer -----------------------------------------------------------------------------------------------
 
-    def began(self, component: Component) -> None:
-        """A new history starts here; time goes on."""
+    def on_reset(self, component: Component) -> None:
+        """Start a new history; the viewer's time goes on."""
         self._elapsed += self._last_tick - component.tick
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
         self._send(component, anew=True)
         self.next_tick = component.tick + 1
 
-    def look(self, component: Component) -> None:
+    def on_sample(self, component: Component) -> None:
         """Send a frame if one is due; wait before, if the run is ahead of its pace."""
         self._last_tick = component.tick
         if not self._working:
@@ -143,12 +143,12 @@ class LiveViewer:
             self._send(component, anew=False)
         self.next_tick = self._pacing.leave(shown) - self._elapsed
 
-    def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Nothing to do: `look` has seen it."""
+    def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
+        """Nothing to do: `on_sample` has seen it."""
         self._last_tick = component.tick
 
-    def failed(self, component: Component, error: BaseException) -> None:
-        """The component went back to where its step began; so does the next look."""
+    def on_failure(self, component: Component, error: BaseException) -> None:
+        """Go back to where the failed step began, as the component did."""
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
         self.next_tick = component.tick + 1
@@ -218,7 +218,7 @@ class LiveViewer:
             self._drawn_at = perf_counter()
 
     def _shifted(self, footage: Footage) -> Footage:
-        """The footage in the viewer's time."""
+        """Return the footage in the viewer's time."""
         if not self._elapsed:
             return footage
         ticks, seconds = self._elapsed, self._elapsed * self._component.step_size

@@ -48,7 +48,7 @@ def plots(footage: Footage) -> list[Plot]:
 
 
 def shown_plots(footage: Footage, most: int) -> list[Plot]:
-    """The plots that have a pane of their own: at most so many, none of a finished run that stays zero."""
+    """Return the plots with a pane of their own: at most so many, and none that stays zero in a finished run."""
     return [plot for plot in plots(footage) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:most]
 
 

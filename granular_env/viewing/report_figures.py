@@ -71,7 +71,10 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         ParameterError: as in `Choice.check`, or an instant or a place that the log does not have.
     """
     choice.check(log)
-    arrays = [name for name in field_names(log) if choice.holds(name)]
+    # Vectors in balances have figures of their own; as arrays they are shown only where they are named.
+    in_balances = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
+    unnamed = in_balances if choice.variables is None else set()
+    arrays = [name for name in field_names(log) if choice.holds(name) and name not in unnamed]
     share = 1.0 / (1 + len(arrays))
     footage = from_log(log, FRAMES, lambda part: progress(share * part))
     drawn: dict[str, Shown] = {}
@@ -87,9 +90,10 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     for balance in footage.balances:
         figure = figures.balance(footage, balance.quantity)
         if figure is not None:
+            quantity = balance.quantity.replace("_", " ").capitalize()
             words = (
-                f"{balance.quantity.capitalize()} since the reset; below, what the balance cannot account for: the error of "
-                f"the numerics, in {balance.unit} at the left, as a part of the largest entry at the right."
+                f"{quantity} since the reset; below, what the balance cannot account for: "
+                f"the error of the numerics, in {balance.unit} at the left, as a part of the largest entry at the right."
             )
             drawn[f"balance-{balance.quantity}"] = Shown("Balances", figure, words)
     for title in ("outputs", "inputs"):
@@ -104,7 +108,7 @@ def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Sho
     name = field.variable.name.replace("_", " ")
     stem = "" if is_main else f"{field.variable.name}-"
     sign = "red is positive, blue negative" if field.values.min(initial=0.0) < 0.0 else "the redder the larger"
-    if field.variable.unit == "m/s":
+    if field.variable.unit == "m/s" and field.values.min(initial=0.0) < 0.0:
         sign = "red is to the right, blue to the left"
     words = (
         f"{name.capitalize()} of every {field.place} (across) at every instant (up); {sign}, nearly white is 0. "
@@ -114,7 +118,7 @@ def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Sho
     drawn = {f"{stem}space-time": Shown(heading, figures.space_time(field), words)}
     if is_main or choice.times is not None or choice.variables is not None:
         heading = "Profiles at chosen times" if is_main else f"{name.capitalize()}: profiles"
-        words = f"{name.capitalize()} along the chain at chosen instants."
+        words = f"{name.capitalize()} of every {field.place} at chosen instants."
         drawn[f"{stem}profiles"] = Shown(heading, figures.profiles(field, choice.times), words)
     heading = f"Histories of chosen {field.place}s" if is_main else f"{name.capitalize()}: histories"
     which = "" if choice.grains is not None else ", evenly spaced among those that changed; others can be named (grains)"

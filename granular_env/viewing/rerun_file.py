@@ -13,7 +13,7 @@ _MAGIC = b"RRF"
 
 
 def rerun_target(path: str | os.PathLike[str]) -> Path:
-    """A path as one to write a rerun file to.
+    """Return a path to write a rerun file to, or raise.
 
     Raises:
         ParameterError: its name does not end in .rrd, or what stands there (a log, say) is no rerun file.

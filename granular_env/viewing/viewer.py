@@ -99,7 +99,8 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
     """
     needed("rerun", "the viewer")
     if not web:
-        file, picture = Option("save", "FILE.rrd"), Option("screenshot", "FILE.png")
+        file = Option("save", "FILE.rrd", call="save_rrd(log, 'FILE.rrd')")
+        picture = Option("screenshot", "FILE.png", call="screenshot(log, 'FILE.png')")
         require_screen(("use the web viewer (", Option("web"), "), a rerun file (", file, ") or a picture (", picture, ")"))
     data = scene_bytes(log, exaggerate)
     try:
@@ -133,7 +134,7 @@ def screenshot(
     size: tuple[int, int] = (1600, 1000),
     exaggerate: float | None = None,
 ) -> Path:
-    """A picture of the whole viewer, taken without a screen.
+    """Take a picture of the whole viewer, taken without a screen.
 
     Args:
         log: an open log.

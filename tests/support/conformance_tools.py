@@ -41,17 +41,17 @@ class Watcher:
     def __init__(self, every: int) -> None:
         self.every, self.next_tick, self.looks, self.calls = every, 0, [], []
 
-    def began(self, component: Component) -> None:
+    def on_reset(self, component: Component) -> None:
         self.next_tick = component.tick + self.every
-        self.calls.append("began")
+        self.calls.append("on_reset")
 
-    def look(self, component: Component) -> None:
+    def on_sample(self, component: Component) -> None:
         self.looks.append(component.tick)
         readings(component), component.save(), component.report(), component.cautions()
         self.next_tick = component.tick + self.every
 
-    def stepped(self, component: Component, ticks: int, inputs: dict) -> None:
+    def on_step(self, component: Component, ticks: int, inputs: dict) -> None:
         self.calls.append(ticks)
 
-    def failed(self, component: Component, error: BaseException) -> None:
+    def on_failure(self, component: Component, error: BaseException) -> None:
         self.calls.append(type(error).__name__)

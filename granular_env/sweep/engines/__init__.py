@@ -18,7 +18,7 @@ ENGINES = ("processes", "serial", "ray")
 def results(
     engine: str, job: Job, orders: Sequence[Order], folder: Path, workers: int | None, address: str | None
 ) -> Iterator[list[Result]]:
-    """The results of all orders, by the engine of that name."""
+    """Yield the results of all orders, computed by the engine of that name."""
     if engine == "serial":
         from .serial import in_series
 

@@ -91,7 +91,7 @@ def _last_line(text: str) -> str:
 
 
 def on_ray(job: Job, orders: Sequence[Order], folder: Path, workers: int | None, address: str | None) -> Iterator[list[Result]]:
-    """The results, as they come; logs come with them, since a node may have another disk."""
+    """Yield the results as they come; logs come with them, since a node may have another disk."""
     ray = needed("ray", "the engine 'ray'")
     # Ray prints what it has to say of a node that ended; a program's output is no place for it.
     with redirect_stdout(sys.stderr):
@@ -150,19 +150,19 @@ def _watched(
 
 
 def _refusal(error: Any) -> SweepError:
-    """The code of a bundle itself failed: the node lacks the package, or has another version of it."""
+    """Return the error for a bundle whose code failed: the node lacks the package, or has another version of it."""
     cause = error.cause if isinstance(error.cause, SweepError) else None
     return SweepError(str(cause) if cause is not None else f"a node of the cluster cannot compute: {_last_line(str(error))}")
 
 
 def _reason(error: Exception) -> str:
-    """What Ray says of a worker that is gone, in one sentence."""
+    """Return Ray's message about a lost worker, in one sentence."""
     told = {"NodeDiedError": "its node ended", "WorkerCrashedError": "its process ended", "OutOfMemoryError": "memory ran out"}
     return told.get(type(error).__name__, f"{type(error).__name__}")
 
 
 def _without_log(result: Result, folder: Path) -> Result:
-    """The result, its log put into the results' folder."""
+    """Return the result after moving its log into the results' folder."""
     if result.log is None:
         return result
     from granular_env.writing import replacing
@@ -179,7 +179,7 @@ _KEPT: list[Job] = []
 
 
 def _bundle(job: Job, orders: Sequence[Order]) -> tuple[list[Result], float]:
-    """What a worker of the cluster does."""
+    """Compute a bundle in a worker of the cluster."""
     if job.program != program():
         raise SweepError(
             f"node {socket.gethostname()} has another version of granular-env or of a package it computes with; install the "

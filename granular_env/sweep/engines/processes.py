@@ -25,7 +25,7 @@ _MOST_STILLBORN = 3
 
 
 def in_processes(job: Job, orders: Sequence[Order], folder: Path, workers: int | None) -> Iterator[list[Result]]:
-    """The results, as they come."""
+    """Yield the results as they come."""
     count = max(1, min(workers or available_cores(), len(orders)))
     bundles, stillborn = Bundles(orders, count, _BUNDLE_SECONDS), 0
     crew = [_Worker(job, folder) for _ in range(count)]
@@ -60,7 +60,7 @@ def in_processes(job: Job, orders: Sequence[Order], folder: Path, workers: int |
 
 
 def available_cores() -> int:
-    """The cores that this process may use."""
+    """Return the cores that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:
@@ -91,7 +91,7 @@ class _Worker(Worker):
 
 
 def _serve(connection: Connection, job: Job, folder: Path) -> None:
-    """What a process does: bundles in, results out, until nobody is there any more."""
+    """Compute bundles in a worker process until its parent closes the pipe or exits."""
     computer = Computer(job, folder)
     connection.send(([], 0.0))
     while True:

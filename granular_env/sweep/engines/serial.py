@@ -9,7 +9,7 @@ from ..computing import Computer, Job, Order, Result
 
 
 def in_series(job: Job, orders: Sequence[Order], folder: Path) -> Iterator[list[Result]]:
-    """The results, in the order of the tasks."""
+    """Yield the results in the order of the tasks."""
     computer = Computer(job, folder)
     for order in orders:
         yield [computer.compute(order)]

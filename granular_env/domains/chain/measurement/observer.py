@@ -63,25 +63,25 @@ class Watch:
         frames = {name: np.array([frame[i] for frame in self._frames]) for i, name in enumerate(self._variables)}
         return of_chain(self._component, time, **frames)
 
-    def began(self, component: Component) -> None:
+    def on_reset(self, component: Component) -> None:
         """Start a new history."""
         chain_geometry(component)
         self._variables = history_variables(component)
         self._interval = component.ticks_in(self._every, "every")
         self._component = component
         self._forget()
-        self.look(component)
+        self.on_sample(component)
 
-    def look(self, component: Component) -> None:
+    def on_sample(self, component: Component) -> None:
         """Keep a frame."""
         self._ticks.append(component.tick)
         self._frames.append(tuple(component.get(name) for name in self._variables))
         self.next_tick = component.tick + self._interval
 
-    def stepped(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
+    def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Nothing is kept but frames."""
 
-    def failed(self, component: Component, error: BaseException) -> None:
+    def on_failure(self, component: Component, error: BaseException) -> None:
         """Drop the frames of a step that was undone."""
         while self._ticks and self._ticks[-1] > component.tick:
             self._ticks.pop()
@@ -114,7 +114,7 @@ def observe(chain: Component, duration: float, every: float, **inputs: Any) -> H
     numbers = sum(np.size(chain.get(name)) for name in history_variables(chain))
     frames = chain.ticks_in(duration, "duration") // chain.ticks_in(every, "every") + 1
     refuse_beyond(8 * numbers * frames, f"every: {frames:.6g} frames of {numbers} numbers, from duration / every,")
-    watch.began(chain)  # refuses before the chain keeps it
+    watch.on_reset(chain)  # refuses before the chain keeps it
     chain.observe(watch)
     try:
         chain.step(duration, **inputs)

@@ -1,0 +1,232 @@
+"""The toy component in the plane: its physics, its breaking links, and every generic room that shows or drives it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+import granular_env as ge
+from granular_env.components.discs import Discs
+from granular_env.components.errors import ParameterError, StepError
+from granular_env.components.profiles import Profile
+from granular_env.envs import ComponentEnv, Task
+from granular_env.recording import verify
+from granular_env.sweep import run_sweep
+from granular_env.viewing import report
+
+THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
+
+
+def thrown(step_size: float = 1e-5) -> Discs:
+    """A block on its way into the upper right corner of its box."""
+    discs = Discs(**THROWN, step_size=step_size)
+    discs.reset(velocity=(6.0, 4.0))
+    return discs
+
+
+# -- physics ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_block_at_rest_stays_at_rest() -> None:
+    discs = Discs(rows=3, columns=3)
+    discs.step(0.01)
+    # Rounding of the places, 1e-17 m, times omega = 2000 / s, over some periods.
+    assert np.abs(discs.get("velocity")).max() < 1e-12 and discs.events() == []
+
+
+def test_two_linked_discs_swing_at_their_own_frequency() -> None:
+    discs = Discs(rows=1, columns=2, mass=0.01, stiffness=1e4, step_size=1e-6)
+    discs.reset(velocity={0: (-0.01, 0.0), 1: (0.01, 0.0)})
+    quarter = 0.5 * math.pi / math.sqrt(2.0 * 1e4 / 0.01)  # the reduced mass is half a disc's
+    discs.step(round(quarter / 1e-6) * 1e-6)
+    # The amplitude is v / omega; at the turning point a deviation of one step in time changes it by (omega h)^2 / 2 = 1e-6.
+    assert discs.get("displacement")[1, 0] == pytest.approx(0.01 / math.sqrt(2.0 * 1e4 / 0.01), rel=1e-5)
+
+
+def test_a_disc_bounces_off_the_wall() -> None:
+    disc = Discs(rows=1, columns=1, clearance=0.001)
+    disc.reset(velocity=(1.0, 0.5))
+    disc.step(0.0055)  # 1 and 2 ms to the walls, and half a period of 6.28 ms in each
+    # Only the walls at the right and above turn it round; leapfrog costs up to (omega h)^2 / 4 = 2.5e-5 of the speed.
+    np.testing.assert_allclose(disc.get("velocity"), [[-1.0, -0.5]], rtol=2e-4)
+    np.testing.assert_allclose(disc.get("wall_impulse"), [-0.02, -0.01], rtol=2e-4)
+
+
+def test_the_energy_residual_falls_with_the_step() -> None:
+    residuals = []
+    for step_size in (4e-5, 1e-5, 2.5e-6):
+        discs, worst = thrown(step_size), 0.0
+        for _ in range(100):
+            discs.step(4e-4)
+            worst = max(worst, abs(discs.get("energy_residual")))
+        residuals.append(worst / 3.12)
+        assert discs.get("broken_links") > 0
+    # 12 discs of 0.01 kg at sqrt(52) m/s have 3.12 J. Within the steps where contacts begin or end the order is 2 as well.
+    assert residuals[0] < 5e-3 and residuals[1] < residuals[0] / 4 and residuals[2] < residuals[1] / 4
+
+
+def test_momentum_is_the_impulse() -> None:
+    discs, force = Discs(**THROWN), np.zeros((12, 2))
+    force[0], force[7] = (3.0, -1.0), (0.5, 4.0)
+    discs.step(0.002, force=force)
+    assert not discs.get("wall_impulse").any()
+    np.testing.assert_allclose(discs.get("impulse"), 0.002 * force.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(0.01 * discs.get("velocity").sum(axis=0), discs.get("impulse"), rtol=1e-12)
+    assert abs(discs.get("angular_impulse")) > 1e-4
+    assert discs.get("angular_momentum") == pytest.approx(discs.get("angular_impulse"), rel=1e-12)
+
+
+# -- breaking -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_link_breaks_at_its_limit() -> None:
+    discs, force = Discs(rows=1, columns=2, step_size=1e-6), np.array([[-1.5, 0.0], [1.5, 0.0]])
+    while not discs.events():
+        discs.step(None, force=force)
+    (event,) = discs.events()
+    assert (event.kind, event.index, event.limit, event.tick) == ("link_broken", 0, 0.01, discs.tick)
+    # It lengthens by at most 1 m/s, which is 5e-5 of its length in a step.
+    assert 0.01 < event.value < 0.01 + 5e-5
+    assert discs.get("fracture_energy") == pytest.approx(0.5 * 1e4 * (event.value * 0.02) ** 2, rel=1e-12)
+    assert discs.get("linked").tolist() == [0.0] and discs.get("broken_links") == 1.0
+    velocity = discs.get("velocity")
+    discs.step(1e-4, force=0.0)
+    assert discs.get("velocity").tolist() == velocity.tolist()  # nothing holds them any more
+
+
+def test_a_link_below_its_limit_holds() -> None:
+    discs = Discs(rows=1, columns=2, breaking_strain=0.03)
+    # A force that is put on at once lengthens a link to twice the length at rest under it: 2 * 2 N / 1e4 N/m / 0.02 m = 0.02.
+    discs.step(0.01, force=np.array([[-2.0, 0.0], [2.0, 0.0]]))
+    assert discs.events() == [] and discs.get("linked").tolist() == [1.0]
+
+
+def test_snapshots_grow_with_what_breaks_and_go_on_bit_for_bit() -> None:
+    discs, saved = thrown(), []
+    for _ in range(20):
+        saved.append((discs.save(), discs.state_bytes, discs.event_count))
+        discs.step(0.002)
+    (_, first, none), (_, last, many) = saved[0], saved[-1]
+    assert none == 0 < many and last == first + many * (5 + 1) * 8  # a row of the events, and the number of the link
+    for number, (snapshot, _, count) in enumerate(saved):
+        other = Discs(**THROWN)
+        other.restore(ge.Snapshot.from_bytes(snapshot.to_bytes()))
+        assert other.event_count == count
+        other.step(0.002 * (20 - number))
+        assert other.save().to_bytes() == discs.save().to_bytes() and other.events() == discs.events()
+
+
+def test_faults_name_what_is_wrong() -> None:
+    discs = Discs(rows=2, columns=2)
+    with pytest.raises(ParameterError, match=r"force.*shape \(4, 2\)"):
+        discs.step(None, force=np.zeros((4, 3)))
+    with pytest.raises(StepError, match=r"velocity\[0\] reached .* take a smaller step_size"):
+        discs.step(0.01, force=1e9)
+    assert discs.tick == 0 and not discs.get("velocity").any()
+    with pytest.raises(ParameterError, match="discs"):
+        Discs(rows=100_000, columns=100_000)
+
+
+# -- through the generic rooms --------------------------------------------------------------------------------------------
+
+
+class Divide(Task):
+    """Break as many links as possible, as soon as possible."""
+
+    name = "divide"
+    actions, observations = {"force": 3.0}, {"displacement": 1e-3, "velocity": 1.0, "linked": 1.0}
+
+    def begin(self, component, seen):
+        self.counters = {"holding": float(seen["linked"].sum())}
+
+    def judge(self, component, seen, duration):
+        before, holding = self.counters["holding"], float(seen["linked"].sum())
+        self.counters = {"holding": holding}
+        return before - holding, holding == 0.0
+
+
+def make_divide(deadline: int = 30, clock: int = 0, **_: object) -> ComponentEnv:
+    """Return the environment as a study makes it, by "test_discs:make_divide"."""
+    discs = ge.make("discs", rows=1, columns=4, step_size=2e-5)
+    return ComponentEnv(discs, Divide(), internal_steps=10, deadline=deadline, clock=clock, render_mode="rgb_array")
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    result = ge.run("discs/broken-row", log=tmp_path_factory.mktemp("logs") / "a.mcap", overrides={"duration": 0.02})
+    return ge.open_log(result.log)
+
+
+def test_the_shipped_row_breaks_in_the_middle(log) -> None:
+    (event,) = log.events("link_broken")
+    assert event.index == 4 and event.value > event.limit == 0.01
+    assert verify(log).identical
+    # The pulses meet in the middle at 4.5 links over 20 m/s = 4.5 ms, and add up until their crests, 2 ms later.
+    assert 4.5e-3 < event.tick * 1e-5 < 6.6e-3
+
+
+def test_a_branch_with_less_force_does_not_break(log, tmp_path: Path) -> None:
+    pattern = np.zeros((10, 2))
+    pattern[0, 0], pattern[9, 0] = -1.0, 1.0
+    weaker = Profile.half_sine(0.7, 4e-3) * pattern
+    child = log.branch(0.0).run(tmp_path / "b.mcap", {"force": weaker})
+    assert child.events() == [] and verify(tmp_path / "b.mcap").identical
+    same = log.branch(0.005)
+    same.run(tmp_path / "c.mcap")
+    assert same.component.get("displacement").tobytes() == log.get("displacement", log.duration).tobytes()
+
+
+def test_the_report_shows_discs_links_events_and_balances(log, tmp_path: Path) -> None:
+    page = report(log, tmp_path / "report").read_text()
+    for words in ("link broken", "Speed of every disc", "fracture energy", "momentum x", "Angular momentum since", "Linked"):
+        assert words in page
+    assert "every grain" not in page and "along the chain" not in page
+
+
+def test_rerun_gets_the_discs(log, tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="the extra `view` is not installed")
+    from granular_env.viewing import save_rrd
+
+    assert save_rrd(log, tmp_path / "a.rrd").stat().st_size > 10_000
+
+
+def test_a_task_drives_every_disc() -> None:
+    env = make_divide()
+    assert isinstance(env.action_space, gymnasium.spaces.Box) and env.action_space.shape == (8,)
+    env.reset(seed=1)
+    apart = np.array([-1.0, 0.0, -1.0, 0.0, 1.0, 0.0, 1.0, 0.0], dtype=np.float32)
+    total, ended = 0.0, False
+    while not ended:
+        _, reward, terminated, truncated, info = env.step(apart)
+        total, ended = total + float(reward), terminated or truncated
+    assert total >= 1.0 and total == 3.0 - info["linked"].sum()
+    picture = env.render()
+    assert picture.shape == (360, 960, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 3
+
+
+def test_a_sweep_finds_how_strain_decides(tmp_path: Path) -> None:
+    plan = {
+        "version": 1, "experiment": "discs/broken-row", "set": {"duration": 0.01},
+        "grid": {"component.breaking_strain": [0.006, 0.01, 0.02]},
+        "measure": {"broken": "final broken_links", "middle": "final linked[4]", "fastest": "max speed"},
+    }  # fmt: skip
+    columns = run_sweep(plan, tmp_path / "sweep", engine="serial").columns()
+    broken = columns["broken"]
+    assert broken[0] > broken[1] == 1.0 and broken[2] == 0.0 and columns["middle"] == [columns["middle"][0], 0.0, 1.0]
+
+
+def test_cma_finds_how_to_break_every_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("cma", reason="the extra `control` is not installed")
+    from granular_env.control.study.running import run_study
+
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    study = {
+        "version": 1, "name": "divide", "budget": 1500, "task": {"name": "test_discs:make_divide"},
+        "drive": {"knots": 2}, "method": [{"type": "cma", "population": 6}],
+    }  # fmt: skip
+    score = run_study(study, tmp_path / "study").of("cma")[0].score
+    assert score is not None and score.value == 3.0
