@@ -20,7 +20,7 @@ from .snapshot import Block, FloatArray, Snapshot
 from .stepping import Stepping
 from .support.memory_limits import refuse_beyond
 from .support.serialization import canonical_json
-from .support.validation import start_array, validated
+from .support.validation import start_array, validate_parameters
 
 _LARGEST = sys.float_info.max
 
@@ -60,7 +60,7 @@ class Component(Stepping, metaclass=_Fixed):
             ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
         """
         self._given_memory = memory
-        self.parameters = validated(self.Parameters, parameters, f"component {self.name!r}")
+        self.parameters = validate_parameters(self.Parameters, parameters, f"component {self.name!r}")
         refuse_beyond(self.memory_needed(self.parameters), f"component {self.name!r}")
         try:
             self._build()
@@ -89,7 +89,7 @@ class Component(Stepping, metaclass=_Fixed):
     ) -> None:
         """Set `_block`: the state, as `snapshot.Block` lays it out, in the memory of a parent where there is one."""
         if growing and self._given_memory is not None:
-            raise ParameterError(f"memory: the state of {self._named} grows, so it needs memory of its own")
+            raise ParameterError(f"memory: the state of {self._full_name} grows, so it needs memory of its own")
         words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
         self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
 
@@ -130,7 +130,7 @@ class Component(Stepping, metaclass=_Fixed):
         object.__delattr__(self, name)
 
     @property
-    def _named(self) -> str:
+    def _full_name(self) -> str:
         """The name with its article."""
         return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
 
@@ -138,10 +138,10 @@ class Component(Stepping, metaclass=_Fixed):
         """Return advice: what to do instead of setting or deleting an attribute."""
         variable = self.variables.get(name)
         if name == "parameters" or (variable is not None and variable.causality == "parameter"):
-            return f"the parameters of {self._named} are fixed once it is made; make a new one with the other value"
+            return f"the parameters of {self._full_name} are fixed once it is made; make a new one with the other value"
         if variable is None:
             advice = "" if hasattr(self, name) else f"; {nearest(name, self.variables)}"
-            return f"{self._named}'s attributes cannot be set once it is made{advice}"
+            return f"{self._full_name}'s attributes cannot be set once it is made{advice}"
         if variable.causality == "input":
             return f"an input is given to a step: step(duration, {name}=...)"
         return f"a start value is given to reset: reset({name}=...)" if variable.state else "an output can only be read"

@@ -380,7 +380,7 @@ class Profile:
         rows[begin:end, : part.shape[1]] += part
 
     @cached_property
-    def _compiled(self) -> dict[float, CompiledProfile]:
+    def _compilations(self) -> dict[float, CompiledProfile]:
         return {}
 
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
@@ -391,9 +391,9 @@ class Profile:
             name: what to call the signal in messages.
         """
         step_size = step_size if type(step_size) is float else positive_number("step_size", step_size)
-        known = self._compiled.get(step_size)
+        known = self._compilations.get(step_size)
         if known is None:
-            known = self._compiled[step_size] = self._compile(positive_number("step_size", step_size), name)
+            known = self._compilations[step_size] = self._compile(positive_number("step_size", step_size), name)
         return known
 
     def _compile(self, step_size: float, name: str) -> CompiledProfile:
@@ -418,7 +418,7 @@ class Profile:
             for row, piece in zip(rows, np.flatnonzero(keep), strict=True):
                 # On the grid to rounding: leave the coefficients' bits alone.
                 polynomial = self.coefficients[piece]
-                row[:] = (_shifted(polynomial, float(shift[piece]) * step_size) if moved[piece] else polynomial) * powers
+                row[:] = (_shift_row(polynomial, float(shift[piece]) * step_size) if moved[piece] else polynomial) * powers
         if moved.any():
             worst = int(np.argmax(np.abs(shift)))
             caution(
@@ -474,7 +474,7 @@ def _sum_description(profiles: Sequence[Profile]) -> str:
 
 
 def _shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
-    """Coefficients of p(s + offset) for each row, bit for bit as `_shifted`; rows without an offset keep their bits."""
+    """Coefficients of p(s + offset) for each row, bit for bit as `_shift_row`; rows without an offset keep their bits."""
     shifted = coefficients.copy()
     moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
     for begin in range(0, len(moved), _SHIFTED_TOGETHER):
@@ -490,7 +490,7 @@ def _shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
     return shifted
 
 
-def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
+def _shift_row(coefficients: FloatArray, offset: float) -> FloatArray:
     """Coefficients of p(s + offset), by repeated synthetic division (+ and x only)."""
     shifted = np.array(coefficients, dtype=np.float64)
     for first in range(len(shifted) - 1):

@@ -368,7 +368,7 @@ def _is_study(name: str) -> bool:
 
 def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
     from granular_env.control.study import load_study
-    from granular_env.control.study.running import prepared
+    from granular_env.control.study.running import prepare
     from granular_env.control.task_names import names_own_code
     from granular_env.documents import parse_assignments
 
@@ -379,7 +379,7 @@ def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
             "which check does not import; `granular-env study` does"
         )
         return 0
-    problem, shape = prepared(study)
+    problem, shape = prepare(study)
     methods = ", ".join(method.label for method in study.method)
     if for_programs:
         facts = {"task": study.task.name, "control_steps": problem.steps, "numbers": shape.size, "budget": study.budget}

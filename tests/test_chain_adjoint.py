@@ -253,7 +253,7 @@ def test_evaluate_and_the_tape_have_the_bits_of_the_component(name: str) -> None
     composition, law = gradient.composition_of(chain), type(chain.parameters.law)
     rows = TICKS * specialise(tape.rows_per_tick, law)(len(composition.kicks))
     a, before = chain.detached_table(rows), chain.save().to_bytes()
-    inputs = gradient.checked_drive(chain, drive)
+    inputs = gradient.validate_drive(chain, drive)
     evaluated = _state_of_evaluate(chain, drive)
     assert chain.save().to_bytes() == before
     for left, right in inputs:

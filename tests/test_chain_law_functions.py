@@ -207,7 +207,7 @@ def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> No
 def test_a_law_has_loops_of_its_own_and_others_are_shared() -> None:
     assert specialise(kernels.energies, Hertz) is specialise(kernels.energies, Hertz)
     assert specialise(kernels.energies, Hertz) is not specialise(kernels.energies, Power)
-    assert specialise(kernels.added, Hertz) is kernels.added
+    assert specialise(kernels.add, Hertz) is kernels.add
 
 
 def test_loops_without_a_law_do_not_run() -> None:

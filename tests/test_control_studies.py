@@ -77,9 +77,9 @@ def test_slopes_of_a_drive_are_those_of_central_differences(between, rate):
 def test_the_point_of_a_drive_is_found_again(between):
     shape = DriveShape(steps=30, entries=2, knots=6, between=between, driven=25)
     point = np.random.default_rng(1).uniform(-1.0, 1.0, shape.size)
-    np.testing.assert_allclose(shape.fitted(shape.actions(point[None])[0]), point, atol=1e-13)
+    np.testing.assert_allclose(shape.fit(shape.actions(point[None])[0]), point, atol=1e-13)
     # What ends early is rest from there on.
-    assert not shape.fitted(np.zeros((3, 2))).any()
+    assert not shape.fit(np.zeros((3, 2))).any()
 
 
 def test_a_drive_is_an_agent_that_rests_after_its_end():
@@ -425,7 +425,7 @@ def test_a_record_is_the_same_after_saving_and_loading(tmp_path):
     track.save(tmp_path / "one.trial", {"study": "x"})
     again = Track.load(tmp_path / "one.trial", {"study": "x"})
     assert (len(again), again.spent, again.best_return, again.notes, again.finished) == (3, 740, 1.5, {"budget": 9}, True)
-    assert again.recorded(1, 1, np.array([0.1, 0.3])) == -2.0 and again.slopes(1).tolist() == [3.0, 4.0]
+    assert again.value(1, 1, np.array([0.1, 0.3])) == -2.0 and again.slopes(1).tolist() == [3.0, 4.0]
     assert again.best["point"].tolist() == [0.1, 0.2] and np.array_equal(again.agent["a|b"], track.agent["a|b"])
     with pytest.raises(ExperimentError, match="belongs to another study"):
         Track.load(tmp_path / "one.trial", {"study": "y"})

@@ -151,7 +151,7 @@ class Chain(Component):
         """Overlaps at which a contact is seen too seldom (warn) and at which a step is refused; infinite without a contact."""
         chain, places = self.geometry, self.geometry.contact_slice
 
-        def seen(forces: float) -> FloatArray:
+        def largest_overlap(forces: float) -> FloatArray:
             p = self.parameters.law.exponent
             frequency = self._largest_angle(forces) / self.step_size
             tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.steepest[places])
@@ -162,8 +162,8 @@ class Chain(Component):
         deep = self.parameters.overlap_limit * chain.smaller_radius[places]
         # An adaptive scheme resolves its contacts by itself.
         adaptive = self._scheme.adaptive
-        wanted[places] = np.inf if adaptive else seen(self._wanted_forces)
-        refused[places] = deep if adaptive else np.minimum(deep, seen(_LEAST_FORCES))
+        wanted[places] = np.inf if adaptive else largest_overlap(self._wanted_forces)
+        refused[places] = deep if adaptive else np.minimum(deep, largest_overlap(_LEAST_FORCES))
         law = self.parameters.law
         if isinstance(law, Dissipative) and not adaptive:
             constants, whole = (
@@ -351,7 +351,7 @@ class Chain(Component):
     def _explain(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
         if status == _EXHAUSTED:
-            return self._exhausted(time)
+            return self._exhaustion_error(time)
         name, index, _ = self._worst()
         if name == "overlap":
             value, limit = float(self._largest_overlap()[index]), float(self._refused_overlap[index])
@@ -359,7 +359,7 @@ class Chain(Component):
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
                 self._dissipation_sentence()
-                if self._stopped_in_a_step() > 1.0
+                if self._dissipation_in_a_step() > 1.0
                 else (
                     f"that is {value / radius:.2g} radii, contact laws are for small overlaps: load less, "
                     "or raise overlap_limit"
@@ -377,7 +377,7 @@ class Chain(Component):
             time=time, variable=name, index=index, value=value, limit=limit,
         )  # fmt: skip
 
-    def _exhausted(self, time: float) -> StepError:
+    def _exhaustion_error(self, time: float) -> StepError:
         most = dop853.most_trials(self.parameters.grains)
         return StepError(
             f"the tick that ends at {time:.9g} s needs more than {most} trial steps of {self.parameters.integrator!r}; take a "
@@ -475,13 +475,13 @@ class Chain(Component):
         """Return the figures of `validity`; with dissipation also how much of an approach it stops in a step."""
         figures = self.validity().figures()
         if isinstance(self.parameters.law, Dissipative):
-            figures["dissipation in a step (c h / m*)"] = self._stopped_in_a_step()
+            figures["dissipation in a step (c h / m*)"] = self._dissipation_in_a_step()
         return figures
 
     def cautions(self) -> list[str]:
         """Return a sentence for each assumption that the run so far has left behind."""
         said = self._size_sentences() + self.validity().cautions()
-        if self._stopped_in_a_step() > _STOPPED_IN_A_STEP and not self._scheme.adaptive:
+        if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP and not self._scheme.adaptive:
             said.append(self._dissipation_sentence())
         return said
 
@@ -502,11 +502,11 @@ class Chain(Component):
 
     def _dissipation_sentence(self) -> str:
         return (
-            f"dissipation would stop {self._stopped_in_a_step():.2g} times the approach of a contact in a step, less than "
+            f"dissipation would stop {self._dissipation_in_a_step():.2g} times the approach of a contact in a step, less than "
             f"{_STOPPED_IN_A_STEP:g} is wanted: take a smaller step_size (now {self.step_size:g} s)"
         )
 
-    def _stopped_in_a_step(self) -> float:
+    def _dissipation_in_a_step(self) -> float:
         """Return c h / m* of the contact where it was largest, 0 without dissipation."""
         law, places = self.parameters.law, self.geometry.contact_slice
         if not isinstance(law, Dissipative):
@@ -516,7 +516,7 @@ class Chain(Component):
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
     def _resolution_sentence(self) -> str:
-        if self._stopped_in_a_step() > _STOPPED_IN_A_STEP:
+        if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP:
             return self._dissipation_sentence()
         # Said where it first happens: how few they come to be is known in the end.
         return (

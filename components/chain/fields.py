@@ -36,7 +36,7 @@ class UniformRadii(Parameters):
     seed: int = field(0, "which draw", "1", ge=0, lt=2**63)
 
     @model_validator(mode="after")
-    def _ordered(self) -> UniformRadii:
+    def _validate_order(self) -> UniformRadii:
         if self.high < self.low:
             raise ValueError(f"high: got {self.high:g} m, expected at least low = {self.low:g} m")
         return self

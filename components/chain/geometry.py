@@ -12,7 +12,7 @@ from ..errors import ParameterError
 from ..materials.elastic import Material, material
 from ..support.powers import power
 from ..support.roots import fifth_root, round_down_to_125
-from .arrangements.random_radii import drawn
+from .arrangements.random_radii import draw_radii
 from .equilibrium import static_forces
 from .laws import Dissipative
 from .parameters import WALLS, ChainParameters, UniformRadii
@@ -82,8 +82,8 @@ def geometry(parameters: ChainParameters) -> Geometry:
     left_radius, right_radius = _sides(
         radius, _wall_radius(parameters.left, radius[0]), _wall_radius(parameters.right, radius[-1])
     )
-    reduced_radius = _reduced_value(left_radius, right_radius)
-    reduced_mass = _reduced_value(*_sides(_inertia(parameters, mass), np.inf, np.inf))
+    reduced_radius = _half_harmonic_mean(left_radius, right_radius)
+    reduced_mass = _half_harmonic_mean(*_sides(_inertia(parameters, mass), np.inf, np.inf))
     stiffness = np.zeros(count + 1)
     stiffness[real] = _stiffness(parameters, radius, materials, reduced_radius)[real]
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
@@ -236,7 +236,7 @@ class _Same(list[Material]):
 def _radius(parameters: ChainParameters) -> FloatArray:
     given = parameters.radius
     if isinstance(given, UniformRadii):
-        return drawn(given, parameters.grains)
+        return draw_radii(given, parameters.grains)
     return np.full(parameters.grains, given) if isinstance(given, float) else np.array(given)
 
 
@@ -293,7 +293,7 @@ def _sides(values: FloatArray, left: float, right: float) -> tuple[FloatArray, F
     return np.concatenate(([left], values)), np.concatenate((values, [right]))
 
 
-def _reduced_value(left: FloatArray, right: FloatArray) -> FloatArray:
+def _half_harmonic_mean(left: FloatArray, right: FloatArray) -> FloatArray:
     """1 / (1/left + 1/right); infinite where both are."""
     with np.errstate(divide="ignore"):
         return 1.0 / (1.0 / left + 1.0 / right)

@@ -120,7 +120,7 @@ def remember(a, u):
 
 
 @jit
-def added(total, x):
+def add(total, x):
     """Compensated summation (Kahan): (sum, compensation) -> the same with x added."""
     y = x - total[1]
     t = total[0] + y
@@ -128,7 +128,7 @@ def added(total, x):
 
 
 @jit
-def tallied(a, place):
+def tally(a, place):
     """Return a compensated sum of the tally."""
     return a[TALLY, place], a[TALLY, place + 1]
 
@@ -297,12 +297,12 @@ def finish(a, left_before, right_before):
 @jit
 def tally_piston(a, mass, before, after, work, impulse):
     """Work and impulse that take a prescribed grain from one velocity to another."""
-    keep(a, work, added(tallied(a, work), 0.5 * mass * (after - before) * (after + before)))
-    keep(a, impulse, added(tallied(a, impulse), mass * (after - before)))
+    keep(a, work, add(tally(a, work), 0.5 * mass * (after - before) * (after + before)))
+    keep(a, impulse, add(tally(a, impulse), mass * (after - before)))
 
 
 @jit
-def ended(ticks, passed, unsound):
+def outcome(ticks, passed, unsound):
     """Return the ticks done as `advance` does: negative if an overlap passed its limit, far below 0 if a velocity did."""
     if unsound:
         return -ticks - UNSOUND
@@ -324,9 +324,9 @@ def energies(a, mass):
         _add_motion(a, mass, lanes, i, min(width, n - i))
     kinetic, potential, momentum = (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)
     for lane in range(width):
-        kinetic = added(added(kinetic, lanes[0, lane]), -lanes[1, lane])
-        potential = added(added(potential, lanes[2, lane]), -lanes[3, lane])
-        momentum = added(added(momentum, lanes[4, lane]), -lanes[5, lane])
+        kinetic = add(add(kinetic, lanes[0, lane]), -lanes[1, lane])
+        potential = add(add(potential, lanes[2, lane]), -lanes[3, lane])
+        momentum = add(add(momentum, lanes[4, lane]), -lanes[5, lane])
     return kinetic[0], potential[0], momentum[0]
 
 
@@ -335,7 +335,7 @@ def _add_potential(a, lanes, begin, count):
     for lane in range(np.uint64(count)):
         j = np.uint64(begin) + lane
         stored = law.energy(a, j, pressed(a[U, j] - a[U, j + _ONE] + a[REST_OVERLAP, j]))
-        lanes[2, lane], lanes[3, lane] = added((lanes[2, lane], lanes[3, lane]), stored)
+        lanes[2, lane], lanes[3, lane] = add((lanes[2, lane], lanes[3, lane]), stored)
 
 
 @jit
@@ -343,5 +343,5 @@ def _add_motion(a, mass, lanes, begin, count):
     for lane in range(np.uint64(count)):
         i = np.uint64(begin) + lane
         v = a[V, i + _ONE]
-        lanes[0, lane], lanes[1, lane] = added((lanes[0, lane], lanes[1, lane]), 0.5 * mass[i] * (v * v))
-        lanes[4, lane], lanes[5, lane] = added((lanes[4, lane], lanes[5, lane]), mass[i] * v)
+        lanes[0, lane], lanes[1, lane] = add((lanes[0, lane], lanes[1, lane]), 0.5 * mass[i] * (v * v))
+        lanes[4, lane], lanes[5, lane] = add((lanes[4, lane], lanes[5, lane]), mass[i] * v)

@@ -136,7 +136,7 @@ class ChainParameters(Parameters):
     def _serialize_without_arrangement(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Without what the arrangement stands in for, so that this reads back; and without an arrangement that does nothing."""
         fields = serialize(self)
-        spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.given()
+        spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.own_parameters()
         return {name: value for name, value in fields.items() if name not in spared}
 
     @property

@@ -36,7 +36,7 @@ _WORDS, _MIDDLE = 3, 12 * 32767.5
 
 
 @jit
-def mixed(word):
+def mix_word(word):
     """`_mix` of one number, in jitted code."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -46,7 +46,7 @@ def mixed(word):
 @jit
 def stream_key(seed, stream):
     """Return the key that `normal` draws from: one stream of one seed, both from 0."""
-    return mixed(mixed(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
+    return mix_word(mix_word(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
 
 
 @jit
@@ -57,7 +57,7 @@ def normal(key, index):
     """
     total = 0
     for word in range(_WORDS):
-        bits = mixed(key + (np.uint64(index) * np.uint64(_WORDS) + np.uint64(word + 1)) * _GOLDEN)
+        bits = mix_word(key + (np.uint64(index) * np.uint64(_WORDS) + np.uint64(word + 1)) * _GOLDEN)
         for part in range(4):
             total += np.int64((bits >> np.uint64(16 * part)) & np.uint64(0xFFFF))
     return (total - _MIDDLE) * 2.0**-16

@@ -247,7 +247,7 @@ def _names(code: types.CodeType) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the globals that code asks for, that of nested functions included, and the attributes."""
     names: dict[str, None] = {}
     attributes: dict[str, None] = {}
-    for one in _nested(code):
+    for one in _walk_code(code):
         for step in dis.get_instructions(one):
             if step.opname in ("LOAD_GLOBAL", "LOAD_NAME"):
                 names[step.argval] = None
@@ -263,7 +263,7 @@ def names_in(code: types.CodeType) -> tuple[str, ...]:
 
 @lru_cache(maxsize=4096)
 def _imports(code: types.CodeType) -> bool:
-    return any(step.opname == "IMPORT_NAME" for one in _nested(code) for step in dis.get_instructions(one))
+    return any(step.opname == "IMPORT_NAME" for one in _walk_code(code) for step in dis.get_instructions(one))
 
 
 @lru_cache(maxsize=4096)
@@ -277,11 +277,11 @@ def _code_text(code: types.CodeType) -> str:
     return "\n".join(said)
 
 
-def _nested(code: types.CodeType) -> Iterator[types.CodeType]:
+def _walk_code(code: types.CodeType) -> Iterator[types.CodeType]:
     yield code
     for one in code.co_consts:
         if isinstance(one, types.CodeType):
-            yield from _nested(one)
+            yield from _walk_code(one)
 
 
 def _constant(value: Any) -> str:

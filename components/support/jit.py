@@ -34,15 +34,15 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def jit(function: F) -> F:
     """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released."""
-    return _compiled(function)
+    return _njit(function)
 
 
 def inlined(function: F) -> F:
     """`jit` for what long loops call: LLVM puts it into its callers, so that loops become vectors and constants fold."""
-    return _compiled(function, forceinline=True)
+    return _njit(function, forceinline=True)
 
 
-def _compiled(function: F, **options: Any) -> F:
+def _njit(function: F, **options: Any) -> F:
     # Kernels raise nothing; and a division that may raise would end a loop early, and such a loop is no vector.
     compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
     if hasattr(compiled, "_cache"):

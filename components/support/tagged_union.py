@@ -38,9 +38,9 @@ class ByName:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """For pydantic: choose first."""
-        return core_schema.no_info_before_validator_function(self.chosen, handler(source))
+        return core_schema.no_info_before_validator_function(self.choose, handler(source))
 
-    def chosen(self, given: Any) -> Named:
+    def choose(self, given: Any) -> Named:
         """Return the table; `ValueError` where there is none, or where it is not valid."""
         if type(given) in self.choices.values():
             return given

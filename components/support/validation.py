@@ -45,7 +45,7 @@ class Parameters(Fixed):
         return {name: value if name in truths else plain(name, value) for name, value in fields.items()}
 
 
-def validated(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
+def validate_parameters(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
     """Return a pydantic model from keyword arguments; every fault in one `ParameterError`, unknown names with the nearest."""
     try:
         return model(**fields)

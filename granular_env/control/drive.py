@@ -77,7 +77,7 @@ class DriveShape:
             np.add.at(pulled[entry], after, part * along)
         return pulled.reshape(-1)
 
-    def fitted(self, actions: FloatArray) -> FloatArray:
+    def fit(self, actions: FloatArray) -> FloatArray:
         """Return the point whose drive is nearest to some actions, by least squares, shape (size,).
 
         Args:

@@ -60,9 +60,9 @@ def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any
         return load(environments()[registered_name(name)].entry_point)
     module, colon, rest = name.partition(":")
     if not colon:
-        return _registered(name)
+        return _find_registered(name)
     imported = _import_object(name, module, folder)
-    return _registered(rest) if "/" in rest else _own(name, imported, rest)
+    return _find_registered(rest) if "/" in rest else _own(name, imported, rest)
 
 
 def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], name: str = "name") -> Any:
@@ -124,7 +124,7 @@ def _own(name: str, module: Any, path: str) -> Callable[..., Any]:
     return found
 
 
-def _registered(name: str) -> Callable[..., Any]:
+def _find_registered(name: str) -> Callable[..., Any]:
     from gymnasium.envs.registration import load_env_creator, registry
 
     spec = registry.get(name)

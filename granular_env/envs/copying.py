@@ -60,14 +60,14 @@ def recreatable(make: Callable[Given, Made]) -> Callable[Given, Made]:
     """
 
     @wraps(make)
-    def made(*arguments: Given.args, **keywords: Given.kwargs) -> Made:
-        refuse_unknown(made, keywords)
+    def make_copyable(*arguments: Given.args, **keywords: Given.kwargs) -> Made:
+        refuse_unknown(make_copyable, keywords)
         kept = _keep(arguments), _keep(keywords)
         one = make(*arguments, **keywords)
-        one._made_by, one._made_with = made, kept
+        one._made_by, one._made_with = make_copyable, kept
         return one
 
-    return made
+    return make_copyable
 
 
 def refuse_unknown(make: Callable[..., Any], keywords: Iterable[str]) -> None:

@@ -20,7 +20,7 @@ from .clock import clock_readings
 from .copying import Given, Recreatable, recreatable
 from .drawing import draw
 from .state import Drawn, EnvState, bit_generator
-from .task import Task, checked_judgement, refuse_incomplete
+from .task import Task, refuse_incomplete, validate_judgement
 
 Observation = npt.NDArray[np.float32]
 Ready = tuple[Component, Task, Drawn]
@@ -98,8 +98,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             raise ParameterError(f"hold: got {self.hold}, expected at most the deadline of {self.deadline} control steps")
         self.step_error_reward = finite_number("step_error_reward", step_error_reward)
         self.duration = self.internal_steps * component.step_size
-        self._scales = _checked_scales("actions", task.actions, component, "input")
-        self._readings = _checked_scales("observations", task.observations, component, "output")
+        self._scales = _validate_scales("actions", task.actions, component, "input")
+        self._readings = _validate_scales("observations", task.observations, component, "output")
         self._lay_out_observation()
         self._lay_out_action()
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self._entries),), np.float32)
@@ -158,7 +158,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """
         if not isinstance(options, Mapping | None) or "seed" in (options or {}):
             raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
-        checked = checked_seed(seed)
+        checked = validate_seed(seed)
         super().reset(seed=checked)
         ready = self._draw()
         start = self._start(ready[1], options or {})
@@ -187,10 +187,10 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             try:
                 self.component.step(self.duration, **inputs)
             except StepError as error:
-                return self._broken(error, total)
+                return self._fail(error, total)
             self._elapsed += 1
             seen = self._see()
-            reward, terminated = checked_judgement(self.task, self.task.judge(self.component, seen, self.duration))
+            reward, terminated = validate_judgement(self.task, self.task.judge(self.component, seen, self.duration))
             total += reward
             late = not terminated and self._elapsed >= self.deadline
             if terminated or late:
@@ -275,7 +275,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         start = set(options or {}) & {variable.name for variable in self.component.variables.values() if variable.state}
         if start:
             raise ParameterError(f"options: got start values of {', '.join(sorted(start))}, but the log gives the start")
-        super().reset(seed=checked_seed(seed))
+        super().reset(seed=validate_seed(seed))
         self._start(ready[1], options or {})
         number = int(self.np_random.integers(2**31))
         self._take(*ready)
@@ -371,7 +371,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
         return {"time": self.component.time, **seen, **self.task.counters}
 
-    def _broken(self, error: StepError, total: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def _fail(self, error: StepError, total: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._running = False
         info = self._info(self._see())
         info["step_error"] = str(error)
@@ -411,7 +411,7 @@ def _bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
         raise ParameterError(f"state: its random numbers are none: {error}") from error
 
 
-def checked_seed(seed: Any) -> int | None:
+def validate_seed(seed: Any) -> int | None:
     """Return a seed as Gymnasium takes it; `ParameterError` where it is neither None nor a whole number from 0."""
     if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0):
         raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number from 0, or None")
@@ -432,7 +432,7 @@ def _clock(value: Any, deadline: int | None) -> int:
     return int(value)
 
 
-def _checked_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[str, float]]:
+def _validate_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[str, float]]:
     known = [variable.name for variable in component.variables.values() if variable.causality == causality]
     checked = []
     for name, scale in scales.items():

@@ -56,7 +56,7 @@ class Task(ABC):
         """Reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
 
 
-def checked_judgement(task: Task, given: Any) -> tuple[float, bool]:
+def validate_judgement(task: Task, given: Any) -> tuple[float, bool]:
     """Return what `Task.judge` returned, after validation.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import Any
 from ..components.catalogue import component_class
 from ..components.component import Component
 from ..components.errors import GranularError, LogError
-from ..components.support.validation import validated
+from ..components.support.validation import validate_parameters
 from .caps import Caps
 
 
@@ -34,7 +34,7 @@ def build(header: Mapping[str, Any], caps: Caps, components: Mapping[str, type[C
         raise LogError(f"log {caps.path!r}: its header holds no parameters")
     caps.parameters(given, kind.Parameters)
     try:
-        validated(kind.Parameters, given, f"component {kind.name!r}")
+        validate_parameters(kind.Parameters, given, f"component {kind.name!r}")
         return kind(**given)
     except (GranularError, ArithmeticError, ValueError, TypeError, MemoryError, RecursionError) as error:
         raise LogError(f"log {caps.path!r}: its parameters are not valid for {kind.name!r}: {error}") from error

@@ -9,18 +9,18 @@ that memory grows with the square root of the horizon (A. Griewank, Optim. Metho
 from __future__ import annotations
 
 from .contact_states import contact_states
-from .gradient import Adjoints, check_functions, checked_drive, evaluate, value_and_adjoint, valued
+from .gradient import Adjoints, check_functions, evaluate, validate_drive, value_and_adjoint, value_and_slopes
 from .parameters import KNOWN, natural_mass, parameter_gradient
 
 __all__ = [
     "KNOWN",
     "Adjoints",
     "check_functions",
-    "checked_drive",
+    "validate_drive",
     "contact_states",
     "evaluate",
     "natural_mass",
     "parameter_gradient",
     "value_and_adjoint",
-    "valued",
+    "value_and_slopes",
 ]

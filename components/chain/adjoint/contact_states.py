@@ -25,7 +25,7 @@ from ..layout import (
     V,
 )
 from ..specialisation import specialise
-from .gradient import checked_drive, checked_ticks, composition_of
+from .gradient import composition_of, validate_drive, validate_ticks
 from .tape import record, rows_per_tick
 
 _PRIME = np.uint64(1099511628211)
@@ -89,7 +89,7 @@ def contact_states(chain: Chain, drive: npt.ArrayLike, ticks: int) -> npt.NDArra
         ParameterError: there is no adjoint of this chain, or the drive does not fit.
     """
     composition, law_type = composition_of(chain), type(chain.parameters.law)
-    inputs, ticks = checked_drive(chain, drive), checked_ticks(ticks)
+    inputs, ticks = validate_drive(chain, drive), validate_ticks(ticks)
     a = chain.detached_table(ticks * specialise(rows_per_tick, law_type)(len(composition.kicks)))
     marks = np.zeros((len(inputs), chain.parameters.grains + 1), dtype=np.uint64)
     with np.errstate(over="ignore"):  # marks wrap around

@@ -30,16 +30,16 @@ _NO_PIECES = np.zeros((0, 2))
 _NO_STATES = np.zeros((0, 2, 0))
 
 
-def _called(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
+def _address_of(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
     """Return where compiled code finds a function, and what has to live meanwhile."""
-    where, compiled = _looked_up(function, signature, name)
+    where, compiled = _look_up(function, signature, name)
     refuse_stale(compiled)
     return where, compiled
 
 
 # Looking it up takes longer than many a run.
 @lru_cache(maxsize=64)
-def _looked_up(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
+def _look_up(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
     compiled = function if hasattr(function, "compile") or not JIT else jit(function)
     try:
         return address(compiled, signature), compiled
@@ -87,14 +87,14 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
     given = _numbers("drives", drives)
     if given.ndim != 3:
         raise ParameterError(f"drives: got the shape {given.shape}, expected (members, control steps, 2)")
-    ticks = checked_ticks(ticks)
+    ticks = validate_ticks(ticks)
     a = chain.detached_table()
     start = a[U:].copy(), a[:U].copy()
     values = np.empty(len(given))
     for member, drive in enumerate(given):
         a[U:], a[:U] = start
-        sums, _ = _run(chain, a, checked_drive(chain, drive), ticks, objective, 0)
-        values[member], _ = valued(objective, sums)
+        sums, _ = _run(chain, a, validate_drive(chain, drive), ticks, objective, 0)
+        values[member], _ = value_and_slopes(objective, sums)
     return values
 
 
@@ -115,15 +115,15 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
         StepError: the physics breaks down; it names the control step.
     """
     composition, law = composition_of(chain), type(chain.parameters.law)
-    ticks, inputs = checked_ticks(ticks), checked_drive(chain, drive)
+    ticks, inputs = validate_ticks(ticks), validate_drive(chain, drive)
     steps = len(inputs)
     step_rows = ticks * specialise(rows_per_tick, law)(len(composition.kicks)) + 2
     interval = checkpoint_interval(steps, step_rows)
     a = chain.detached_table(interval * step_rows)
     sums, saved = _run(chain, a, inputs, ticks, objective, interval)
-    value, slopes = valued(objective, sums)
+    value, slopes = value_and_slopes(objective, sums)
     bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
-    pull, kept = _called(objective.pull, loops.PULL, "objective.pull")
+    pull, kept = _address_of(objective.pull, loops.PULL, "objective.pull")
     step, ended = specialise(loops.backward, law)(
         a, bar, pull, inputs, ticks, objective.constants, slopes, saved, interval,
         composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
@@ -149,8 +149,8 @@ def _run(
     count = -(-len(drive) // interval) if interval else 0
     saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
     sums = np.zeros(objective.count)
-    advance, _ = _called(chain.scheme_kernel, SIGNATURE, "integrator")
-    note, kept = _called(objective.note, loops.NOTE, "objective.note")
+    advance, _ = _address_of(chain.scheme_kernel, SIGNATURE, "integrator")
+    note, kept = _address_of(objective.note, loops.NOTE, "objective.note")
     step, ended = loops.forward(
         a, advance, note, drive, _NO_PIECES, chain.tick, ticks,
         objective.constants, sums, saved, max(interval, 1),
@@ -167,7 +167,7 @@ def _run(
     return sums, saved
 
 
-def valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
+def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
     """Return the objective for these sums of its features, and dJ/dsums; `ParameterError` where one is no finite number."""
     slopes = np.zeros(objective.count)
     given = current(objective.value)(sums, objective.constants, slopes)
@@ -184,8 +184,8 @@ def valued(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
 
 def check_functions(objective: Objective) -> None:
     """Whether an objective's note and pull compile; `ParameterError` otherwise."""
-    _called(objective.note, loops.NOTE, "objective.note")
-    _called(objective.pull, loops.PULL, "objective.pull")
+    _address_of(objective.note, loops.NOTE, "objective.note")
+    _address_of(objective.pull, loops.PULL, "objective.pull")
 
 
 def has_gradient(law: type[Law]) -> bool:
@@ -222,14 +222,14 @@ def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
         raise ParameterError(f"{name}: got {shortened(given)}, expected an array of numbers") from None
 
 
-def checked_ticks(ticks: int) -> int:
+def validate_ticks(ticks: int) -> int:
     """Return the internal steps of a control step."""
     if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
         raise ParameterError(f"ticks: got {shortened(ticks)}, expected the internal steps of a control step, at least 1")
     return int(ticks)
 
 
-def checked_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
+def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
     """Return a copy, contiguous and finite, with zeros where an end takes no input, shape (steps, 2)."""
     drive = _numbers("drive", given)
     if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):

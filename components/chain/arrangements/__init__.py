@@ -39,7 +39,7 @@ def refuse_misfit(parameters: ChainParameters) -> None:
         arrangement.fit(parameters.grains)
     except ValueError as error:
         raise ValueError(f"arrangement: {error}") from None
-    for name in arrangement.given():
+    for name in arrangement.own_parameters():
         if name in explicit:
             raise ValueError(f"{name}: the arrangement gives it too; give it in one place, as {name} or in the arrangement")
     if isinstance(arrangement, Impurity) and arrangement.mass is not None and parameters.mass is not None:

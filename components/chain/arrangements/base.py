@@ -19,7 +19,7 @@ class Arrangement(Named):
     per_grain: ClassVar[tuple[str, ...]] = ("radius", "material")
     """Fields that are the chain's parameters of the same name for every grain: given here, they are not given there."""
 
-    def given(self) -> tuple[str, ...]:
+    def own_parameters(self) -> tuple[str, ...]:
         """Return the chain's parameters that are settled here."""
         return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
 

@@ -44,7 +44,7 @@ class Impurity(Arrangement):
             raise ValueError(f"index: got {max(self.indices)}, expected 0 to {grains - 1}: the chain has {grains} grains")
 
     def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        return host if self.radius is None else self._placed(host, self.radius)
+        return host if self.radius is None else self._place(host, self.radius)
 
     def materials(self, host: list[Material]) -> list[Material]:  # noqa: D102
         if self.material is None:
@@ -55,9 +55,9 @@ class Impurity(Arrangement):
         return mixed
 
     def masses(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        return host if self.mass is None else self._placed(host, self.mass)
+        return host if self.mass is None else self._place(host, self.mass)
 
-    def _placed(self, host: FloatArray, value: float) -> FloatArray:
+    def _place(self, host: FloatArray, value: float) -> FloatArray:
         values = host.copy()
         values[self.indices] = value
         return values

@@ -19,16 +19,16 @@ class Random(UniformRadii, Arrangement):
     name: Literal["random"] = "random"
     material: Preset | Material | None = field(None, "of all grains; default: the chain's", "1")
 
-    def given(self) -> tuple[str, ...]:  # noqa: D102
-        return ("radius", *super().given())
+    def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
+        return ("radius", *super().own_parameters())
 
     def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        return drawn(self, len(host))
+        return draw_radii(self, len(host))
 
     def materials(self, host: list[Material]) -> list[Material]:  # noqa: D102
         return host if self.material is None else alternatives(self.material, len(host))
 
 
-def drawn(radii: UniformRadii, grains: int) -> FloatArray:
+def draw_radii(radii: UniformRadii, grains: int) -> FloatArray:
     """Shape (grains,) [m]."""
     return radii.low + (radii.high - radii.low) * uniform(radii.seed, 0, grains)

@@ -36,8 +36,8 @@ class Tapered(Arrangement):
             raise ValueError(f"taper: got {come} of taper and last_radius, expected one of them")
         return self
 
-    def given(self) -> tuple[str, ...]:  # noqa: D102
-        return ("radius", *super().given())
+    def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
+        return ("radius", *super().own_parameters())
 
     def fit(self, grains: int) -> None:  # noqa: D102
         if self.last_radius is not None and grains == 1 and self.last_radius != self.first_radius:

@@ -164,8 +164,8 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
     here, there = U, _OTHER_U
     left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
     right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
-    work_left, work_right = kernels.tallied(a, WORK_LEFT), kernels.tallied(a, WORK_RIGHT)
-    impulse_left, impulse_right = kernels.tallied(a, IMPULSE_LEFT), kernels.tallied(a, IMPULSE_RIGHT)
+    work_left, work_right = kernels.tally(a, WORK_LEFT), kernels.tally(a, WORK_RIGHT)
+    impulse_left, impulse_right = kernels.tally(a, IMPULSE_LEFT), kernels.tally(a, IMPULSE_RIGHT)
     # The tile before may have handed the last grain over in mid-tick.
     left_base, right_base = 0.0, a[SCALARS, RIGHT_BASE]
     fastest = a[SCALARS, SPEED_LIMIT]
@@ -197,8 +197,8 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                 if right_piston:
                     a[V, n] = kernels.value(a, RIGHT_DRIVE, n_right, 0.5)
                 given = dissipate_and_drift(a, here, h, drifts[s + 1] * h)
-                impulse_left, impulse_right = kernels.added(impulse_left, given[0]), kernels.added(impulse_right, given[1])
-                work_left, work_right = kernels.added(work_left, given[2]), kernels.added(work_right, given[3])
+                impulse_left, impulse_right = kernels.add(impulse_left, given[0]), kernels.add(impulse_right, given[1])
+                work_left, work_right = kernels.add(work_left, given[2]), kernels.add(work_right, given[3])
                 e = 0.5 + drifts[s + 1]
                 if left_piston:
                     a[V, 1] = first
@@ -216,7 +216,7 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                     if left_free:
                         push = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, n_left, e)
                         f = push
-                    impulse_left = kernels.added(impulse_left, kick * f)
+                    impulse_left = kernels.add(impulse_left, kick * f)
                     bad |= s == 0 and _watch(a, here, 0)
                 if gravity != 0.0:
                     f, over = falling_stage(s == 0, a, here, there, kick, drift, f, low, min(high, n))
@@ -236,32 +236,32 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                     a[there, n] = a[here, n] + drift * a[V, n]
                     bad |= s == 0 and _watch(a, here, n)
                     if right_piston:
-                        impulse_right = kernels.added(impulse_right, -kick * f)
-                        work_right = kernels.added(work_right, -kick * f * kernels.value(a, RIGHT_DRIVE, n_right, e))
+                        impulse_right = kernels.add(impulse_right, -kick * f)
+                        work_right = kernels.add(work_right, -kick * f * kernels.value(a, RIGHT_DRIVE, n_right, e))
                         a[there, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, e + drifts[s + 1])
                     else:
-                        impulse_right = kernels.added(impulse_right, kick * (pull - g))
-                        work_right = kernels.added(work_right, kick * pull * (0.5 * (last + a[V, n])))
+                        impulse_right = kernels.add(impulse_right, kick * (pull - g))
+                        work_right = kernels.add(work_right, kick * pull * (0.5 * (last + a[V, n])))
                 if has_first:
                     if left_piston:
                         a[V, 1] = first  # gravity does not move it
                         g = kernels.contact(a, here, 1)
-                        impulse_left = kernels.added(impulse_left, kick * g)
-                        work_left = kernels.added(work_left, kick * g * kernels.value(a, LEFT_DRIVE, n_left, e))
+                        impulse_left = kernels.add(impulse_left, kick * g)
+                        work_left = kernels.add(work_left, kick * g * kernels.value(a, LEFT_DRIVE, n_left, e))
                         a[there, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, e + drifts[s + 1])
                     else:
-                        work_left = kernels.added(work_left, kick * push * (0.5 * (first + a[V, 1])))
+                        work_left = kernels.add(work_left, kick * push * (0.5 * (first + a[V, 1])))
             here, there = there, here
         # A prescribed grain's velocity is that at the end of the step; its change is work and impulse of the piston.
         if has_first and left_piston:
             first, last = a[V, 1], kernels.value(a, LEFT_DRIVE, n_left, 1.0)
-            work_left = kernels.added(work_left, 0.5 * a[SCALARS, LEFT_MASS] * (last - first) * (last + first))
-            impulse_left = kernels.added(impulse_left, a[SCALARS, LEFT_MASS] * (last - first))
+            work_left = kernels.add(work_left, 0.5 * a[SCALARS, LEFT_MASS] * (last - first) * (last + first))
+            impulse_left = kernels.add(impulse_left, a[SCALARS, LEFT_MASS] * (last - first))
             a[V, 1] = last
         if high == n + 1 and low <= n and right_piston:
             first, last = a[V, n], kernels.value(a, RIGHT_DRIVE, n_right, 1.0)
-            work_right = kernels.added(work_right, 0.5 * a[SCALARS, RIGHT_MASS] * (last - first) * (last + first))
-            impulse_right = kernels.added(impulse_right, a[SCALARS, RIGHT_MASS] * (last - first))
+            work_right = kernels.add(work_right, 0.5 * a[SCALARS, RIGHT_MASS] * (last - first) * (last + first))
+            impulse_right = kernels.add(impulse_right, a[SCALARS, RIGHT_MASS] * (last - first))
             a[V, n] = last
         if REMEMBERS:
             kernels.remember(a, here)
@@ -301,7 +301,7 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, pas
             for i in range(np.uint64(n + 2)):
                 a[U, i] = a[_OTHER_U, i]
         done += advanced
-    return kernels.ended(done, bad, unsound)
+    return kernels.outcome(done, bad, unsound)
 
 
 @jit

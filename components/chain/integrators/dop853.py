@@ -353,7 +353,7 @@ def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
             return -(t + 1 - tick) - kernels.EXHAUSTED
         passed, unsound = kernels.finish(a, left_before, right_before)
         if passed or unsound:
-            return kernels.ended(t + 1 - tick, passed, unsound)
+            return kernels.outcome(t + 1 - tick, passed, unsound)
         trials += taken
         if trials > most:
             return t + 1 - tick

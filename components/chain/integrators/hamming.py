@@ -100,5 +100,5 @@ def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
         kernels.derivative(a, U, V, n_left, n_right, 1.0, _A0)
         passed, unsound = kernels.finish(a, left_before, right_before)
         if passed or unsound:
-            return kernels.ended(t + 1 - tick, passed, unsound)
+            return kernels.outcome(t + 1 - tick, passed, unsound)
     return ticks

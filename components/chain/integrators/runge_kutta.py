@@ -57,5 +57,5 @@ def advance_rk4(a, drive, left_pieces, left, right, tick, ticks):
         runge_kutta_step(a, FREE_ROW, n_left, n_right)
         passed, unsound = kernels.finish(a, left_before, right_before)
         if passed or unsound:
-            return kernels.ended(t + 1 - tick, passed, unsound)
+            return kernels.outcome(t + 1 - tick, passed, unsound)
     return ticks

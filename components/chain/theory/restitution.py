@@ -28,7 +28,7 @@ def kuwabara_kono_loss(reduced_mass: Number, stiffness: Number, damping: Number,
         damping: gamma [N s/m^1.5].
         speed: relative speed at first touch [m/s].
     """
-    reduced_mass, stiffness, damping, speed = _checked(reduced_mass, stiffness, damping, speed, "N s/m^1.5")
+    reduced_mass, stiffness, damping, speed = _validate(reduced_mass, stiffness, damping, speed, "N s/m^1.5")
     return KUWABARA_KONO_COEFFICIENT * damping / reduced_mass * (reduced_mass / stiffness) ** 0.6 * speed**0.2
 
 
@@ -45,7 +45,7 @@ def viscous_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed
         damping: g [N s/m].
         speed: relative speed at first touch [m/s].
     """
-    reduced_mass, stiffness, damping, speed = _checked(reduced_mass, stiffness, damping, speed, "N s/m")
+    reduced_mass, stiffness, damping, speed = _validate(reduced_mass, stiffness, damping, speed, "N s/m")
     return VISCOUS_COEFFICIENT * damping / reduced_mass * (reduced_mass / stiffness) ** 0.4 * speed**-0.2
 
 
@@ -55,7 +55,7 @@ def viscous_loss_without_tension(reduced_mass: Number, stiffness: Number, dampin
     return whole - 0.6 * damping / (reduced_mass * speed) * (damping * speed / stiffness) ** (2.0 / 3.0)
 
 
-def _checked(
+def _validate(
     reduced_mass: Number, stiffness: Number, damping: Number, speed: Number, unit: str
 ) -> tuple[Number, Number, Number, Number]:
     return (

@@ -41,7 +41,7 @@ def pictures(result: StudyResult) -> dict[str, Picture]:
             "Best return so far against the control steps that were simulated for it, every seed of a method in one colour; "
             "the dotted lines are the baselines. Below: how far that is from the best of all, which itself has no line there.",
         )
-    if shown := _shown(result):
+    if shown := _best_scores(result):
         drawn["drives"] = _drives(shown), "What the best of each method, and each baseline, does in the first test episode."
         for number, name in enumerate(next(iter(shown.values())).episode.final):
             words = f"At the end of that episode: {name}, element by element."
@@ -49,7 +49,7 @@ def pictures(result: StudyResult) -> dict[str, Picture]:
     return {name: Picture(png(figure), svg(figure, name), words) for name, (figure, words) in drawn.items()}
 
 
-def _shown(result: StudyResult) -> dict[str, Score]:
+def _best_scores(result: StudyResult) -> dict[str, Score]:
     """Return the best trial of every method, and the baselines, by name."""
     found = {label: trials[0].score for label in result.labels() if (trials := result.of(label))}
     baselines = {f"baseline: {name}": score for name, score in result.baselines.items() if name != "nothing"}

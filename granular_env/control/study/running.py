@@ -38,7 +38,7 @@ from .results import safe_name, write_results
 from .search import BudgetSpentError, InterruptedByUserError, Search
 from .study import Source, Study, load_study
 from .telling import Told, telling
-from .track import START_ANEW, Track, checked
+from .track import START_ANEW, Track, load_or_start
 
 # Between two writes of a trial's record, and of the log of its best [s].
 _SAVED_EVERY, _LOGGED_EVERY = 1.0, 30.0
@@ -83,10 +83,10 @@ def run_study(
     for method in methods:
         method.refuse_unless_installed()
     where = Path(folder) if folder is not None else Path("studies") / safe_name(study.name)
-    problem, shape = prepared(study, problem)
+    problem, shape = prepare(study, problem)
     _claim(where, study, overwrite)
     trials, interrupted = [], False
-    with _warned_once() as warned, contextlib.ExitStack() as stack:
+    with _collect_warnings() as warned, contextlib.ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
         told = stack.enter_context(telling(study, len(methods) * len(study.seeds), progress))
         for method in methods:
@@ -95,7 +95,7 @@ def run_study(
                 interrupted = interrupted or interrupt.pressed
                 trials.append(attempt.finish() if interrupted else attempt.run())
                 interrupted = interrupted or attempt.interrupted
-        baselines = {name: judged(actor, problem, study) for name, actor in problem.baselines().items()}
+        baselines = {name: evaluate_actor(actor, problem, study) for name, actor in problem.baselines().items()}
     result = StudyResult(study, where, trials, baselines, problem.gradient_runs, interrupted, warned)
     write_results(result)
     _raise_failures(result)
@@ -114,7 +114,7 @@ def chosen_methods(study: Study, only: Iterable[str]) -> list[MethodTable]:
 
 
 @contextlib.contextmanager
-def _warned_once() -> Iterator[list[str]]:
+def _collect_warnings() -> Iterator[list[str]]:
     """Collect this package's warnings, each sentence once, however many episodes it comes from; warn when the block ends."""
     told: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
@@ -135,7 +135,7 @@ def _raise_failures(result: StudyResult) -> None:
         raise error
 
 
-def prepared(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
+def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
     """Return the problem that a study poses, and how its points become drives; errors as in `run_study`."""
     if problem is None:
         from ..task_problem import TaskProblem
@@ -172,7 +172,7 @@ def _refuse_too_little(study: Study, problem: Problem) -> None:
             raise ExperimentError(study.locate_fault(Fault(("budget",), f"got {study.budget}", expected)))
 
 
-def judged(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:
+def evaluate_actor(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:
     """How an actor does in the test episodes; the first is recorded where a path is given."""
     episodes = []
     for place, seed in enumerate(study.test_seeds):
@@ -205,7 +205,7 @@ class _Attempt:
         self._path = folder / "checkpoints" / f"{self._name}.trial"
         self._owner = {"study": study.identity, "method": method.label, "seed": seed}
         shape = dataclasses.replace(shape, knots=method.knots or shape.knots)
-        self._track = checked(self._path, self._owner)
+        self._track = load_or_start(self._path, self._owner)
         if self._track.spent > study.budget:
             spent = f"got {study.budget}, but {self._name} has simulated {self._track.spent} control steps already"
             hint = ("give at least that, or pass ", Option("overwrite"), " to start anew")
@@ -264,7 +264,7 @@ class _Attempt:
         self._log.parent.mkdir(parents=True, exist_ok=True)
         try:
             actor = self._method.actor(self._track.best, self._search, self._problem)
-            return judged(actor, self._problem, self._study, self._log)
+            return evaluate_actor(actor, self._problem, self._study, self._log)
         except (IndexError, KeyError, TypeError, ValueError) as error:
             if isinstance(error, GranularError):
                 raise
@@ -289,11 +289,11 @@ def _claim(folder: Path, study: Study, overwrite: bool) -> None:
         hint = ("choose another folder, or pass ", Option("overwrite"), " to replace its results")
         raise ExperimentError(Fault(received=other, hint=hint, source=str(folder)))
     new = not folder.exists()
-    _made(folder)
+    _make_folder(folder)
     try:
         write_files({file: to_toml(study.to_dict()).encode("utf-8")}, ExperimentError)
         for part in _OURS:
-            _made(folder / part)
+            _make_folder(folder / part)
     except ExperimentError:
         if new:
             shutil.rmtree(folder, ignore_errors=True)
@@ -310,7 +310,7 @@ def _clear(folder: Path) -> None:
             raise ExperimentError(f"{record}: cannot be removed: {error.strerror or error}") from error
 
 
-def _made(folder: Path) -> None:
+def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -73,14 +73,14 @@ class Search:
         if name not in known:
             raise ExperimentError(f"begin: got {name!r}, which is no baseline of this task; {nearest(name, known)}")
         if self._place == len(self.track):
-            if self.left < self.problem.steps:
+            if self.remaining_steps < self.problem.steps:
                 raise BudgetSpentError
             self.track.add(PLAYED, None, 0.0, self.problem.steps)
         self._place += 1
-        return self.shape.fitted(self.problem.play(known[name], self.seeds[0]).actions)
+        return self.shape.fit(self.problem.play(known[name], self.seeds[0]).actions)
 
     @property
-    def left(self) -> int:
+    def remaining_steps(self) -> int:
         """Control steps that the budget still holds."""
         return self.budget - self.track.spent
 
@@ -105,8 +105,8 @@ class Search:
 
     def _returns(self, points: FloatArray, ask: Callable[[FloatArray], tuple[FloatArray, npt.NDArray[np.int64]]]) -> FloatArray:
         known = min(len(points), len(self.track) - self._place)
-        values = [self.track.recorded(self._place + one, RETURN, points[one]) for one in range(known)]
-        while len(values) < len(points) and (affordable := self.left // (self.problem.steps * len(self.seeds))) > 0:
+        values = [self.track.value(self._place + one, RETURN, points[one]) for one in range(known)]
+        while len(values) < len(points) and (affordable := self.remaining_steps // (self.problem.steps * len(self.seeds))) > 0:
             chosen = points[len(values) : len(values) + affordable]
             found, steps = ask(chosen)
             for point, value, spent in zip(chosen, found.tolist(), steps.tolist(), strict=True):
@@ -123,11 +123,11 @@ class Search:
     def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:
         """Return a drive's smooth objective, averaged over the episodes, and its slopes, shape (size,); errors of `returns`."""
         if self._place < len(self.track):
-            value, slopes = self.track.recorded(self._place, SLOPES, point), self.track.slopes(self._place)
+            value, slopes = self.track.value(self._place, SLOPES, point), self.track.slopes(self._place)
             self._place += 1
             return value, slopes
         cost = math.ceil(self.problem.gradient_runs * self.problem.steps * len(self.seeds))
-        if self.left < cost:
+        if self.remaining_steps < cost:
             raise BudgetSpentError
         try:
             value, bars = self.problem.value_and_grad(self.shape.actions(point[None])[0], self.seeds)

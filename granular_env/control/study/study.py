@@ -68,7 +68,7 @@ class DriveTable(Table):
     rate: float | None = Field(default=None, gt=0.0, description="largest change of the action per control step")
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
+    def _validate_order(self) -> Self:
         if self.lowest >= self.highest:
             raise refusal(f"got {self.highest:g}", f"more than lowest, {self.lowest:g}", at=("highest",))
         return self

@@ -75,7 +75,7 @@ class Track:
         """Keep what is the best from now on."""
         self.best, self.best_return = dict(arrays), value
 
-    def recorded(self, place: int, kind: int, point: FloatArray) -> float:
+    def value(self, place: int, kind: int, point: FloatArray) -> float:
         """Return the value of the evaluation at a place; `ExperimentError` where it was of another point."""
         if self._kinds[place] != kind or self._points[place] != fingerprint(point):
             other = (
@@ -162,6 +162,6 @@ class Track:
         return track
 
 
-def checked(path: Path, owner: Mapping[str, Any]) -> Track:
+def load_or_start(path: Path, owner: Mapping[str, Any]) -> Track:
     """Return the record of a trial that goes on, or an empty one where there is no file yet."""
     return Track.load(path, owner) if path.exists() else Track()

@@ -95,7 +95,7 @@ class Gradient(MethodTable):
 
         least = [math.inf]
 
-        def judged(point: FloatArray) -> tuple[float, FloatArray]:
+        def objective(point: FloatArray) -> tuple[float, FloatArray]:
             value, slopes = search.value_and_slopes(point)
             if value < least[0]:
                 least[0] = value
@@ -105,5 +105,5 @@ class Gradient(MethodTable):
         # It ends by its iterations, or where rounding stops the line search, and not before.
         options = {"maxiter": iterations, "maxcor": self.memory, "maxfun": 10**9, "ftol": 0.0, "gtol": 0.0}
         bounds = [(search.shape.lowest, search.shape.highest)] * search.shape.size
-        ended = minimize(judged, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        ended = minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
         return float(ended.fun), np.asarray(ended.x, dtype=np.float64)

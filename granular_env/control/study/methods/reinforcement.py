@@ -64,7 +64,7 @@ class Reinforcement(MethodTable):
             while True:
                 if rounds % self.evaluate_every == 0:
                     self._evaluate(model, search)
-                if search.left < self.decisions() * self.environments * self.hold:
+                if search.remaining_steps < self.decisions() * self.environments * self.hold:
                     self._evaluate(model, search)
                     raise BudgetSpentError
                 model.learn(self.decisions() * self.environments, reset_num_timesteps=False, log_interval=None)
@@ -78,7 +78,7 @@ class Reinforcement(MethodTable):
         from ..search import refuse_unless_finite
         from ..track import RETURN
 
-        if search.left < search.problem.steps * len(search.seeds):
+        if search.remaining_steps < search.problem.steps * len(search.seeds):
             return
         policies = self._policy(model, search.problem)
         values, steps = search.problem.policy_returns(lambda episodes: policies, 1, search.seeds)

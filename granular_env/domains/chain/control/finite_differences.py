@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.adjoint import KNOWN, checked_drive, contact_states, evaluate, natural_mass
+from granular_env.components.chain.adjoint import KNOWN, contact_states, evaluate, natural_mass, validate_drive
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, nearest, shortened
 from granular_env.components.materials.elastic import material
@@ -68,7 +68,7 @@ def central_differences(
         ticks: internal steps of a control step.
         step: the first step tried, in units of the direction; each next one is half as long.
     """
-    base = checked_drive(chain, drive)
+    base = validate_drive(chain, drive)
     judged = objective_of(objective, chain, len(base))
     step = positive_number("step", step)
     here = contact_states(chain, base, ticks)
@@ -118,7 +118,7 @@ def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike
             raise ParameterError(f"direction: {name!r} has no gradient; {nearest(name, KNOWN)}")
     changes = {name: h * _way(name, way) for name, way in direction.items()}
     try:
-        return _shifted(chain, drive, changes)
+        return _shift(chain, drive, changes)
     except ParameterError as error:
         raise ParameterError(
             f"direction: {h:g} times {', '.join(direction)} leaves what a chain may be: {error}; take a smaller step, or "
@@ -136,16 +136,16 @@ def _way(name: str, way: npt.ArrayLike) -> FloatArray:
         raise ParameterError(f"direction.{name}: got {shortened(way)}, expected an array of numbers") from None
 
 
-def _shifted(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:
+def _shift(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:
     drive = drive + changes.pop("drive", 0.0)
     velocity = chain.get("velocity") + changes.pop("velocity", 0.0)
     displacement = chain.get("displacement") + changes.pop("displacement", 0.0)
-    other = Chain(**_changed(chain, changes))
+    other = Chain(**_parameters_with(chain, changes))
     other.reset(velocity=velocity, displacement=displacement)
     return other, drive
 
 
-def _changed(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
+def _parameters_with(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
     """Return the chain's parameters with everything settled that would otherwise follow from what changes."""
     p = chain.parameters
     given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}

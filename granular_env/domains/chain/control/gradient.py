@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.adjoint import checked_drive, parameter_gradient, value_and_adjoint
+from granular_env.components.chain.adjoint import parameter_gradient, validate_drive, value_and_adjoint
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, shortened
 from granular_env.components.support.arrays import FloatArray
@@ -57,7 +57,7 @@ def value_and_grad(
     if not isinstance(with_respect_to, Iterable):
         raise ParameterError(f"with_respect_to: got {shortened(with_respect_to)}, expected names, such as ('drive', 'radius')")
     names = (with_respect_to,) if isinstance(with_respect_to, str) else tuple(with_respect_to)
-    held = checked_drive(chain, drive)
+    held = validate_drive(chain, drive)
     bars = value_and_adjoint(chain, held, ticks, objective_of(objective, chain, len(held)))
     return bars.value, {name: np.array(parameter_gradient(chain, bars, name)) for name in names}
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain, layout
-from granular_env.components.chain.adjoint import check_functions, valued
+from granular_env.components.chain.adjoint import check_functions, value_and_slopes
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.jit import current
@@ -88,7 +88,7 @@ def _quotient(function: Callable[[], FloatArray], memory: FloatArray, place: tup
 
 
 def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> float:
-    _, slopes = valued(objective, sums)
+    _, slopes = value_and_slopes(objective, sums)
     spare = np.zeros(objective.count)
     trial = sums.copy()
 

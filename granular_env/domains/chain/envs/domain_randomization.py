@@ -48,7 +48,7 @@ class Randomization:
         Raises:
             ParameterError: a name, a range or a grain is not valid.
         """
-        given = _checked(randomise)
+        given = _validate(randomise)
         radius, ranges = given.get("radius"), {}
         for name, bounds in given.items():
             if name == _IMPACT:
@@ -111,7 +111,7 @@ def redrawn(chain: Chain, drawn: Drawn) -> Chain:
     return type(chain)(**parameters)
 
 
-def shown(chain: Chain, drawn: Drawn) -> dict[str, Any]:
+def info_of_draws(chain: Chain, drawn: Drawn) -> dict[str, Any]:
     """Return what ``info`` tells of drawn parameters: "drawn_radius" and so on, numbers or arrays of one for each grain."""
     told: dict[str, Any] = {}
     for name, value in drawn.items():
@@ -125,7 +125,7 @@ def _without_impacts(randomise: Any) -> Any:
     return {name: bounds for name, bounds in randomise.items() if name != _IMPACT}
 
 
-def _checked(randomise: Any) -> Mapping[str, Any]:
+def _validate(randomise: Any) -> Mapping[str, Any]:
     if randomise is None:
         return {}
     if not isinstance(randomise, Mapping):

@@ -18,11 +18,11 @@ from granular_env.components.support.jit import entry_point
 from granular_env.components.support.validation import finite_number
 from granular_env.envs.clock import show_clock
 from granular_env.envs.drawing import draw
-from granular_env.envs.environment import ComponentEnv, Observation, Ready, _checked_scales, observation_box
+from granular_env.envs.environment import ComponentEnv, Observation, Ready, _validate_scales, observation_box
 from granular_env.envs.state import Drawn, EnvState
 
 from .actuator import ACTUATE, Actuator, actuate
-from .domain_randomization import Randomization, redrawn, shown
+from .domain_randomization import Randomization, info_of_draws, redrawn
 from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .sensors import OBSERVE, Observing, show_goal
 from .sensors import observe as observe_kernel
@@ -136,8 +136,8 @@ class ChainEnv(ComponentEnv):
         )
         self.observation_size = self.observing.size + len(self._goal_scales) + self.clock
         self._action = np.zeros(len(self.actuator.names))
-        self._begin_task = _compiled(first, "begin_kernel", BEGIN)
-        self._judge = _compiled(first, "judge_kernel", JUDGE)
+        self._begin_task = _compile(first, "begin_kernel", BEGIN)
+        self._judge = _compile(first, "judge_kernel", JUDGE)
         self._actuate, self._look = entry_point(actuate, ACTUATE), entry_point(observe_kernel, OBSERVE)
         self._lay_out(np.zeros(COUNTERS + len(first.counter_names) + self.actuator.memory_size))
         self.randomization = Randomization.of(randomise, component.parameters.grains)
@@ -150,9 +150,9 @@ class ChainEnv(ComponentEnv):
     def _fit(self, chain: Chain, task: ChainTask) -> None:
         """Take from a chain and its task what steps and observations need."""
         task.hold = self.hold
-        scales = dict(_checked_scales("actions", task.actions, chain, "input"))
+        scales = dict(_validate_scales("actions", task.actions, chain, "input"))
         self.actuator = Actuator.of(scales, *self._acting)
-        readings = dict(_checked_scales("observations", task.observations, chain, "output"))
+        readings = dict(_validate_scales("observations", task.observations, chain, "output"))
         readings["force"] = finite_number("observed_force", task.observed_force)
         self.observing = Observing.of(chain, self._seeing[0], readings, task.observation_limit, self._seeing[1])
         self.constants = np.ascontiguousarray(task.constants, dtype=np.float64)
@@ -187,12 +187,12 @@ class ChainEnv(ComponentEnv):
         memory, total, over, late = self._memory, 0.0, False, False
         if not memory[RUNNING]:
             raise ParameterError("step: the episode is over or has not begun; call reset() first")
-        self._action[:] = self._checked(action)
+        self._action[:] = self._action_numbers(action)
         for _ in range(self.hold):
             try:
                 reward, over, late = self._control_step()
             except StepError as error:
-                return self._broken(error, total)
+                return self._fail(error, total)
             total += reward
             if over or late:
                 memory[RUNNING] = 0.0
@@ -277,7 +277,7 @@ class ChainEnv(ComponentEnv):
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _checked(self, action: npt.ArrayLike) -> FloatArray:
+    def _action_numbers(self, action: npt.ArrayLike) -> FloatArray:
         """Return the action's numbers, finite."""
         names = self.actuator.names
         try:
@@ -361,17 +361,17 @@ class ChainEnv(ComponentEnv):
             info[name] = applied[side]
         info.update(zip(self.task.counter_names, self._counters.tolist(), strict=True))
         if self._drawn:
-            info.update(shown(self.component, self._drawn))
+            info.update(info_of_draws(self.component, self._drawn))
         return info
 
-    def _broken(self, error: StepError, total: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def _fail(self, error: StepError, total: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._memory[RUNNING] = 0.0
         info = self._info(self._see())
         info["step_error"] = str(error)
         return self._observation(), total + self.step_error_reward, True, False, info
 
 
-def _compiled(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
+def _compile(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
     try:
         return entry_point(task_kernel(task, kernel), signature)
     except GranularError:

@@ -15,7 +15,7 @@ from granular_env.components.errors import ParameterError, shortened
 from granular_env.components.support.jit import JIT, address
 from granular_env.envs.state import EnvState
 
-from .domain_randomization import shown
+from .domain_randomization import info_of_draws
 from .environment import ChainEnv
 from .episode_state import COUNTERS, ELAPSED, LEFT, START
 from .task import JUDGE, task_kernel
@@ -113,7 +113,7 @@ class EnvironmentBatch:
 
     def _note_drawn(self, k: int, lane: ChainEnv) -> None:
         count = len(self.single)
-        for name, value in shown(lane.component, lane._drawn).items():
+        for name, value in info_of_draws(lane.component, lane._drawn).items():
             if name not in self._drawn:
                 self._drawn[name] = np.zeros((count, *np.shape(value))), np.zeros(count, np.bool_)
             self._drawn[name][0][k], self._drawn[name][1][k] = value, True
@@ -131,10 +131,10 @@ class EnvironmentBatch:
             refused = results[-1]
             refused[watched] = True
         for k in self._lent:
-            self.synchronised(k)
+            self.synchronise(k)
         return special + len(watched)
 
-    def synchronised(self, k: int) -> ChainEnv:
+    def synchronise(self, k: int) -> ChainEnv:
         """Environment k, its chain's time and inputs as the batch has left them."""
         lane, memory = self.single[k], self.memories[k]
         chain = lane.component
@@ -148,7 +148,7 @@ class EnvironmentBatch:
     def lent(self, k: int) -> ChainEnv:
         """Environment k for somebody who may observe its component."""
         self._lent.add(k)
-        return self.synchronised(k)
+        return self.synchronise(k)
 
     def restore(self, numbers: Sequence[int], states: Sequence[EnvState]) -> None:
         """Let the environments with these numbers go on from saved states, all of them or none."""
@@ -166,7 +166,7 @@ class EnvironmentBatch:
         observe_lanes(self.tables, self.memories, self._deadlines, *self._seeing, observations)
         return observations
 
-    def told(self, info: str) -> dict[str, np.ndarray]:
+    def infos(self, info: str) -> dict[str, np.ndarray]:
         """Return the infos of all environments, by the names of the single environment's info; fresh arrays."""
         memories = self.memories
         ticks = (memories[:, START] + memories[:, ELAPSED] * self._steps_each).astype(np.int64)
@@ -180,7 +180,7 @@ class EnvironmentBatch:
             told[name] = memories[:, COUNTERS + place].copy()
         return told
 
-    def drawn(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
+    def draws(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
         """Return what was drawn for the present episodes, named as in infos: values, and which lanes have one."""
         self._look_again()
         return self._drawn

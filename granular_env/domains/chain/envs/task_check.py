@@ -171,14 +171,14 @@ def _run(kernel: Callable[..., Any], name: str, *arguments: Any) -> Any:
     except ValueError as error:
         if "read-only" in str(error):
             raise _SlipError(f"{name}: it writes into an array that is not its own; it may write into counters alone") from None
-        raise _unchecked(name, error) from error
+        raise _wrap_error(name, error) from error
     except _SlipError:
         raise
     except Exception as error:  # whatever compiled code can do and plain Python cannot
-        raise _unchecked(name, error) from error
+        raise _wrap_error(name, error) from error
 
 
-def _unchecked(name: str, error: Exception) -> _UncheckedError:
+def _wrap_error(name: str, error: Exception) -> _UncheckedError:
     return _UncheckedError(f"{name} does not run as plain Python: {type(error).__name__}: {shortened(str(error))}")
 
 

@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 from granular_env.components.errors import ParameterError, nearest, shortened
 from granular_env.envs.copying import Recreatable
-from granular_env.envs.environment import _count, checked_seed
+from granular_env.envs.environment import _count, validate_seed
 from granular_env.envs.state import EnvState
 
 from .environment import ChainEnv
@@ -115,8 +115,8 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             ParameterError: the actions are none, an environment's episode is over with autoreset disabled, or the task's reward
                 is not a number (the chains have moved).
         """
-        given = self._checked(actions)
-        going = ~self._ended
+        given = self._validate_actions(actions)
+        going = ~self._are_over
         observations = np.empty((self.num_envs, self._lanes.size), np.float32)
         rewards, ends = np.zeros(self.num_envs), np.zeros((3, self.num_envs), np.bool_)
         terminated, truncated, refused = ends
@@ -127,7 +127,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             raise ParameterError(f"task {task.name!r}: its reward is {rewards[k]} in environment {k}; mend its judge_kernel")
         if special:
             for k in np.flatnonzero(refused).tolist():
-                lane = self._lanes.synchronised(k)
+                lane = self._lanes.synchronise(k)
                 observations[k], rewards[k], terminated[k], truncated[k], info = lane.step(given[k])
                 if "step_error" in info:
                     told[k] = info["step_error"]
@@ -166,7 +166,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
 
     def call(self, name: str, *arguments: Any, **keywords: Any) -> tuple[Any, ...]:
         """Return an attribute of every environment, or the result of its call where it can be called."""
-        found = [getattr(self._lanes.synchronised(k), name) for k in range(self.num_envs)]
+        found = [getattr(self._lanes.synchronise(k), name) for k in range(self.num_envs)]
         return tuple(each(*arguments, **keywords) if callable(each) else each for each in found)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
@@ -188,7 +188,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
                 "give anything else as an argument, or in `parameters`"
             )
         for k, value in enumerate(each):
-            setattr(self._lanes.synchronised(k), name, value)
+            setattr(self._lanes.synchronise(k), name, value)
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
@@ -204,7 +204,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
 
     def save(self, lanes: Iterable[int] | None = None) -> list[EnvState]:
         """Return the states of the environments with these numbers, or of all; single environments understand them too."""
-        return [self._lanes.synchronised(k).save() for k in self._lane_numbers(lanes)]
+        return [self._lanes.synchronise(k).save() for k in self._lane_numbers(lanes)]
 
     def restore(self, states: Sequence[EnvState], lanes: Iterable[int] | None = None) -> None:
         """Let the environments with these numbers, or all, go on from saved states. `observe` tells what is seen there.
@@ -232,11 +232,11 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
     # -- details ----------------------------------------------------------------------------------------------------
 
     @property
-    def _ended(self) -> npt.NDArray[np.bool_]:
+    def _are_over(self) -> npt.NDArray[np.bool_]:
         """Whose episodes are over, or have never begun; also where a lane was stepped, reset or restored by itself."""
         return self._lanes.memories[:, RUNNING] == 0.0
 
-    def _checked(self, actions: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def _validate_actions(self, actions: npt.ArrayLike) -> npt.NDArray[np.float64]:
         wanted = self.action_space.shape
         try:
             given = np.asarray(actions)
@@ -250,7 +250,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             raise ParameterError(f"actions[{k}, {entry}]: got {numbers[k, entry]}, expected a number from -1 to 1")
         if not self._begun:
             raise ParameterError("step: no episode has begun; call reset() first")
-        over = np.flatnonzero(self._ended).tolist() if self.autoreset_mode == AutoresetMode.DISABLED else []
+        over = np.flatnonzero(self._are_over).tolist() if self.autoreset_mode == AutoresetMode.DISABLED else []
         if over:
             raise ParameterError(
                 f"step: the episodes of environments {shortened(over)} are over or have not begun, and autoreset is disabled; "
@@ -262,10 +262,10 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         if seed is None:
             return [None] * self.num_envs
         if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool):
-            return [checked_seed(int(seed) + k) for k in range(self.num_envs)]
+            return [validate_seed(int(seed) + k) for k in range(self.num_envs)]
         if not isinstance(seed, (list, tuple)) or len(seed) != self.num_envs:
             raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number, or {self.num_envs} in a list")
-        return [checked_seed(one) for one in seed]
+        return [validate_seed(one) for one in seed]
 
     def _mask(self, mask: Any) -> npt.NDArray[np.bool_]:
         if mask is None:
@@ -291,7 +291,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
 
     def _final(self, k: int, observation: Observations, message: str | None) -> dict[str, Any]:
         """Return what an episode ended with, where the next one begins in the same step."""
-        info = self._lanes.synchronised(k).observe()[1]
+        info = self._lanes.synchronise(k).observe()[1]
         if message is not None:
             info["step_error"] = message
         return {"final_obs": observation.copy(), "final_info": info}
@@ -299,11 +299,11 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
     def _infos(self, mask: npt.NDArray[np.bool_] | None) -> dict[str, Any]:
         infos: dict[str, Any] = {}
         chosen = np.ones(self.num_envs, np.bool_) if mask is None else mask
-        for name, values in self._lanes.told(self.info).items():
+        for name, values in self._lanes.infos(self.info).items():
             if mask is not None:
                 values[~mask] = 0.0
             infos[name], infos[f"_{name}"] = values, chosen.copy()
-        for name, (values, having) in self._lanes.drawn().items():
+        for name, (values, having) in self._lanes.draws().items():
             shown = having & chosen
             if shown.any():
                 infos[name], infos[f"_{name}"] = values.copy(), shown

@@ -192,7 +192,7 @@ class History:
         return place
 
 
-def given(name: str, value: Any) -> None:
+def require_history(name: str, value: Any) -> None:
     """`ParameterError` where something else came instead of a history."""
     if not isinstance(value, History):
         raise ParameterError(f"{name}: got {shortened(value)}, expected a History; measurement.history or observe makes one")

@@ -20,25 +20,25 @@ def function(name: str) -> Callable[..., Any]:
 def _number(name: str) -> Taken:
     """Return what takes the number that the function gives."""
 
-    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+    def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         return float(getattr(measurement, name)(history, **arguments))
 
-    return taken
+    return column
 
 
 def _count(name: str) -> Taken:
     """Return what counts the things that the function gives."""
 
-    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+    def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         return float(len(getattr(measurement, name)(history, **arguments)))
 
-    return taken
+    return column
 
 
 def _attribute(name: str, attribute: str) -> Taken:
     """Return what takes a number of what the function gives, or of one of the things that it gives."""
 
-    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+    def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         found = getattr(measurement, name)(history, **arguments)
         if isinstance(found, list):
             if not -len(found) <= which < len(found):
@@ -46,17 +46,17 @@ def _attribute(name: str, attribute: str) -> Taken:
             found = found[which]
         return float(getattr(found, attribute))
 
-    return taken
+    return column
 
 
 def _of_wave(function: str) -> Taken:
     """Return what takes what a wave carries."""
 
-    def taken(history: Any, which: int, arguments: dict[str, Any]) -> float:
+    def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         waves = measurement.waves_at(history, **arguments)
         return float(getattr(measurement, function)(history, waves[which])) if -len(waves) <= which < len(waves) else math.nan
 
-    return taken
+    return column
 
 
 def _attributes(name: str, *attributes: str) -> dict[str, Taken]:

@@ -66,7 +66,7 @@ class Watch:
     def on_reset(self, component: Component) -> None:
         """Start a new history."""
         chain_geometry(component)
-        self._variables = watched(component)
+        self._variables = history_variables(component)
         self._interval = component.ticks_in(self._every, "every")
         self._component = component
         self._forget()
@@ -89,7 +89,7 @@ class Watch:
         self.next_tick = self._ticks[-1] + self._interval
 
 
-def watched(chain: Component) -> tuple[str, ...]:
+def history_variables(chain: Component) -> tuple[str, ...]:
     """Return the variables that a history of this chain needs."""
     parameters: Any = chain.parameters
     # Where contacts have a history, only the chain knows their forces.
@@ -111,7 +111,7 @@ def observe(chain: Component, duration: float, every: float, **inputs: Any) -> H
     """
     watch = Watch(every)
     chain_geometry(chain)
-    numbers = sum(np.size(chain.get(name)) for name in watched(chain))
+    numbers = sum(np.size(chain.get(name)) for name in history_variables(chain))
     frames = chain.ticks_in(duration, "duration") // chain.ticks_in(every, "every") + 1
     refuse_beyond(8 * numbers * frames, f"every: {frames:.6g} frames of {numbers} numbers, from duration / every,")
     watch.on_reset(chain)  # refuses before the chain keeps it

@@ -9,7 +9,7 @@ import numpy as np
 from granular_env.components.errors import ParameterError
 from granular_env.peaks import Crest, crests
 
-from .chain_history import Direction, History, given
+from .chain_history import Direction, History, require_history
 from .validation import sign
 
 # A crest at a neighbour is the same wave only if it is at least so high, in the wave's amplitude.
@@ -60,7 +60,7 @@ def waves_at(history: History, grain: int, above: float, separation: float = 1.0
     Raises:
         ParameterError: a grain that is not there, a threshold that is not positive, another separation or direction.
     """
-    given("history", history)
+    require_history("history", history)
     grain, towards = history.grain(grain), sign(direction)
     found = crests(history.time, towards * history.velocity[:, grain], above, separation)
     step = int(towards)
@@ -135,7 +135,7 @@ def energy_of(history: History, wave: Wave) -> float:
         LogError: overlaps are not known.
         ParameterError: there is no contact behind the grain.
     """
-    return _carried(history, wave, sign(wave.direction) * history.velocity[:, wave.grain])
+    return _force_integral(history, wave, sign(wave.direction) * history.velocity[:, wave.grain])
 
 
 def momentum_of(history: History, wave: Wave) -> float:
@@ -143,10 +143,10 @@ def momentum_of(history: History, wave: Wave) -> float:
 
     Args and errors as `energy_of`.
     """
-    return _carried(history, wave, np.ones(len(history.time)))
+    return _force_integral(history, wave, np.ones(len(history.time)))
 
 
-def _carried(history: History, wave: Wave, factor: np.ndarray) -> float:
+def _force_integral(history: History, wave: Wave, factor: np.ndarray) -> float:
     """Integral of force x factor over the wave's pulse of force."""
     place = history.contact_behind(wave.grain, wave.direction)
     force = history.contact_force[:, place] - history.rest_force[place]
@@ -181,8 +181,8 @@ def phase_shifts(
     Raises:
         ParameterError: no wave passes the grain in one of them; or as `waves_at`.
     """
-    given("history", history)
-    given("reference", reference)
+    require_history("history", history)
+    require_history("reference", reference)
     seen = [waves_at(run, grain, above, separation, direction) for run in (history, reference)]
     for name, waves in zip(("history", "reference"), seen, strict=True):
         if not waves:

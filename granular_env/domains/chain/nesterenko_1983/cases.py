@@ -85,12 +85,12 @@ def case_document(context: Context, shipped: str, /, least: float = 0.0, **chang
     grains = component["grains"]
     component["grains"] = length(context, grains)
     if "velocity" in document.get("start", {}):
-        document["start"] = {"velocity": _placed(document["start"]["velocity"], grains, component["grains"])}
+        document["start"] = {"velocity": _place(document["start"]["velocity"], grains, component["grains"])}
     document["duration"] = max(longer(context, document["duration"]), math.ceil(least / _EVERY - 1e-9) * _EVERY)
     return document
 
 
-def _placed(velocity: dict[str, float], grains: int, now: int) -> dict[str, float]:
+def _place(velocity: dict[str, float], grains: int, now: int) -> dict[str, float]:
     """Start velocities: of the first half counted from the left end, of the second from the right."""
     return {str(int(i) if int(i) < grains // 2 else now - (grains - int(i))): value for i, value in velocity.items()}
 

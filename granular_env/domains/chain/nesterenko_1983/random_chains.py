@@ -10,7 +10,7 @@ import numpy as np
 from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Curve
-from granular_env.components.chain.arrangements.random_radii import drawn
+from granular_env.components.chain.arrangements.random_radii import draw_radii
 from granular_env.components.chain.fields import UniformRadii
 from granular_env.components.errors import GranularError
 
@@ -92,7 +92,7 @@ def document(
     """Return one draw as an experiment that writes little; arguments as in `histories`."""
     radius: Any = {"low": smallest * 1e-3, "high": smallest * 1e-3 + 1e-3, "seed": seed}
     if given:
-        radii = drawn(UniformRadii(**radius), length(context, grains))
+        radii = draw_radii(UniformRadii(**radius), length(context, grains))
         for number, value in given.items():
             radii[grain(context, number)] = value
         radius = radii.tolist()

@@ -38,7 +38,7 @@ def compute(context: Context) -> Findings:
         _second_wave(chain),
         _distance(context, chain),
         _count(context),
-        _formed(context, chain),
+        _formation(context, chain),
         _powers(context, chain),
         _length(context, chain),
     ]
@@ -129,7 +129,7 @@ def _count(context: Context) -> Item:
     )  # fmt: skip
 
 
-def _formed(context: Context, chain: History) -> Item:
+def _formation(context: Context, chain: History) -> Item:
     """How much the taller wave's height still changes after the twentieth grain."""
     early, late = (waves(chain, grain(context, number))[0].amplitude for number in (20, 80))
     return Item(

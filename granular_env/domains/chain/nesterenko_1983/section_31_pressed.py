@@ -20,11 +20,11 @@ def compute(context: Context) -> Findings:
     """Two moving grains without precompression, with a weak one, and with one as strong as the wave."""
     free = case(context, "3.1-two-grains")
     crest = measurement.overlap_of(free, waves(free, grain(context, 60))[0]).height
-    chains = {part: _pressed(context, part * crest) for part in (_WEAK, _STRONG)}
+    chains = {part: _compress(context, part * crest) for part in (_WEAK, _STRONG)}
     return Findings([_weak(context, free, chains[_WEAK]), _strong(context, chains[_STRONG])], [_figure(context, free, chains)])
 
 
-def _pressed(context: Context, overlap: float) -> History:
+def _compress(context: Context, overlap: float) -> History:
     force = context.constants["A"] * MASS * overlap**1.5
     return case(
         context, "3.1-two-grains", component__precompression=force,

@@ -29,7 +29,7 @@ def compute(context: Context) -> Findings:
     shock = theory.shock_speed(context.constants["A"], DIAMETER, SPEED)
     fronts = _front_speeds(context, driven)
     items = [
-        _speed(coefficient), _shock(fronts, shock, coefficient), _settled(fronts), _radius(context),
+        _speed(coefficient), _shock(fronts, shock, coefficient), _settling(fronts), _radius(context),
         _pressure(context, driven),
     ]  # fmt: skip
     return Findings(items, [_figure(fronts, shock)])
@@ -83,7 +83,7 @@ def _shock(fronts: dict[int, float], shock: float, coefficient: float) -> Item:
     )  # fmt: skip
 
 
-def _settled(fronts: dict[int, float]) -> Item:
+def _settling(fronts: dict[int, float]) -> Item:
     numbers, speeds = np.array(list(fronts)), np.array(list(fronts.values()))
     off = np.abs(speeds / speeds[-1] - 1.0)
     # The first from which on all stay within 1 %.

@@ -18,7 +18,7 @@ from granular_env.envs.policies import Constant, Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
-from .arguments import between, chosen, driven_chain, hertz_chain, observed, timed, whole
+from .arguments import arguments_off_default, between, driven_chain, hertz_chain, observation_scales, timing, whole
 from .impedance_matching import SENSORS, MatchedForce, MatchedPiston, Sensors
 
 # Layout of the counters.
@@ -88,7 +88,7 @@ class AbsorptionTask(ChainTask):
     ) -> None:
         super().__init__()
         mass, stiffness, _ = hertz_chain(self.name, chain)
-        self.actions, self.observations, self.arguments = actions, observed(), arguments or {}
+        self.actions, self.observations, self.arguments = actions, observation_scales(), arguments or {}
         self.impact, self.strikers, self.sensors = impact, strikers, sensors
         self.duration, self.grain, self.step_size = duration, (mass, stiffness), chain.step_size
 
@@ -177,9 +177,9 @@ def make_absorption(
     * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
-    arguments = chosen(make_absorption, locals())
+    arguments = arguments_off_default(make_absorption, locals())
     parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    merged, internal_steps, _ = timed({"observe": SENSORS, **options}, 4, 300)
+    merged, internal_steps, _ = timing({"observe": SENSORS, **options}, 4, 300)
     component, actions = driven_chain("right", action, action_scale, parameters, chain, options)
     low, high = between("impact", impact)
     most, duration = whole("strikers", strikers, component.parameters.grains - 1), internal_steps * component.step_size

@@ -50,21 +50,21 @@ def driven_chain(
         raise ParameterError(f"action: got {shortened(action)}; {nearest(str(action), ACTIONS)}")
     boundary, quantity, scale = ACTIONS[action]
     number = scale if action_scale is None else positive_number("action_scale", action_scale)
-    given = {"velocity_scale": _VELOCITY, **stated(parameters), side: boundary}
+    given = {"velocity_scale": _VELOCITY, **without_none(parameters), side: boundary}
     return make_chain(given, chain, options.get("randomise")), {f"{side}_{quantity}": number}
 
 
-def stated(parameters: Mapping[str, Any]) -> dict[str, Any]:
+def without_none(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters that are not None; for the others the chain's own defaults hold, or what its arrangement says."""
     return {name: value for name, value in parameters.items() if value is not None}
 
 
-def observed() -> dict[str, float]:
+def observation_scales() -> dict[str, float]:
     """Return the scales of what is observed."""
     return {"displacement": _DISPLACEMENT, "velocity": _VELOCITY}
 
 
-def timed(
+def timing(
     options: Mapping[str, Any], internal_steps: int, deadline: int, clock: int = 0, endless: bool = False
 ) -> tuple[dict[str, Any], int, int]:
     """Return an environment's options with these defaults, the internal steps of a control step, and the control steps.
@@ -76,7 +76,7 @@ def timed(
     """
     merged = {"internal_steps": internal_steps, "deadline": deadline, "clock": clock, **options}
     if endless and merged["deadline"] is None:
-        return {**merged, "clock": options.get("clock", 0)}, timed({**options, "deadline": 1}, internal_steps, 1)[1], 0
+        return {**merged, "clock": options.get("clock", 0)}, timing({**options, "deadline": 1}, internal_steps, 1)[1], 0
     counts = [merged["internal_steps"], merged["deadline"]]
     for name, count in zip(("internal_steps", "deadline"), counts, strict=True):
         if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
@@ -145,7 +145,7 @@ _SEEN = {"self", "chain", "options", "observe", "noise", "info", "clock", "rende
 _CHAIN_DEFAULTS = {"radius": 3e-3, "material": "steel"}
 
 
-def chosen(environment: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
+def arguments_off_default(environment: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
     """Which arguments of an environment's factory differ from their defaults, name -> value: the problem's name.
 
     Args:

@@ -29,11 +29,11 @@ def open_loops(task: _Driven, environment: str, theory: npt.NDArray[np.float64])
     """
     scale = next(iter(task.actions.values()))
     best = best_drive(environment, task.arguments)
-    policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(held(theory, task.hold) / scale)}
+    policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(hold_mean(theory, task.hold) / scale)}
     return policies if best is None or np.abs(best).max(initial=0.0) > scale else {**policies, "best": OpenLoop(best / scale)}
 
 
-def held(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.float64]:
+def hold_mean(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.float64]:
     """Return the mean of a drive over each action that is held for `hold` control steps, shape (actions,)."""
     if hold == 1:
         return drive

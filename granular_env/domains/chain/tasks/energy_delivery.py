@@ -20,7 +20,7 @@ from granular_env.envs.policies import Policy
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import passing_waves
-from .arguments import CLOCK, chosen, driven_chain, hertz_chain, observed, timed, whole
+from .arguments import CLOCK, arguments_off_default, driven_chain, hertz_chain, observation_scales, timing, whole
 from .arrival import caution_late
 from .baselines import open_loops
 from .target_waves import shape_energies, wave_shapes
@@ -110,7 +110,7 @@ class EnergyDeliveryTask(ChainTask):
         arguments: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__()
-        self.actions, self.observations, self.arguments = actions, observed(), arguments or {}
+        self.actions, self.observations, self.arguments = actions, observation_scales(), arguments or {}
         self.grains, self.grain = chain.parameters.grains, hertz_chain(self.name, chain)
         self.energy, self.price, self.region = positive_number("energy", energy), finite_number("work_price", price), region
         self.duration, self.steps = duration, steps
@@ -204,9 +204,9 @@ def make_energy_delivery(
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    arguments = chosen(make_energy_delivery, locals())
+    arguments = arguments_off_default(make_energy_delivery, locals())
     parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    merged, internal_steps, deadline = timed(options, 3, 280, CLOCK)
+    merged, internal_steps, deadline = timing(options, 3, 280, CLOCK)
     component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
     region = whole("region", region, component.parameters.grains)
     duration = internal_steps * component.step_size

@@ -16,7 +16,7 @@ from granular_env.envs.environment import environment_factory
 from ..envs.domain_randomization import make_chain
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
-from .arguments import stated
+from .arguments import without_none
 
 # The last grain has left when it has flown free by this part of its radius.
 _FREE_FLIGHT = 0.01
@@ -132,7 +132,7 @@ def make_piston(
     * v0: first version.
     """
     parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
-    component = make_chain({**stated(parameters), "velocity_scale": velocity_scale}, chain, options.get("randomise"))
+    component = make_chain({**without_none(parameters), "velocity_scale": velocity_scale}, chain, options.get("randomise"))
     target, price = positive_number("target_velocity", target_velocity), finite_number("work_price", work_price)
 
     def task(made: Chain) -> PistonTask:

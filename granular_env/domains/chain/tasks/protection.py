@@ -20,7 +20,7 @@ from granular_env.envs.policies import Policy
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import ramped_push
-from .arguments import CLOCK, chosen, driven_chain, hertz_chain, timed
+from .arguments import CLOCK, arguments_off_default, driven_chain, hertz_chain, timing
 from .arrival import caution_late
 from .baselines import open_loops
 
@@ -108,12 +108,12 @@ def _impulse_of(duration: float) -> Callable[[Chain], float]:
     """Return what adds up the wall's impulse [N s], called after each control step of that duration [s]."""
     total = 0.0
 
-    def arrived(chain: Chain) -> float:
+    def add_impulse(chain: Chain) -> float:
         nonlocal total
         total += duration * right_wall_force(chain.table)
         return total
 
-    return arrived
+    return add_impulse
 
 
 # -- task and environment ---------------------------------------------------------------------------------------------
@@ -241,10 +241,10 @@ def make_protection(
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    arguments = chosen(make_protection, locals())
+    arguments = arguments_off_default(make_protection, locals())
     parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
     parameters |= {"right": "rigid_plane", "velocity_scale": velocity_scale}
-    merged, internal_steps, deadline = timed(options, 3, 700, CLOCK, endless=True)
+    merged, internal_steps, deadline = timing(options, 3, 700, CLOCK, endless=True)
     scale = _SCALES.get(action) if action_scale is None and isinstance(action, str) else action_scale
     component, actions = driven_chain("left", action, scale, parameters, chain, options)
     duration, observations = internal_steps * component.step_size, {"displacement": 1e-3, "velocity": velocity_scale}

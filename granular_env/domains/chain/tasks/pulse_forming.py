@@ -19,7 +19,7 @@ from granular_env.envs.policies import Policy
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import passing_waves, wave_velocities
-from .arguments import CLOCK, chosen, driven_chain, hertz_chain, numbers, observed, timed
+from .arguments import CLOCK, arguments_off_default, driven_chain, hertz_chain, numbers, observation_scales, timing
 from .arrival import refuse_crowded, refuse_early
 from .baselines import open_loops
 from .target_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
@@ -108,7 +108,7 @@ class PulseFormingTask(ChainTask):
     ) -> None:
         super().__init__()
         self.arguments = arguments or {}
-        self.actions, self.observations = actions, observed()
+        self.actions, self.observations = actions, observation_scales()
         self.grains = grains = chain.parameters.grains
         mass, stiffness, rest = hertz_chain(self.name, chain)
         if np.any(amplitudes <= 0.0):
@@ -219,9 +219,9 @@ def make_pulse_forming(
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    arguments = chosen(make_pulse_forming, locals())
+    arguments = arguments_off_default(make_pulse_forming, locals())
     parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    merged, internal_steps, deadline = timed(options, 3, 180, CLOCK)
+    merged, internal_steps, deadline = timing(options, 3, 180, CLOCK)
     component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
     duration = internal_steps * component.step_size
     heights, places = numbers("amplitude", amplitude), numbers("place", place)

@@ -21,9 +21,9 @@ from granular_env.envs.policies import Constant, Policy
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .analytic_drives import passing_waves, wave_velocities
-from .arguments import CLOCK, between, driven_chain, hertz_chain, observed, timed, whole
+from .arguments import CLOCK, between, driven_chain, hertz_chain, observation_scales, timing, whole
 from .arrival import half_width, refuse_crowded, refuse_early
-from .baselines import held
+from .baselines import hold_mean
 from .target_waves import (
     AMPLITUDE,
     COLUMNS,
@@ -120,7 +120,7 @@ class SolitonTrainTask(ChainTask):
         actions: Mapping[str, float],
     ) -> None:
         super().__init__()
-        self.actions, self.observations = actions, observed()
+        self.actions, self.observations = actions, observation_scales()
         self.waves, self.amplitude, self.spacing, self.front = waves, amplitude, spacing, front
         self.grains, (mass, stiffness, rest) = chain.parameters.grains, hertz_chain(self.name, chain)
         if rest > 0.0:
@@ -221,7 +221,7 @@ class PassingTrain:
             goal = np.array(numbers).reshape(-1, COLUMNS)
             horizon = task.duration * task.steps
             drive = passing_waves(task.shapes, goal, horizon, task.duration, task.steps, name)
-            self.drive = held(drive, task.hold) / scale
+            self.drive = hold_mean(drive, task.hold) / scale
         self.step += 1
         return np.array([self.drive[self.step - 1]])
 
@@ -297,7 +297,7 @@ def make_soliton_train(
     * v0: first version.
     """
     parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    merged, internal_steps, deadline = timed(options, 3, 200, CLOCK)
+    merged, internal_steps, deadline = timing(options, 3, 200, CLOCK)
     component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
     count, gaps, first = whole("waves", waves, 16), between("spacing", spacing), between("front", front)
     if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > component.parameters.grains - 1:
