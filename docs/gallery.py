@@ -51,7 +51,7 @@ def driven(name: str, env: make_pulse_forming, drive: np.ndarray) -> None:
 
 
 def one_wave() -> None:
-    """The paper's triangle, and a drive that makes as high a wave with a lower force."""
+    """Draw the paper's triangle, and a drive that makes as high a wave with a lower force."""
     brief = {"duration": 3.96e-4, "record.every": EVERY, "record.variables": ["displacement", "velocity"]}
     ge.run("nesterenko-1983/3.3-triangle-10us", log=LOGS / "triangle.mcap", overrides=brief, overwrite=True)
     env = make_pulse_forming(
@@ -66,7 +66,7 @@ def one_wave() -> None:
 
 
 def other_chains() -> None:
-    """The best drive found in a chain, and the uniform chain's drive there."""
+    """Draw the best drive found in a chain, and the uniform chain's drive there."""
     uniform = pulse_shaping.shaped(make_pulse_forming(**SETTING), pushed=50)
     for name, chain in (("disordered", DISORDERED), ("dissipative", DISSIPATIVE)):
         env = make_pulse_forming(**SETTING, chain=chain)
@@ -81,7 +81,7 @@ def two_waves() -> None:
 
 
 def absorbing_ends() -> None:
-    """The same blow against a piston at rest, a dashpot and an active end."""
+    """Draw the same blow against a piston at rest, a dashpot and an active end."""
     piston = make_absorption()
     for name, policy in (("wall", "nothing"), ("absorbing-piston", "theory")):
         print(name, recorded(name, piston, piston.task.baselines()[policy], WAVE))
@@ -118,7 +118,7 @@ def pictures() -> None:
 
 
 def main(parts: list[Callable[[], None]]) -> None:
-    """Some or all parts."""
+    """Draw some or all parts."""
     LOGS.mkdir(parents=True, exist_ok=True)
     for part in parts:
         part()

@@ -66,7 +66,7 @@ def save(figure, name):
 
 @drawing.with_style
 def hertz():
-    """Forces, and how long a collision lasts."""
+    """Draw forces, and how long a collision lasts."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     loops(left, [(name, 1.0, {"material": name}) for name in ("steel", "glass", "aluminium")])
@@ -81,7 +81,7 @@ def hertz():
 
 @drawing.with_style
 def power():
-    """Forces of several exponents, and the solitary waves that they make."""
+    """Draw forces of several exponents, and the solitary waves that they make."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     exponents = (1.2, 1.5, 2.0, 3.0)
@@ -110,7 +110,7 @@ def power():
 
 @drawing.with_style
 def dissipative(name, law, loss):
-    """The loop of force, and what is lost in a collision."""
+    """Draw the loop of force, and what is lost in a collision."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     stronger = {**law, "dissipation": 5.0 * law["dissipation"]}
@@ -151,7 +151,7 @@ def elastic_plastic():
 
 @drawing.with_style
 def linear():
-    """The loop of force, and restitution against the damping ratio, with and without tension."""
+    """Draw the loop of force, and restitution against the damping ratio, with and without tension."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     spring = {"mass": 2e-3, "contact_stiffness": 1e7}

@@ -27,7 +27,7 @@ _COLOURS = 48
 
 
 def piston() -> None:
-    """The x-t diagram of the shipped piston experiment, with the profile at its end (the paper's figure 6)."""
+    """Draw the x-t diagram of the shipped piston experiment, with the profile at its end (the paper's figure 6)."""
     with tempfile.TemporaryDirectory() as folder:
         result = ge.run("nesterenko-1983/3.4-piston", log=Path(folder) / "piston.mcap")
         motion = footage.from_log(ge.open_log(result.log)).motion
@@ -61,7 +61,7 @@ def stationary_waves() -> None:
 
 @drawing.with_style
 def sweep() -> None:
-    """The shipped sweep: a solitary wave's speed against its amplitude, and its difference from the lattice's wave."""
+    """Draw the shipped sweep: a solitary wave's speed against its amplitude, and its difference from the lattice's wave."""
     with tempfile.TemporaryDirectory() as folder:
         table = ge.run_sweep("solitary-wave-speed", Path(folder) / "sweep", engine="serial").table
     amplitudes, speeds = table["amplitude"].to_numpy(), table["speed"].to_numpy()
@@ -86,7 +86,7 @@ def _solitary_speed(amplitudes: np.ndarray) -> np.ndarray:
 
 
 def tutorial() -> None:
-    """The tutorial's pictures, by the very lines that stand on its page; with few colours, so that they are small files."""
+    """Draw the tutorial's pictures, by the very lines that stand on its page; with few colours, for small files."""
     blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "tutorial.md").read_text(), re.MULTILINE | re.DOTALL)
     last = max(place for place, block in enumerate(blocks) if "savefig" in block)
     drawn: dict[str, Figure] = {}
@@ -104,7 +104,7 @@ def tutorial() -> None:
 
 @drawing.with_style
 def control() -> None:
-    """The drives that the page on control finds, by the very lines that stand there, and what each leaves in the chain."""
+    """Draw the drives that the page on control finds, by the very lines that stand there, and what each leaves in the chain."""
     blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "control.md").read_text(), re.MULTILINE | re.DOTALL)
     last = max(place for place, block in enumerate(blocks) if "by_evolution" in block)
     names: dict[str, Any] = {}

@@ -28,7 +28,7 @@ def left_over(env: make_absorption, policy: Callable, strikers: int, speed: floa
 
 
 def rebound(strikers: int, speed: float) -> float:
-    """What the strikers carry off, which no end sees: the energy left of grain 30, after 600 us in a long chain."""
+    """Return what the strikers carry off, which no end sees: the energy left of grain 30, after 600 us in a long chain."""
     env = make_absorption(160)
     env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
     for _ in range(300):
@@ -38,7 +38,7 @@ def rebound(strikers: int, speed: float) -> float:
 
 
 def returned(env: make_absorption, policy: Callable) -> float:
-    """The mean over the six waves."""
+    """Return the mean over the six waves."""
     return float(np.mean([left_over(env, policy, *wave) - CARRIED[wave] for wave in WAVES]))
 
 
@@ -46,7 +46,7 @@ CARRIED = {wave: rebound(*wave) for wave in WAVES}
 
 
 def free_end() -> float:
-    """The last grain flies off and is caught: what is left is the energy of the others."""
+    """Let the last grain fly off and be caught; return the energy of the others."""
     left = []
     env = make_absorption(action="force")
     for strikers, speed in WAVES:
@@ -58,7 +58,7 @@ def free_end() -> float:
 
 
 def best_dashpot(exponent: float, low: float, high: float, mass: float | None = None) -> tuple[float, float]:
-    """The dashpot on the end grain (of a mass, where one is given) that lets least come back: its constant, and how much."""
+    """Return the dashpot on the end grain (of a mass, where one is given) that returns least: its constant, and how much."""
     from scipy.optimize import minimize_scalar
 
     chain = {} if mass is None else {"mass": {63: mass}}

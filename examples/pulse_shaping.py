@@ -21,7 +21,7 @@ Bounds = tuple[float, float]
 
 
 def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int, iterations: int) -> np.ndarray:
-    """A drive by L-BFGS-B; `way` weighs the waves' way to their places against their arrival."""
+    """Return a drive by L-BFGS-B; `way` weighs the waves' way to their places against their arrival."""
     env.reset(seed=0)
     env.task.way = way
     objective, steps = env.task.objective(env.component, len(drive)), len(drive)
@@ -39,7 +39,7 @@ def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int
 
 
 def shaped(env: make_pulse_forming, pushed: int | None = None, iterations: int = 600) -> np.ndarray:
-    """The best drive found from zeros, 0 to `PEAK`, in the first `pushed` control steps (all of them).
+    """Return the best drive found from zeros, 0 to `PEAK`, in the first `pushed` control steps (all of them).
 
     First for the waves on their way, which have a slope everywhere, then for their arrival.
     """
@@ -50,7 +50,7 @@ def shaped(env: make_pulse_forming, pushed: int | None = None, iterations: int =
 
 
 def returned(env: make_pulse_forming, drive: np.ndarray) -> dict[str, float]:
-    """What a drive leaves at the deadline: the counters of the environment."""
+    """Return what a drive leaves at the deadline: the counters of the environment."""
     _, info = play(env, OpenLoop(drive / SCALE), seed=0)
     return {name: float(info[name]) for name in env.task.counter_names}
 
