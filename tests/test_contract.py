@@ -82,7 +82,7 @@ def test_wrong_start_values_are_refused(value: object) -> None:
 
 
 def test_the_catalogue_makes_what_it_names() -> None:
-    assert catalogue.names()[:2] == ["chain", "oscillator"]
+    assert catalogue.names()[:3] == ["chain", "discs", "oscillator"]
     component = catalogue.make("oscillator", mass=3.0)
     assert type(component) is Oscillator and component.get("mass") == 3.0
 
@@ -108,13 +108,13 @@ def foreign(monkeypatch: pytest.MonkeyPatch):  # noqa: ANN201
 
 def test_third_parties_add_their_own(foreign) -> None:  # noqa: ANN001
     foreign(pendulum="granular_env.components.oscillator:Oscillator")
-    assert catalogue.names() == ["chain", "oscillator", "pendulum"]
+    assert catalogue.names() == ["chain", "discs", "oscillator", "pendulum"]
     assert isinstance(catalogue.make("pendulum"), Component)
 
 
 def test_third_parties_cannot_replace_ours(foreign) -> None:  # noqa: ANN001
     foreign(oscillator="json:loads")
-    assert catalogue.names() == ["chain", "oscillator"]
+    assert catalogue.names() == ["chain", "discs", "oscillator"]
     assert catalogue.component_class("oscillator") is Oscillator
 
 
