@@ -1,4 +1,4 @@
-"""Figures of a run: x-t diagram, profiles, histories, ledger, inputs.
+"""Figures of a run: x-t diagram, profiles, histories, balances, inputs.
 
 Every function takes a `Field`, or a `Motion` for the quantity that colours it, or curves, and returns a matplotlib Figure made
 without pyplot, so nothing global changes and no window opens. Colours are those of the viewer and can be told apart by the
