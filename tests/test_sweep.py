@@ -483,7 +483,7 @@ def test_a_task_that_ends_every_process_is_named_and_the_rest_goes_on(tmp_path, 
 
     def deadly(self, bundle):
         while not self.begun:
-            self.told()
+            self.receive()
         if any(("start.velocity.0", 1.0) in order.overrides for order in bundle):
             os.kill(self._process.pid, signal.SIGKILL)
         give(self, bundle)

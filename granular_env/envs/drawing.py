@@ -49,7 +49,7 @@ def draw(
     points = main_points(component.drawables())
     if points is None:
         _draw_outputs(pen, component, task)
-    elif points.reference.shape[1] > 1:
+    elif component.get(points.displacement).ndim == 2:
         _draw_plane(pen, component, task, points)
     else:
         _draw_row(pen, component, task, points, walls, wanted)
