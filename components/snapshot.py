@@ -113,6 +113,8 @@ class Block:
     def sizes_in(self, data: bytes) -> list[int] | None:
         """Return the bytes of each list in a state that `to_bytes` gave; None where it is no such state."""
         fixed = self.memory.nbytes
+        if not self._lists:  # as usual, and on the way of every restore of an environment
+            return [] if len(data) == fixed else None
         if len(data) < fixed:
             return None
         counts = np.frombuffer(data, np.int64, len(self._lists), fixed - 8 * len(self._lists)).tolist()

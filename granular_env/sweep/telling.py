@@ -36,13 +36,13 @@ def bar(title: str, size: int, known: Sequence[Result], progress: Progress) -> I
     with progress_bar(title, size, done=len(known), show=progress) as shown:
         begun, first, done, failed = perf_counter(), len(known), len(known), _failures(known)
 
-        def told(results: Sequence[Result]) -> None:
+        def report(results: Sequence[Result]) -> None:
             nonlocal done, failed
             done, failed = done + len(results), failed + _failures(results)
             rate = (done - first) / max(perf_counter() - begun, 1e-9)
             shown.update(done, f"{done}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
 
-        yield told
+        yield report
 
 
 def _failures(results: Sequence[Result]) -> int:

@@ -25,12 +25,12 @@ def telling(study: Study, trials_of_all: int, progress: Progress) -> Iterator[To
     with ProgressBars(progress, study.budget * trials_of_all, keep=True) as bars:
         trials: dict[str, Bar] = {}
 
-        def told(trial: str, spent: int, best: float) -> None:
+        def report(trial: str, spent: int, best: float) -> None:
             if trial not in trials:
                 trials[trial] = bars.add(trial, study.budget)
             trials[trial].update(spent, f"best {best:.6g}" if best > float("-inf") else "")
 
-        yield told
+        yield report
 
 
 def closing(result: StudyResult) -> str:
