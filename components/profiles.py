@@ -19,9 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import ParameterError, caution, shortened
+from .support.arrays import FloatArray
 from .support.validation import finite_number, positive_number
-
-FloatArray = npt.NDArray[np.float64]
 
 # Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.
 _SINE_DEGREE = 23

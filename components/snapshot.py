@@ -7,16 +7,13 @@ from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from .errors import GranularError, LogError, ParameterError
 from .inputs import Held, read_only
 from .profiles import CompiledProfile
+from .support.arrays import FloatArray
 from .support.memory_limits import refuse_beyond
 from .support.serialization import pack, unpack
-
-FloatArray = npt.NDArray[np.float64]
-
 
 # The growing part `events`: tick, number of the kind, index (-1 for none), value, limit.
 EVENT_ROWS = ("f8", (5,))

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
+from ..support.arrays import FloatArray
 from ..support.powers import power
 from ..support.roots import fifth_root, round_down_to_125
 from .arrangements.random_radii import draw_radii
@@ -17,8 +17,6 @@ from .equilibrium import static_forces
 from .laws import Dissipative
 from .parameters import WALLS, ChainParameters, UniformRadii
 from .theory.collisions import duration_times_frequency
-
-FloatArray = npt.NDArray[np.float64]
 
 # Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): keeps 3e-4 in ordinary runs; gaps need the smaller one.
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03

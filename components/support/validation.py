@@ -8,13 +8,12 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from ..errors import Fault, Location, ParameterError, nearest, shortened
+from .arrays import FloatArray
 
-FloatArray = npt.NDArray[np.float64]
 Model = TypeVar("Model", bound=BaseModel)
 
 

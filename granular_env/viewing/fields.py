@@ -12,10 +12,9 @@ import numpy.typing as npt
 from granular_env.components.contract import Variable
 from granular_env.components.drawables import main_points
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.arrays import FloatArray
 
 from .footage import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sample_frames
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
@@ -54,7 +53,6 @@ __all__ = [
     "time_unit",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 
 # The wave has reached a particle that changed by this part of the largest change.
 _REACHED = 0.05

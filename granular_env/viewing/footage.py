@@ -13,11 +13,10 @@ import numpy.typing as npt
 from granular_env.components.component import Component
 from granular_env.components.contract import Variable
 from granular_env.components.drawables import Points, main_points, spatial
+from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.facts import BalanceNames, balance_facts, balance_names_from
 
 from .views import views_class
-
-FloatArray = npt.NDArray[np.float64]
 
 # Bounds of what is shown: viewers die of more.
 MAXIMUM_FRAMES = 400

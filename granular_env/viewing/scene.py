@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import PALETTE, diverging, rgb, symmetric_limit
+from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.exaggeration import choose_exaggeration
 
 from .camera import Camera
@@ -25,8 +26,6 @@ from .extras import import_optional
 from .footage import Footage, Motion
 from .plots import plots
 from .views import Views
-
-FloatArray = npt.NDArray[np.float64]
 
 APPLICATION = "granular-env"
 TIMELINE, TICKS = "time", "tick"

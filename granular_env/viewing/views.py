@@ -12,14 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.drawables import Points
+from granular_env.components.support.arrays import FloatArray
 from granular_env.domains import domain_of
 
 if TYPE_CHECKING:
     from .footage import Motion
     from .scene import Scales
-
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Views:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
+from ...support.arrays import FloatArray
 from ...support.jit import JIT, address, current, jit, refuse_stale
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
@@ -25,7 +26,6 @@ from ..specialisation import specialise
 from . import loops
 from .tape import rows_per_tick
 
-FloatArray = npt.NDArray[np.float64]
 _NO_PIECES = np.zeros((0, 2))
 _NO_STATES = np.zeros((0, 2, 0))
 

@@ -13,13 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ParameterError, nearest
+from ...support.arrays import FloatArray
 from ..arrangements import Uniform
 from ..component import Chain
 from ..laws import LAWS, Dissipative
 from ..layout import GRAVITY, INVERSE_MASS, LAW_CONSTANTS, LEFT_STATIC, MASS, REST_OVERLAP, RIGHT_STATIC, SCALARS, STIFFNESS
 from .gradient import Adjoints
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def parameter_gradient(chain: Chain, bars: Adjoints, name: str) -> float | FloatArray:

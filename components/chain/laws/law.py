@@ -10,14 +10,12 @@ from types import MappingProxyType, ModuleType
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
+from ...support.arrays import FloatArray
 from ...support.roots import two_thirds_power
 from ...support.tagged_union import Named
 from ..layout import MOST_HISTORY_ROWS
 from . import functions
-
-FloatArray = npt.NDArray[np.float64]
 
 # A sphere begins to yield, under its surface, at a peak pressure of 1.6 times the yield strength (Johnson 1985, section 6.1).
 YIELD_PRESSURE = 1.6

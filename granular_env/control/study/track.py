@@ -16,10 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ExperimentError, Fault, LogError, Option
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.serialization import digest, pack, unpack
 from granular_env.writing import replacing
-
-FloatArray = npt.NDArray[np.float64]
 
 START_ANEW = ("pass ", Option("overwrite"), " to start anew")
 _FORMAT, _VERSION = "granular-env trial", 1

@@ -6,15 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
+
+from granular_env.components.support.arrays import FloatArray
 
 from .method import MethodTable
 
 if TYPE_CHECKING:
     from ..search import Search
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Evolution(MethodTable):

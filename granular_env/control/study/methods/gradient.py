@@ -6,16 +6,15 @@ import math
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
+
+from granular_env.components.support.arrays import FloatArray
 
 from .method import MethodTable
 
 if TYPE_CHECKING:
     from ...problem import Problem
     from ..search import Search
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Gradient(MethodTable):

@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from granular_env.components.support.arrays import FloatArray
+
 from .evolution import evolve
 from .method import MethodTable
 
 if TYPE_CHECKING:
     from ...problem import Policies, Problem
     from ..search import Search
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class PolicySearch(MethodTable):

@@ -6,15 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain import Chain, layout
 from granular_env.components.chain.adjoint import check_functions, value_and_slopes
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import current
-
-FloatArray = npt.NDArray[np.float64]
 
 _ROWS = {
     name: getattr(layout, name) for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "LAW_CONSTANTS", "U", "V")

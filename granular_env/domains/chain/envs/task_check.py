@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain import layout
 from granular_env.components.errors import ParameterError, caution, shortened
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.plain_function import plain_function
 
 from .episode_state import ELAPSED
@@ -20,7 +20,6 @@ from .episode_state import ELAPSED
 if TYPE_CHECKING:
     from .environment import ChainEnv
 
-FloatArray = npt.NDArray[np.float64]
 
 # The rows of the table with a number for each grain or contact.
 _GRAIN_ROWS = {

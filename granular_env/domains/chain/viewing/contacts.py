@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.drawables import Points
-
-FloatArray = npt.NDArray[np.float64]
+from granular_env.components.support.arrays import FloatArray
 
 
 def contacts_of(
