@@ -241,7 +241,8 @@ def _loop(
         tick, begin = component.tick, perf_counter()
         if component.state_bytes > 2 * size:
             size = component.state_bytes
-            wanted = max(_PIECE_SECONDS, component.undo_seconds() / _UNDO_SHARE)
+            # Pieces are left as they are from half of that on.
+            wanted = max(_PIECE_SECONDS, 2.0 * component.undo_seconds() / _UNDO_SHARE)
             begin = perf_counter()
         stop = min(end, tick + piece)
         looked = stops.next_tick(tick) if stops is not None else None
