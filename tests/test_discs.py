@@ -8,6 +8,7 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from support.rerun_tools import columns
 
 import granular_env as ge
 from granular_env.components.discs import Discs
@@ -17,6 +18,7 @@ from granular_env.envs import ComponentEnv, Task
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
 from granular_env.viewing import report
+from granular_env.viewing.foxglove import foxglove_layout
 
 THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
 
@@ -191,7 +193,37 @@ def test_rerun_gets_the_discs(log, tmp_path: Path) -> None:
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
     from granular_env.viewing import save_rrd
 
-    assert save_rrd(log, tmp_path / "a.rrd").stat().st_size > 10_000
+    found, _ = columns(save_rrd(log, tmp_path / "a.rrd"))
+    lines = [row for row in found["scene/links_links"]["strips"] if row is not None]
+    linked = log.series("linked")[1]
+    # A broken link has no line; the others reach from centre to centre.
+    assert [len(row) for row in lines] == np.count_nonzero(linked, axis=1).tolist() and len(lines[0]) == 9 > len(lines[-1])
+    discs = next(name for name in found if name.startswith("scene/particles"))
+    centres = np.array(found[discs]["positions"][-1])
+    np.testing.assert_allclose(np.array(lines[-1][-1])[:, :2], centres[[8, 9], :2], atol=1e-7)
+    words = next(row for row in found["caption"]["text"] if row is not None)[0]
+    assert "Lines: 9 links" in words and "through 0" not in words  # a speed has no sign
+
+
+def test_a_live_viewer_shows_links_until_they_break(tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="the extra `view` is not installed")
+    from granular_env.viewing import LiveViewer
+
+    discs = Discs(rows=1, columns=2, step_size=1e-6)
+    with LiveViewer(discs, save=tmp_path / "live.rrd"):
+        discs.step(1e-2, force=np.array([[-1.5, 0.0], [1.5, 0.0]]))
+    found, _ = columns(tmp_path / "live.rrd")
+    counts = [len(row) for row in found["scene/links_links"]["strips"] if row is not None]
+    assert counts[0] == 1 and counts[-1] == 0
+
+
+def test_the_layout_for_foxglove_shows_links_and_looks_from_above(tmp_path: Path) -> None:
+    discs = thrown()
+    with ge.record(discs, tmp_path / "a.mcap"):
+        discs.step(1e-3)
+    with ge.open_log(tmp_path / "a.mcap") as log:
+        scene = foxglove_layout(log)["configById"]["3D!preview"]
+    assert scene["topics"]["/links/links"]["visible"] and scene["cameraState"]["phi"] < 45.0
 
 
 def test_a_task_drives_every_disc() -> None:
