@@ -8,16 +8,19 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from matplotlib.collections import EllipseCollection, LineCollection
 from support.rerun_tools import columns
 
 import granular_env as ge
 from granular_env.components.discs import Discs
+from granular_env.components.drawables import Cells
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.profiles import Profile
 from granular_env.envs import ComponentEnv, Task
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
-from granular_env.viewing import report
+from granular_env.viewing import plane, report
+from granular_env.viewing.footage import from_log
 from granular_env.viewing.foxglove import foxglove_layout
 
 THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
@@ -187,6 +190,39 @@ def test_the_report_shows_discs_links_events_and_balances(log, tmp_path: Path) -
     for words in ("link broken", "Speed of every disc", "fracture energy", "momentum x", "Angular momentum since", "Linked"):
         assert words in page
     assert "every grain" not in page and "along the chain" not in page
+
+
+def test_the_report_has_pictures_of_the_plane(log, tmp_path: Path) -> None:
+    page = report(log, tmp_path / "report").read_text()
+    assert "In the plane" in page and "displacements drawn 20 x larger; a broken link has no line" in page
+    assert (tmp_path / "report" / "plane.png").stat().st_size > 10_000
+    shown = plane.load_plane(log, from_log(log).motion)
+    assert shown is not None and shown.times[1] == pytest.approx(log.events()[0].tick * 1e-5, abs=1e-4)
+    panels = plane.draw_plane(shown).axes[:4]
+    lines = [sum(len(one.get_segments()) for one in axes.collections if isinstance(one, LineCollection)) for axes in panels]
+    assert lines == [9, 8, 8, 8]
+    discs = next(one for one in panels[3].collections if isinstance(one, EllipseCollection))
+    np.testing.assert_array_equal(discs.get_array(), log.series("speed")[1][-1])
+    centres = log.drawables[0].reference + shown.exaggeration * log.series("displacement")[1][-1]
+    np.testing.assert_allclose(discs.get_offsets(), centres)
+    chosen = plane.load_plane(log, None, [0.01])
+    assert chosen is not None and chosen.times.tolist() == [pytest.approx(0.01, abs=1e-4)]
+    with pytest.raises(ParameterError, match="times"):
+        plane.load_plane(log, None, [1.0])
+
+
+def test_a_plane_has_cells_in_the_colours_of_their_field_or_of_its_mean_over_their_nodes() -> None:
+    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
+    corners = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    for field in (np.array([[-3.0, 5.0]]), np.array([[-3.0, -3.0, 13.0, -3.0, -3.0, 13.0]])):
+        cells = Cells("grid", nodes, corners, "stress", "displacement")
+        values = {"stress": field, "displacement": np.full((1, 6, 2), 0.01)}
+        shown = plane.Plane((cells,), np.zeros(1), values, {"stress": "Pa"}, 10.0)
+        axes, bar = plane.draw_plane(shown).axes
+        (drawn,) = axes.collections
+        assert drawn.get_array().tolist() == [-3.0, 5.0] and bar.get_xlabel() == "stress [Pa]"
+        np.testing.assert_allclose(drawn.get_paths()[1].vertices[:4], nodes[corners[1]] + 0.1)
+        assert plane.words(shown) == "Grid at chosen instants, x to the right, y up; displacements drawn 10 x larger."
 
 
 def test_rerun_gets_the_discs(log, tmp_path: Path) -> None:

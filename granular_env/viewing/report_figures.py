@@ -10,7 +10,7 @@ import numpy as np
 
 from granular_env.components.errors import ParameterError
 
-from . import figures
+from . import figures, plane
 from .fields import Field, as_field, field_names, load_field, require_names
 from .footage import Curve, Footage, from_log
 from .plots import plots
@@ -78,6 +78,8 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     share = 1.0 / (1 + len(arrays))
     footage = from_log(log, FRAMES, lambda part: progress(share * part))
     drawn: dict[str, Shown] = {}
+    if choice.variables is None and (shown := plane.load_plane(log, footage.motion, choice.times)) is not None:
+        drawn["plane"] = Shown("In the plane", plane.draw_plane(shown), plane.words(shown))
     main = footage.motion.colour_variable.name if footage.motion is not None and footage.motion.colour is not None else None
     # What colours the particles comes first and is in memory already.
     for place, name in enumerate(sorted(arrays, key=lambda name: name != main), start=1):
