@@ -20,8 +20,8 @@ from granular_env.envs import ComponentEnv, Task
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
 from granular_env.viewing import plane, report
-from granular_env.viewing.footage import from_log
 from granular_env.viewing.foxglove import foxglove_layout
+from granular_env.viewing.scene_data import from_log
 
 THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
 
@@ -289,7 +289,7 @@ def test_a_sweep_finds_how_strain_decides(tmp_path: Path) -> None:
 
 def test_cma_finds_how_to_break_every_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma", reason="the extra `control` is not installed")
-    from granular_env.control.study.running import run_study
+    from granular_env.control.study.runner import run_study
 
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     study = {

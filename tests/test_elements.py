@@ -11,7 +11,7 @@ from granular_env.components.elements import Element, parse_element, parse_index
 from granular_env.components.errors import ExperimentError, GranularError, ParameterError
 from granular_env.envs import ComponentEnv, Task
 from granular_env.experiments import load_experiment
-from granular_env.running import RunResult
+from granular_env.run_loop import RunResult
 from granular_env.sweep import run_sweep
 
 ROW = "discs/broken-row"

@@ -16,6 +16,7 @@ import numpy as np
 from granular_env.colours import PALETTE
 from granular_env.components.drawables import Cells, Points, spatial
 from granular_env.components.errors import LogError
+from granular_env.output_files import replacing
 from granular_env.recording import cdr
 from granular_env.recording.preview import (
     ABOUT_TOPIC,
@@ -27,7 +28,6 @@ from granular_env.recording.preview import (
 )
 from granular_env.recording.reader import Log
 from granular_env.recording.schemas import FRAME
-from granular_env.writing import replacing
 
 _POINT_SIZES, _OTHER_SIZE = {PARTICLES_TOPIC: 4, PREVIEW_TOPIC: 5}, 3
 # Vertical opening of the camera [degrees], and the width of its picture in heights, at least.

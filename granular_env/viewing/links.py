@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from granular_env.colours import sequential
 
-from .extras import import_optional
-from .footage import LinkFrames, Motion
+from .optional_packages import import_optional
+from .scene_data import LinkFrames, Motion
 
 # Radius of a line as a part of the smallest particle's; how far in front of the centres, in the largest one's.
 _THICKNESS, _IN_FRONT = 0.12, 1.05

@@ -12,12 +12,12 @@ from granular_env.colours import DIVERGING, symmetric_limit
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.roots import round_down_to_125
-from granular_env.recording.exaggeration import choose_exaggeration
+from granular_env.recording.displacement_scale import choose_exaggeration
 
-from .drawing import new_figure, time_unit, with_style
-from .extras import import_optional
+from .figure_style import new_figure, time_unit, with_style
 from .figures import frame_at
-from .footage import MAXIMUM_SHOWN_LINKS, Motion, sample_frames
+from .optional_packages import import_optional
+from .scene_data import MAXIMUM_SHOWN_LINKS, Motion, sample_frames
 from .units import label_with_unit
 
 if TYPE_CHECKING:
