@@ -13,7 +13,7 @@ from granular_env.atlas import names as papers
 from granular_env.cli import main
 from granular_env.cli.program import program
 from granular_env.components import catalogue
-from granular_env.shipped import shipped_files
+from granular_env.package_contents import shipped_files
 
 ROOT = Path(__file__).resolve().parents[1]
 KINDS = {

@@ -24,7 +24,7 @@ def atlas(
 ) -> int:
     """Compute a paper's figures and numbers anew, on one page beside the printed ones."""
     from granular_env.atlas import run_atlas
-    from granular_env.atlas.telling import closing
+    from granular_env.atlas.console import closing
 
     constants = _constants(overrides)
     done = run_atlas(paper, out, overrides=constants, only=only, processes=processes, progress=not quiet)

@@ -15,8 +15,8 @@ from granular_env.cli.completion import names
 from granular_env.cli.kinds import is_plan, is_study
 from granular_env.cli.status import Status
 from granular_env.components.errors import GranularWarning, MissingExtraError, Override
+from granular_env.output_files import count_of, readable_bytes, with_article
 from granular_env.terminal import printable, wrap_text
-from granular_env.writing import count_of, readable_bytes, with_article
 
 Overrides = tuple[Override, ...]
 
@@ -44,7 +44,7 @@ def check(file: str, for_programs: bool, overrides: Overrides, allow_large: bool
 def _check_experiment(name: str, overrides: Overrides, for_programs: bool) -> int:
     from granular_env.experiments import load_experiment
     from granular_env.experiments.cost import cost_note
-    from granular_env.experiments.prepare import prepare
+    from granular_env.experiments.preparation import prepare
 
     experiment = load_experiment(name, overrides)
     with warnings.catch_warnings(record=True) as caught:
@@ -81,7 +81,7 @@ def _check_plan(name: str, overrides: Overrides, allow_large: bool, for_programs
 
 def _check_study(name: str, overrides: Overrides, for_programs: bool) -> int:
     from granular_env.control.study import load_study
-    from granular_env.control.study.running import prepare
+    from granular_env.control.study.runner import prepare
     from granular_env.control.task_names import names_own_code
 
     study = load_study(name, overrides)

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from granular_env.components.errors import Override
-from granular_env.shipped import first_sentence
+from granular_env.package_contents import first_sentence
 
 Body = Callable[..., int]
 Decorator = Callable[[Body], Body]

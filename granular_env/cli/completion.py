@@ -26,7 +26,7 @@ def names(*kinds: str) -> Completer:
     """Complete the names of what comes with the package, of these kinds; files where no name begins so."""
 
     def complete(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem[str]]:
-        from granular_env.shipped import overview
+        from granular_env.package_contents import overview
 
         known = overview()
         found = _beginning({name: line for kind in kinds for name, line in known[kind].items()}, begun)

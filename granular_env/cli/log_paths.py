@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 
 from granular_env.components.errors import LogError
-from granular_env.writing import advice_for
+from granular_env.output_files import advice_for
 
 
 @contextmanager

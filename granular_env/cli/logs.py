@@ -15,8 +15,8 @@ from granular_env.cli.log_paths import log_target
 from granular_env.cli.results import print_result, silence_own_warnings
 from granular_env.cli.status import Status
 from granular_env.components.errors import Override
+from granular_env.output_files import count_of
 from granular_env.terminal import printable
-from granular_env.writing import count_of
 
 _VERIFIED = {
     "identical": Status.DONE,
@@ -40,7 +40,7 @@ def replay(log: str, verify: bool, for_programs: bool, allow_large: bool) -> int
     """Run a log again."""
     if verify:
         return _verify(log, for_programs, allow_large)
-    from granular_env.running import replay
+    from granular_env.run_loop import replay
 
     with silence_own_warnings():
         result = replay(log, progress=not for_programs, allow_large=allow_large)
@@ -49,7 +49,7 @@ def replay(log: str, verify: bool, for_programs: bool, allow_large: bool) -> int
 
 def _verify(log: str, for_programs: bool, allow_large: bool) -> int:
     from granular_env.recording import verify
-    from granular_env.running import collect_warnings
+    from granular_env.run_loop import collect_warnings
 
     with silence_own_warnings(), collect_warnings() as warned:
         found = verify(log, progress=not for_programs, allow_large=allow_large)
@@ -80,8 +80,8 @@ def branch(
     allow_large: bool,
 ) -> int:
     """Go on from any instant of a log, with other inputs or the same."""
-    from granular_env.branching import run_branch
-    from granular_env.experiments.prepare import branch_inputs
+    from granular_env.branch_run import run_branch
+    from granular_env.experiments.preparation import branch_inputs
     from granular_env.recording import open_log
 
     with ExitStack() as stack:

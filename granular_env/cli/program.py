@@ -9,15 +9,15 @@ from collections.abc import Sequence
 import click
 from click.shell_completion import shell_complete
 
-from granular_env.cli import atlas, check, completion, logs, runs, shipped, studies, sweeps, views
+from granular_env.cli import atlas, check, completion, contents, logs, runs, studies, sweeps, views
 from granular_env.cli.command import Command
 from granular_env.cli.failures import discard_output, open_missing_streams, report_failure, report_misuse
 from granular_env.cli.status import MEANINGS, Status
 
 COMMANDS: tuple[Command, ...] = (
-    shipped.list_shipped,
-    shipped.describe,
-    shipped.new,
+    contents.list_shipped,
+    contents.describe,
+    contents.new,
     runs.run,
     check.check,
     logs.replay,

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from granular_env.cli.status import Status
 from granular_env.components.errors import GranularWarning
+from granular_env.output_files import count_of, readable_bytes
 from granular_env.terminal import printable, wrap_text
-from granular_env.writing import count_of, readable_bytes
 
 if TYPE_CHECKING:
-    from granular_env.running import RunResult
+    from granular_env.run_loop import RunResult
 
 
 def print_result(result: RunResult, quiet: bool = False, for_programs: bool = False) -> int:
@@ -64,7 +64,7 @@ def _finite_number(value: Any) -> Any:
 
 
 def _print_for_people(result: RunResult) -> None:
-    from granular_env.running import energy_residual
+    from granular_env.run_loop import energy_residual
 
     component = result.component
     wall = f"{result.seconds:.2f} s of wall time"

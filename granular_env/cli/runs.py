@@ -45,7 +45,7 @@ def run(
     """Run an experiment and record it."""
     from granular_env.documents import parse_assignments
     from granular_env.experiments import load_experiment
-    from granular_env.running import run
+    from granular_env.run_loop import run
 
     refuse_other_kinds(experiment, "run")
     hashes = () if hash_every is None else parse_assignments([f"record.hash_every={hash_every}"])

@@ -35,21 +35,21 @@ def study(
     """Let methods search for the best drive of a task, and compare them; a study that was interrupted goes on."""
     if listing:
         return _list_studies()
-    from granular_env.control.study import load_study, running, telling
+    from granular_env.control.study import console, load_study, runner
 
     if study is None:
         raise ExperimentError("study: no study was named; `granular-env study --list` names those that come with the package")
     refuse_other_kinds(study, "study")
     loaded = load_study(study, overrides)
     with silence_own_warnings():
-        result = running.run_study(loaded, out, overwrite=overwrite, progress=not quiet, only=only)
-    print(result.folder / "report.html" if quiet else telling.closing(result))
+        result = runner.run_study(loaded, out, overwrite=overwrite, progress=not quiet, only=only)
+    print(result.folder / "report.html" if quiet else console.closing(result))
     return Status.INTERRUPTED if result.interrupted else Status.DONE
 
 
 def _list_studies() -> int:
     from granular_env.control.task_names import task_names
-    from granular_env.shipped import overview
+    from granular_env.package_contents import overview
 
     print(f"studies\n{columns(overview()['studies'].items())}\n")
     print(f"tasks\n{columns(task_names().items())}\n")

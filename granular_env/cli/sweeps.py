@@ -51,8 +51,8 @@ def sweep(
 ) -> int:
     """Run an experiment at many values of its keys, into one table; tasks that have a result are not run again."""
     from granular_env.sweep import run_sweep
+    from granular_env.sweep.console import closing
     from granular_env.sweep.store import TABLE
-    from granular_env.sweep.telling import closing
 
     refuse_other_kinds(plan, "sweep")
     done = run_sweep(
