@@ -18,9 +18,9 @@ from .components.errors import (
 from .components.materials.elastic import Material
 from .components.profiles import Profile
 from .components.snapshot import Snapshot
-from .control.study.running import run_study
+from .control.study.runner import run_study
 from .recording import open_log, record, recover, verify
-from .running import run
+from .run_loop import run
 from .sweep import open_sweep, run_sweep
 
 __all__ = [

@@ -24,8 +24,8 @@ from granular_env.components.errors import (
     ParameterError,
     shortened,
 )
+from granular_env.output_files import advice_for, count_of, readable_bytes, with_article
 from granular_env.terminal import columns, printable, wrap_text
-from granular_env.writing import advice_for, count_of, readable_bytes, with_article
 
 _INTERRUPTED = 130
 # Exit status of a verification.
@@ -37,7 +37,7 @@ _VERIFIED = {"identical": 0, "different": 1, "incomplete": 3, "nothing was compa
 
 def show_list(args: argparse.Namespace) -> int:
     """Components, shipped experiments and plans of sweeps, one line each."""
-    from granular_env.shipped import overview
+    from granular_env.package_contents import overview
 
     known = overview()
     if args.json:
@@ -51,7 +51,7 @@ def show_list(args: argparse.Namespace) -> int:
 
 def show_description(args: argparse.Namespace) -> int:
     """Print a component's variables, or the file of an experiment, a plan or a study."""
-    from granular_env import describe
+    from granular_env import descriptions
     from granular_env.components import catalogue
     from granular_env.documents import parse_assignments
     from granular_env.experiments.templates import template
@@ -59,9 +59,9 @@ def show_description(args: argparse.Namespace) -> int:
     if args.name in catalogue.names():
         parameters = {override.key[-1]: override.value for override in parse_assignments(args.overrides)}
         if args.json:
-            print(json.dumps(describe.component_facts(args.name, parameters), indent=2))
+            print(json.dumps(descriptions.component_facts(args.name, parameters), indent=2))
         else:
-            print(describe.describe_component(args.name, parameters))
+            print(descriptions.describe_component(args.name, parameters))
         return 0
     text, _ = _shipped_text(args.name)
     text = text or template(args.name)
@@ -93,7 +93,7 @@ def run_experiment(args: argparse.Namespace) -> int:
     """Run an experiment, record it, tell where the log is and how far the model held."""
     from granular_env.documents import parse_assignments
     from granular_env.experiments import load_experiment
-    from granular_env.running import run
+    from granular_env.run_loop import run
 
     _refuse_what_another_command_runs(args.experiment, "run")
     hashes = [] if args.hash_every is None else [f"record.hash_every={args.hash_every}"]
@@ -119,7 +119,7 @@ def check_file(args: argparse.Namespace) -> int:
     from granular_env.documents import parse_assignments
     from granular_env.experiments import load_experiment
     from granular_env.experiments.cost import cost_note
-    from granular_env.experiments.prepare import prepare
+    from granular_env.experiments.preparation import prepare
 
     experiment = load_experiment(args.file, parse_assignments(args.overrides))
     with warnings.catch_warnings(record=True) as caught:
@@ -152,7 +152,7 @@ def _valid(kind: str, name: str, **facts: Any) -> int:
 def replay_log(args: argparse.Namespace) -> int:
     """Run a log again; with --verify compare it bit for bit: 0 identical, 1 different, 3 incomplete or nothing to compare."""
     if not args.verify:
-        from granular_env.running import replay
+        from granular_env.run_loop import replay
 
         with _silence_own_warnings():
             result = replay(args.log, progress=not args.json, allow_large=args.allow_large)
@@ -162,7 +162,7 @@ def replay_log(args: argparse.Namespace) -> int:
             _print_result(result, quiet=False)
         return _INTERRUPTED if result.interrupted else 0
     from granular_env.recording import verify
-    from granular_env.running import collect_warnings
+    from granular_env.run_loop import collect_warnings
 
     with _silence_own_warnings(), collect_warnings() as told:
         found = verify(args.log, progress=not args.json, allow_large=args.allow_large)
@@ -175,9 +175,9 @@ def replay_log(args: argparse.Namespace) -> int:
 
 def branch_off(args: argparse.Namespace) -> int:
     """Go on from an instant of a log."""
-    from granular_env.branching import run_branch
+    from granular_env.branch_run import run_branch
     from granular_env.documents import parse_assignments
-    from granular_env.experiments.prepare import branch_inputs
+    from granular_env.experiments.preparation import branch_inputs
     from granular_env.recording import open_log
 
     with ExitStack() as stack:
@@ -246,7 +246,7 @@ def report_log(args: argparse.Namespace) -> int:
 def write_atlas(args: argparse.Namespace) -> int:
     """Compute a paper's figures and numbers anew; return 1 where an entry could not be computed."""
     from granular_env.atlas import run_atlas
-    from granular_env.atlas.telling import closing
+    from granular_env.atlas.console import closing
 
     done = run_atlas(
         args.paper,
@@ -264,8 +264,8 @@ def compute_sweep(args: argparse.Namespace) -> int:
     """Compute those of a plan's tasks that have no result yet; return 1 where a task failed."""
     from granular_env.documents import parse_assignments
     from granular_env.sweep import run_sweep
+    from granular_env.sweep.console import closing
     from granular_env.sweep.store import TABLE
-    from granular_env.sweep.telling import closing
 
     _refuse_what_another_command_runs(args.plan, "sweep")
     sweep = run_sweep(
@@ -320,7 +320,7 @@ def _check_plan(name: str, overrides: list[str], allow_large: bool, for_programs
 
 def run_study(args: argparse.Namespace) -> int:
     """Run a study, or go on with one; 130 where Ctrl-C ended it."""
-    from granular_env.control.study import load_study, running, telling
+    from granular_env.control.study import console, load_study, runner
     from granular_env.documents import parse_assignments
 
     if args.list:
@@ -330,14 +330,14 @@ def run_study(args: argparse.Namespace) -> int:
     _refuse_what_another_command_runs(args.study, "study")
     study = load_study(args.study, parse_assignments(args.overrides))
     with _silence_own_warnings():
-        result = running.run_study(study, args.out, overwrite=args.overwrite, progress=not args.quiet, only=args.only)
-    print(result.folder / "report.html" if args.quiet else telling.closing(result))
+        result = runner.run_study(study, args.out, overwrite=args.overwrite, progress=not args.quiet, only=args.only)
+    print(result.folder / "report.html" if args.quiet else console.closing(result))
     return _INTERRUPTED if result.interrupted else 0
 
 
 def _list_studies() -> int:
     from granular_env.control.task_names import task_names
-    from granular_env.shipped import overview
+    from granular_env.package_contents import overview
 
     print(f"studies\n{columns(overview()['studies'].items())}\n")
     print(f"tasks\n{columns(task_names().items())}\n")
@@ -347,7 +347,7 @@ def _list_studies() -> int:
 
 def _shipped_text(name: str) -> tuple[str, str]:
     """Return the text of a shipped plan or study, and the command that runs it; "" where there is none of that name."""
-    from granular_env.shipped import shipped_files
+    from granular_env.package_contents import shipped_files
 
     if Path(name).exists():
         return "", ""
@@ -368,7 +368,7 @@ def _is_study(name: str) -> bool:
 
 def _check_study(name: str, overrides: list[str], for_programs: bool) -> int:
     from granular_env.control.study import load_study
-    from granular_env.control.study.running import prepare
+    from granular_env.control.study.runner import prepare
     from granular_env.control.task_names import names_own_code
     from granular_env.documents import parse_assignments
 
@@ -546,7 +546,7 @@ def _finite_number(value: Any) -> Any:
 
 
 def _print_result(result, quiet: bool) -> None:  # noqa: ANN001
-    from granular_env.running import energy_residual
+    from granular_env.run_loop import energy_residual
 
     if quiet:
         if result.log is not None:

@@ -12,9 +12,9 @@ from support.atlas_toys import HOSTILE, experiment, toy
 
 from granular_env import atlas
 from granular_env.atlas import papers
-from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
 from granular_env.atlas.drawing import draw
+from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Axis, Curve, Figure, Mark
 from granular_env.atlas.verdicts import Value, combine
 from granular_env.cli import main

@@ -16,9 +16,9 @@ from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.catalogue import make
 from granular_env.experiments import load_experiment, shipped_experiments
+from granular_env.output_files import with_article
+from granular_env.package_contents import first_sentence
 from granular_env.recording import open_log, record, verify
-from granular_env.shipped import first_sentence
-from granular_env.writing import with_article
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -317,10 +317,10 @@ OPENING = [
 
 @pytest.mark.parametrize("arguments", OPENING, ids=lambda arguments: " ".join(arguments))
 def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder, capsys, monkeypatch):
-    from granular_env.recording import caps
+    from granular_env.recording import limits
 
-    monkeypatch.setattr(caps, "_CHUNK_BYTES", 10)
-    monkeypatch.setattr(caps, "whole_memory", lambda: 0)
+    monkeypatch.setattr(limits, "_CHUNK_BYTES", 10)
+    monkeypatch.setattr(limits, "whole_memory", lambda: 0)
     assert main(arguments) == 2
     told = capsys.readouterr().err
     # In the words of the command line, and in no others.

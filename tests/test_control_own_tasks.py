@@ -13,8 +13,8 @@ import pytest
 
 from granular_env.cli import main
 from granular_env.components.errors import ExperimentError, ParameterError
-from granular_env.control.study.outcome import Score
-from granular_env.control.study.running import run_study
+from granular_env.control.study.results import Score
+from granular_env.control.study.runner import run_study
 from granular_env.control.task_problem import TaskProblem
 
 ROOT = Path(__file__).resolve().parents[1]

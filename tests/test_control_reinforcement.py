@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode
 
 from granular_env.components.errors import ParameterError
 from granular_env.control.study import load_study
-from granular_env.control.study.running import run_study
+from granular_env.control.study.runner import run_study
 from granular_env.control.task_problem import TaskProblem
 from granular_env.recording import verify
 

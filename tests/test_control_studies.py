@@ -18,11 +18,11 @@ from support.control_toys import Bowl, bowl_study
 from granular_env.cli import main
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
 from granular_env.control.drive import Drive, DriveShape
-from granular_env.control.study import drawing, load_study, running, shipped_studies
+from granular_env.control.study import figures, load_study, runner, shipped_studies
+from granular_env.control.study.export import heads, verdicts
 from granular_env.control.study.methods.gradient import Gradient
-from granular_env.control.study.results import heads, verdicts
-from granular_env.control.study.running import run_study
-from granular_env.control.study.track import PLAYED, RETURN, Track
+from granular_env.control.study.runner import run_study
+from granular_env.control.study.trial_record import PLAYED, RETURN, TrialRecord
 from granular_env.documents import parse_assignments, to_toml
 from granular_env.recording import verify
 
@@ -257,9 +257,9 @@ KILLED = """
 import sys
 sys.path.insert(0, {tests!r})
 from support.control_toys import Bowl, bowl_study
-from granular_env.control.study import running
-running._SAVED_EVERY = 0.0
-running.run_study(bowl_study(*({{"type": name}} for name in {methods!r})), {folder!r}, problem=Bowl(pause=2e-3))
+from granular_env.control.study import runner
+runner._SAVED_EVERY = 0.0
+runner.run_study(bowl_study(*({{"type": name}} for name in {methods!r})), {folder!r}, problem=Bowl(pause=2e-3))
 """
 
 
@@ -283,7 +283,7 @@ def test_a_study_that_is_killed_again_and_again_finds_what_an_uninterrupted_one_
     assert results_of(tmp_path / "killed") == results_of(tmp_path / "whole")
     for name in SEARCHES:
         path, owner = Path("checkpoints") / f"{name}-1.trial", _owner(methods, name)
-        one, other = (Track.load(tmp_path / way / path, owner) for way in ("killed", "whole"))
+        one, other = (TrialRecord.load(tmp_path / way / path, owner) for way in ("killed", "whole"))
         assert np.array_equal(one.best["point"], other.best["point"]) and len(one) == len(other)
 
 
@@ -357,7 +357,7 @@ def test_records_that_are_damaged_or_of_another_path_are_named(tmp_path):
     path.write_bytes(whole[:-20])
     with pytest.raises(ExperimentError, match=r"random-1.trial: cannot be read: .*; pass overwrite=True to start anew"):
         run_study(bowl_study(), tmp_path, problem=Bowl())
-    track = Track()
+    track = TrialRecord()
     track.add(RETURN, np.zeros(4), -1.0, 20)
     track.save(path, _owner([{"type": "random"}], "random"))
     with pytest.raises(ExperimentError, match="evaluation 1 of the record is of another point"):
@@ -367,7 +367,7 @@ def test_records_that_are_damaged_or_of_another_path_are_named(tmp_path):
 def test_a_best_point_of_another_length_is_named(tmp_path):
     run_study(bowl_study(), tmp_path, problem=Bowl())
     path, owner = tmp_path / "checkpoints" / "random-1.trial", _owner([{"type": "random"}], "random")
-    track = Track.load(path, owner)
+    track = TrialRecord.load(path, owner)
     track.best = {"point": np.zeros(7)}
     track.save(path, owner)
     with pytest.raises(ExperimentError, match=r"random-1.trial: the best that it holds does not fit.*pass overwrite=True"):
@@ -378,7 +378,7 @@ def test_a_folder_that_cannot_be_filled_is_not_left_behind(tmp_path, monkeypatch
     def full(*_):
         raise ExperimentError("no space left on device")
 
-    monkeypatch.setattr(running, "write_files", full)
+    monkeypatch.setattr(runner, "write_files", full)
     with pytest.raises(ExperimentError, match="no space left"):
         run_study(bowl_study(), tmp_path / "results", problem=Bowl())
     assert not (tmp_path / "results").exists()
@@ -411,24 +411,24 @@ def test_an_end_that_flew_off_does_not_flatten_the_picture():
     for end, expected in ((-1e-3, 1.2e-5), (-1e-6, 1.2e-5)):
         axes = Figure().subplots()
         axes.plot([end, *wave])
-        drawing._let_ends_leave(axes, [np.array([end, *wave])])
+        figures._let_ends_leave(axes, [np.array([end, *wave])])
         low, high = axes.get_ylim()
         assert high - low < 1.1 * expected and high >= 1e-5
 
 
 def test_a_record_is_the_same_after_saving_and_loading(tmp_path):
-    track = Track()
+    track = TrialRecord()
     track.add(0, np.array([0.1, 0.2]), 1.5, 20)
     track.add(1, np.array([0.1, 0.3]), -2.0, 80, np.array([3.0, 4.0]))
     track.add(2, None, 0.0, 640)
     track.agent, track.notes, track.finished = {"a|b": np.ones((2, 3), np.float32)}, {"budget": 9}, True
     track.save(tmp_path / "one.trial", {"study": "x"})
-    again = Track.load(tmp_path / "one.trial", {"study": "x"})
+    again = TrialRecord.load(tmp_path / "one.trial", {"study": "x"})
     assert (len(again), again.spent, again.best_return, again.notes, again.finished) == (3, 740, 1.5, {"budget": 9}, True)
     assert again.value(1, 1, np.array([0.1, 0.3])) == -2.0 and again.slopes(1).tolist() == [3.0, 4.0]
     assert again.best["point"].tolist() == [0.1, 0.2] and np.array_equal(again.agent["a|b"], track.agent["a|b"])
     with pytest.raises(ExperimentError, match="belongs to another study"):
-        Track.load(tmp_path / "one.trial", {"study": "y"})
+        TrialRecord.load(tmp_path / "one.trial", {"study": "y"})
 
 
 # -- what is left of a study ----------------------------------------------------------------------------------------------

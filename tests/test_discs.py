@@ -221,7 +221,7 @@ def test_a_sweep_finds_how_strain_decides(tmp_path: Path) -> None:
 
 def test_cma_finds_how_to_break_every_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma", reason="the extra `control` is not installed")
-    from granular_env.control.study.running import run_study
+    from granular_env.control.study.runner import run_study
 
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     study = {

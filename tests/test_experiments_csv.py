@@ -11,7 +11,7 @@ from granular_env.components.errors import ExperimentError, GranularWarning, Par
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment
 from granular_env.experiments.inputs import CsvTable
-from granular_env.experiments.prepare import prepare
+from granular_env.experiments.preparation import prepare
 
 GOOD = "# a drop hammer\ntime [us],temperature [K],force [kN]\n0,300,0.0\n10,301,1.5\n\n"
 

@@ -10,7 +10,7 @@ import pytest
 from granular_env.components.errors import ExperimentError, ParameterError
 from granular_env.components.files import read_bounded
 from granular_env.experiments import load_experiment
-from granular_env.experiments.prepare import prepare
+from granular_env.experiments.preparation import prepare
 
 PUSHED = """name = "pushed"
 duration = 0.1

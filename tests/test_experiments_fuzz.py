@@ -10,8 +10,8 @@ from granular_env.components.errors import GranularError, GranularWarning
 from granular_env.control.study import load_study
 from granular_env.documents import find
 from granular_env.experiments import load_experiment
-from granular_env.experiments.prepare import prepare
-from granular_env.shipped import shipped_files
+from granular_env.experiments.preparation import prepare
+from granular_env.package_contents import shipped_files
 from granular_env.sweep import load_plan
 
 VALUES = [

@@ -11,9 +11,9 @@ from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError
 from granular_env.documents import parse_assignments
 from granular_env.experiments import load_experiment
-from granular_env.experiments.prepare import prepare
+from granular_env.experiments.preparation import prepare
 from granular_env.recording import verify
-from granular_env.running import run
+from granular_env.run_loop import run
 
 GOOD = """
 name = "good"
@@ -375,7 +375,7 @@ def test_an_override_leaves_the_given_dict_alone(good):
     ],
 )
 def test_stop_rules_decide(rule, value, met):
-    from granular_env.experiments.stops import StopRule
+    from granular_env.experiments.stop_rules import StopRule
 
     assert StopRule(variable="x", **rule).is_met(value) is met
 

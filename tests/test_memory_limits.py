@@ -11,8 +11,8 @@ from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, LogError, ParameterError
 from granular_env.components.support import memory_limits
-from granular_env.recording.caps import Caps
-from granular_env.running import replay, run
+from granular_env.recording.limits import Limits
+from granular_env.run_loop import replay, run
 
 CHAIN = {
     "name": "long",
@@ -63,7 +63,7 @@ def test_a_log_that_asks_for_more_than_there_is_is_refused(tmp_path, monkeypatch
     with pytest.raises(LogError, match="needs at least .* are available"):
         replay(path, allow_large=True)
     with pytest.raises(LogError, match=r"what was asked for needs at least 9 GB"):
-        Caps("a.mcap", lifted=True).series(9_000_000_000)
+        Limits("a.mcap", lifted=True).series(9_000_000_000)
 
 
 @pytest.mark.parametrize("integrator", ["pefrl", "leapfrog", "rk4", "hamming", "dop853"])

@@ -21,11 +21,11 @@ import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError, ParameterError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.chunks import ChunkWriter
-from granular_env.recording.format import HEADER, PROFILE, STEPS, Record
-from granular_env.recording.index import CHUNK
-from granular_env.recording.schedule import Schedule
-from granular_env.recording.writer import Recorder
+from granular_env.recording.mcap_writer import McapWriter
+from granular_env.recording.message_index import CHUNK
+from granular_env.recording.recorder import Recorder
+from granular_env.recording.records import HEADER, PROFILE, STEPS, Record
+from granular_env.recording.sampling import Schedule
 
 # Steps on, and now and then tells how far it is and how long it has been running.
 _VICTIM = """
@@ -190,10 +190,10 @@ def test_recovering_onto_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int, grains: float, fits: bool) -> None:
     """A log that a machine could record is not refused by it for its size."""
     from granular_env.components.chain.component import Chain
-    from granular_env.recording import caps
+    from granular_env.recording import limits
 
-    monkeypatch.setattr(caps, "whole_memory", lambda: gigabytes << 30)
-    checks = caps.Caps("a.mcap")
+    monkeypatch.setattr(limits, "whole_memory", lambda: gigabytes << 30)
+    checks = limits.Limits("a.mcap")
     for count in (grains, int(grains)):
         if fits:
             checks.parameters({"grains": count}, Chain.Parameters)
@@ -337,13 +337,13 @@ def test_a_message_of_another_log_is_noticed(tmp_path: Path) -> None:
         oscillator_log(tmp_path / name, every=every)
     contents = []
     for name in "ab":
-        from granular_env.recording.caps import Caps
-        from granular_env.recording.container import Container
+        from granular_env.recording.limits import Limits
+        from granular_env.recording.mcap_reader import McapReader
 
-        container = Container(tmp_path / name, Caps(name))
+        container = McapReader(tmp_path / name, Limits(name))
         contents.append([[(m.topic, bytes(m.data)) for m in container.messages(c)] for c in range(container.chunk_count)])
     with (tmp_path / "c").open("wb") as file:
-        writer = ChunkWriter(file, PROFILE, "")
+        writer = McapWriter(file, PROFILE, "")
         schema = writer.add_schema("s", "protobuf", b"")
         topics = sorted({topic for chunk in contents[0] for topic, _ in chunk})
         channels = {topic: writer.add_channel(topic, "protobuf", schema) for topic in topics}

@@ -21,9 +21,9 @@ import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
 from granular_env.components.errors import LogError, ParameterError, StepError
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.container import Container
 from granular_env.recording.estimate import estimated_bytes
-from granular_env.recording.format import TOPICS
+from granular_env.recording.mcap_reader import McapReader
+from granular_env.recording.records import TOPICS
 
 # -- opening -----------------------------------------------------------------------------------------------------------
 
@@ -32,18 +32,18 @@ from granular_env.recording.format import TOPICS
 def reads(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, int]]:
     """How many chunks were unpacked, and bytes read from files."""
     found = {"chunks": 0, "bytes": 0}
-    content, read = Container._chunk_content, Container._read
+    content, read = McapReader._chunk_content, McapReader._read
 
-    def count_chunk(self: Container, offset: int, length: int) -> bytes:
+    def count_chunk(self: McapReader, offset: int, length: int) -> bytes:
         found["chunks"] += 1
         return content(self, offset, length)
 
-    def count_bytes(self: Container, offset: int, length: int) -> bytes:
+    def count_bytes(self: McapReader, offset: int, length: int) -> bytes:
         found["bytes"] += length
         return read(self, offset, length)
 
-    monkeypatch.setattr(Container, "_chunk_content", count_chunk)
-    monkeypatch.setattr(Container, "_read", count_bytes)
+    monkeypatch.setattr(McapReader, "_chunk_content", count_chunk)
+    monkeypatch.setattr(McapReader, "_read", count_bytes)
     yield found
 
 
@@ -332,7 +332,7 @@ def test_nothing_recovered_is_told_by_the_exit_status(tmp_path: Path, capsys: py
 
 
 def test_a_folder_that_cannot_be_made_is_no_matter_of_space(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from granular_env.writing import replacing
+    from granular_env.output_files import replacing
 
     (tmp_path / "file").write_text("")
     for act in (
@@ -381,7 +381,7 @@ def test_a_log_of_such_a_tick_is_different_in_seconds(tmp_path: Path) -> None:
         import dataclasses
 
         from granular_env.components.snapshot import Snapshot
-        from granular_env.recording.format import HEADER, SNAPSHOTS
+        from granular_env.recording.records import HEADER, SNAPSHOTS
 
         if old.kind == HEADER:
             parameters = {**old.header["parameters"], "step_size": 1e4}
@@ -421,11 +421,11 @@ except KeyboardInterrupt:
 def test_the_caps_on_work_hold_for_every_command_that_runs(
     command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from granular_env.recording import caps
+    from granular_env.recording import limits
 
     monkeypatch.chdir(tmp_path)
     oscillator_log(tmp_path / "a.mcap")
-    monkeypatch.setattr(caps, "_TICKS", 100)
+    monkeypatch.setattr(limits, "_TICKS", 100)
     assert main([command[0], "a.mcap", *command[1:]]) == 2
     told = capsys.readouterr().err
     assert "the number of ticks is 2" in told and "--allow-large" in told

@@ -18,9 +18,9 @@ from support.recording_helpers import chain_log, changed, oscillator_log, rewrit
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.chunks import ChunkWriter
-from granular_env.recording.format import CLOSED, FRAMES, HEADER, INCIDENTS, PROFILE, STEPS, Record
-from granular_env.recording.index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
+from granular_env.recording.mcap_writer import McapWriter
+from granular_env.recording.message_index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
+from granular_env.recording.records import CLOSED, FRAMES, HEADER, INCIDENTS, PROFILE, STEPS, Record
 
 ACTIONS: dict[str, Callable[[Path], object]] = {
     "verify": verify,
@@ -61,7 +61,7 @@ def _measured(act: Callable[[], object]) -> tuple[int, float]:
 def _bomb(path: Path, profile: str, content: bytes) -> int:
     """A file of one chunk that unfolds to `content`; its size."""
     with path.open("wb") as file:
-        ChunkWriter(file, profile, "")
+        McapWriter(file, profile, "")
         head = struct.pack("<QQQI", 0, 0, len(content), zlib.crc32(content)) + struct.pack("<I", 3) + b"lz4"
         packed = lz4.frame.compress(content)
         body = head + struct.pack("<Q", len(packed)) + packed
@@ -94,7 +94,7 @@ def test_another_programs_file_is_refused_before_it_is_unpacked(tmp_path: Path) 
 
 def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """JSON of 1.5 MB that a file of 20 kB unfolds to would take forty times as much once it is parsed."""
-    from granular_env.recording import caps
+    from granular_env.recording import limits
 
     oscillator_log(tmp_path / "a.mcap")
 
@@ -103,7 +103,7 @@ def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path, monkeypatch: pyte
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     assert (tmp_path / "b.mcap").stat().st_size < 100_000
-    monkeypatch.setattr(caps, "_TEXT_BYTES", 1 << 20)
+    monkeypatch.setattr(limits, "_TEXT_BYTES", 1 << 20)
     peak, _ = _measured(lambda: open_log(tmp_path / "b.mcap"))
     assert peak < 12 << 20
     assert len(open_log(tmp_path / "b.mcap", allow_large=True).metadata["experiment"]) == 500_000
@@ -136,19 +136,19 @@ def _with_index(tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]) -> P
 
 def rewrite_index(path: Path, out: Path, change: Callable[[Record], Record]) -> None:
     """As `rewrite`, but the index is what `change` says."""
-    from granular_env.recording.sink import Sink
+    from granular_env.recording.log_writer import LogWriter
 
-    class Lying(Sink):
+    class Lying(LogWriter):
         def add(self, record: Record, nanoseconds: int) -> None:
             super().add(change(record), nanoseconds)
 
     from support import recording_helpers
 
-    honest, recording_helpers.Sink = recording_helpers.Sink, Lying  # type: ignore[misc]
+    honest, recording_helpers.LogWriter = recording_helpers.LogWriter, Lying  # type: ignore[misc]
     try:
         rewrite(path, out)
     finally:
-        recording_helpers.Sink = honest  # type: ignore[misc]
+        recording_helpers.LogWriter = honest  # type: ignore[misc]
 
 
 def _set(column: int, row: int, value: int) -> Callable[[np.ndarray], np.ndarray]:

@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from granular_env import running
+from granular_env import run_loop
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, StepError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment, shipped_experiments
-from granular_env.experiments.prepare import prepare
+from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, verify
-from granular_env.running import advance, replay, run
+from granular_env.run_loop import advance, replay, run
 
 ROOT = Path(__file__).resolve().parents[1]
 OSCILLATOR = {
@@ -304,7 +304,7 @@ def test_the_undo_of_a_large_state_costs_little(monkeypatch, copy):
             clock[0] += copy
             super().step(*arguments, **inputs)
 
-    monkeypatch.setattr(running, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(run_loop, "perf_counter", lambda: clock[0])
     heavy = Heavy()
     advance(heavy, 200_000, inputs={})
     assert heavy.tick == 200_000 and len(calls) > 20

@@ -18,7 +18,7 @@ from mcap_ros2.decoder import DecoderFactory
 import granular_env as ge
 from granular_env.cli import main
 from granular_env.recording import open_log, recover
-from granular_env.recording.track import Track, facts_of, scalar_values
+from granular_env.recording.preview_frames import PreviewFrames, facts_of, scalar_values
 from granular_env.viewing import save_foxglove_layout
 
 GRAINS, DURATION = 30, 2.5e-4
@@ -217,7 +217,7 @@ def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None
 def test_the_preview_is_a_function_of_the_frames(log: Path) -> None:
     """A second run that is watched the same way gives the same bytes at the same times."""
     chain = make_chain()
-    track = Track(facts_of(chain, "a-shock"))
+    track = PreviewFrames(facts_of(chain, "a-shock"))
     ticks, before = open_log(log).ticks("velocity"), 0
     seen = []
 

@@ -22,13 +22,13 @@ import granular_env as ge
 from granular_env.cli import main
 from granular_env.documents import ByKey
 from granular_env.domains.chain import measurement
-from granular_env.sweep import axes, bundles, load_plan, open_sweep, run_sweep, shipped_plans, store
-from granular_env.sweep.computing import Order, Result
+from granular_env.sweep import load_plan, open_sweep, parameter_grid, run_sweep, shipped_plans, store, task_batches
+from granular_env.sweep.console import closing
 from granular_env.sweep.engines import on_ray, processes
-from granular_env.sweep.planning import plan_tasks
+from granular_env.sweep.preparation import plan_tasks
 from granular_env.sweep.store import Store
 from granular_env.sweep.tasks import make_tasks
-from granular_env.sweep.telling import closing
+from granular_env.sweep.worker import Order, Result
 
 ROOT = Path(__file__).resolve().parents[1]
 TOO_FAST = 30000.0  # m/s, above the sound speed of steel
@@ -55,7 +55,7 @@ def lines(folder: Path) -> int:
 
 
 def values(**table):
-    return axes.Range(**table).values()
+    return parameter_grid.Range(**table).values()
 
 
 def test_ranges_are_even_and_meet_their_ends():
@@ -68,9 +68,9 @@ def test_ranges_are_even_and_meet_their_ends():
 
 
 def test_powers_have_twelve_digits_whatever_computes_them():
-    assert axes.between_by_ratio(1.0, 2.0, 0.5) == 1.41421356237
-    assert axes.between_by_ratio(1e-3, 1e3, 0.5) == 1.0
-    assert axes.between_by_ratio(4.0, 64.0, 0.25) == 8.0
+    assert parameter_grid.between_by_ratio(1.0, 2.0, 0.5) == 1.41421356237
+    assert parameter_grid.between_by_ratio(1e-3, 1e3, 0.5) == 1.0
+    assert parameter_grid.between_by_ratio(4.0, 64.0, 0.25) == 8.0
 
 
 @pytest.mark.parametrize(
@@ -84,10 +84,10 @@ def test_powers_have_twelve_digits_whatever_computes_them():
     ids=lambda table: table["distribution"],
 )
 def test_a_sample_depends_on_its_number_only(table):
-    one = TypeAdapter(Annotated[axes.Distribution, ByKey("distribution")]).validate_python(table)
-    few, many = axes.draws(one, "a", 5, 20), axes.draws(one, "a", 5, 2000)
+    one = TypeAdapter(Annotated[parameter_grid.Distribution, ByKey("distribution")]).validate_python(table)
+    few, many = parameter_grid.draws(one, "a", 5, 20), parameter_grid.draws(one, "a", 5, 2000)
     assert many[:20] == few
-    assert axes.draws(one, "b", 5, 20) != few and axes.draws(one, "a", 6, 20) != few
+    assert parameter_grid.draws(one, "b", 5, 20) != few and parameter_grid.draws(one, "a", 6, 20) != few
     assert all(2 <= value <= 3 for value in many) and len(set(many)) >= 2
     # Within 5 standard deviations of the mean; the integer, the coarsest, has .5.
     expected = 1.0 / math.log(1.5) if table["distribution"] == "log_uniform" else 2.5
@@ -507,7 +507,7 @@ def test_processes_that_cannot_begin_are_told(tmp_path, monkeypatch):
 
 def test_lost_tasks_wait_alone_and_a_few_times_only():
     orders = [Order(str(number), ()) for number in range(8)]
-    waiting = bundles.Bundles(orders, 1, 1.0)
+    waiting = task_batches.TaskBatches(orders, 1, 1.0)
     waiting.note_time(1, 0.1)
     bundle = waiting.take()
     assert [order.hash for order in bundle] == ["0", "1", "2", "3"]

@@ -22,8 +22,8 @@ psutil = pytest.importorskip("psutil")
 
 import granular_env as ge  # noqa: E402
 from granular_env.sweep import open_sweep, run_sweep  # noqa: E402
-from granular_env.sweep.computing import Job, Order  # noqa: E402
 from granular_env.sweep.engines import on_ray  # noqa: E402
+from granular_env.sweep.worker import Job, Order  # noqa: E402
 
 pytestmark = pytest.mark.extra
 

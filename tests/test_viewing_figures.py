@@ -11,10 +11,10 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.domains.chain.viewing.space_time import space_time_picture
 from granular_env.recording import open_log, record
-from granular_env.recording.exaggeration import choose_exaggeration
+from granular_env.recording.displacement_scale import choose_exaggeration
 from granular_env.viewing import figures, report
-from granular_env.viewing.footage import from_component, from_log
 from granular_env.viewing.incidents import incident_sentences
+from granular_env.viewing.scene_data import from_component, from_log
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -40,15 +40,15 @@ def oscillator_log(tmp_path_factory):
     return open_log(path)
 
 
-def test_footage_holds_what_was_recorded(chain_log):
-    footage = from_log(chain_log)
+def test_scene_data_holds_what_was_recorded(chain_log):
+    scene_data = from_log(chain_log)
     times, velocity = chain_log.series("velocity")
-    assert footage.title == HOSTILE
-    np.testing.assert_array_equal(footage.motion.times, times)
-    np.testing.assert_array_equal(footage.motion.colour, velocity)
-    np.testing.assert_array_equal(footage.motion.displacement[..., 0], chain_log.to_numpy("displacement"))
-    assert not footage.motion.displacement[..., 1:].any()
-    assert footage.inputs["left_velocity"].unit == "m/s" and footage.inputs["left_velocity"].values[-1] == 5.0
+    assert scene_data.title == HOSTILE
+    np.testing.assert_array_equal(scene_data.motion.times, times)
+    np.testing.assert_array_equal(scene_data.motion.colour, velocity)
+    np.testing.assert_array_equal(scene_data.motion.displacement[..., 0], chain_log.to_numpy("displacement"))
+    assert not scene_data.motion.displacement[..., 1:].any()
+    assert scene_data.inputs["left_velocity"].unit == "m/s" and scene_data.inputs["left_velocity"].values[-1] == 5.0
 
 
 def test_overlaps_stand_in_for_forces_that_were_not_recorded(chain_log):
@@ -59,7 +59,7 @@ def test_overlaps_stand_in_for_forces_that_were_not_recorded(chain_log):
     np.testing.assert_allclose(motion.contact, np.maximum(u[:, :-1] - u[:, 1:], 0.0) * 1e6, rtol=1e-7, atol=3.1e-9)
 
 
-def test_footage_is_thinned_but_keeps_both_ends(chain_log):
+def test_scene_data_is_thinned_but_keeps_both_ends(chain_log):
     motion = from_log(chain_log, frames=7).motion
     times = chain_log.times("velocity")
     assert len(motion.times) == 7 and (motion.times[0], motion.times[-1]) == (times[0], times[-1])
@@ -111,8 +111,12 @@ def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
     import matplotlib
 
     before = dict(matplotlib.rcParams)
-    footage = from_log(chain_log)
-    for figure in (figures.headline(footage.motion, "a title"), figures.balance(footage), figures.space_time(footage.motion)):
+    scene_data = from_log(chain_log)
+    for figure in (
+        figures.headline(scene_data.motion, "a title"),
+        figures.balance(scene_data),
+        figures.space_time(scene_data.motion),
+    ):
         assert figures.png(figure).startswith(PNG)
     assert dict(matplotlib.rcParams) == before
 
@@ -210,13 +214,13 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
         with pytest.raises(StepError):
             chain.step(1e-3, left_velocity=1e6)
     with open_log(tmp_path / "cut.mcap") as log:
-        footage = from_log(log)
-        for drawn in (footage.motion, footage.curves["kinetic_energy"]):
+        scene_data = from_log(log)
+        for drawn in (scene_data.motion, scene_data.curves["kinetic_energy"]):
             assert [drawn.ticks[cut] for cut in drawn.cuts] == [log.segments[0].end]
         html = report(log, tmp_path).read_text()
-    line = figures.histories(footage.motion, grains=[0]).axes[0].lines[0]
-    assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == footage.motion.cuts.tolist()
-    energies = figures.balance(footage).axes[0].lines[0]
+    line = figures.histories(scene_data.motion, grains=[0]).axes[0].lines[0]
+    assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == scene_data.motion.cuts.tolist()
+    energies = figures.balance(scene_data).axes[0].lines[0]
     assert np.isnan(energies.get_ydata()).sum() == 1
     top = html.partition("<nav>")[0]
     assert "A step failed: StepError: " in top and "The log has 2 segments" in top

@@ -10,12 +10,12 @@ from granular_env.colours import rgb
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 from granular_env.domains.chain.viewing.space_time import GrowingPicture
-from granular_env.running import run
-from granular_env.viewing import LiveViewer, pacing
-from granular_env.viewing.drawing import NOT_SAMPLED, nearest_frames
-from granular_env.viewing.footage import from_component
-from granular_env.viewing.pacing import Pacing
+from granular_env.run_loop import run
+from granular_env.viewing import LiveViewer, pace
+from granular_env.viewing.figure_style import NOT_SAMPLED, nearest_frames
+from granular_env.viewing.pace import Pace
 from granular_env.viewing.scene import enlarge_scales, scales_of
+from granular_env.viewing.scene_data import from_component
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
@@ -38,8 +38,8 @@ class Clock:
 
     def __init__(self, monkeypatch):
         self.now = 100.0
-        monkeypatch.setattr(pacing, "perf_counter", lambda: self.now)
-        monkeypatch.setattr(pacing, "sleep", self.sleep)
+        monkeypatch.setattr(pace, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(pace, "sleep", self.sleep)
 
     def sleep(self, seconds):
         assert seconds > 0.0
@@ -54,15 +54,15 @@ def clock(monkeypatch):
 def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, stalls=()):
     """Wall times [s] and ticks of the frames of a run that does so many ticks per second; `stalls`: frames that take 1 s."""
     frames, tick, begin = [], 0, clock.now
-    pacing.restart(0)
+    pace.restart(0)
     upcoming = 1
     while clock.now < begin + seconds:
         clock.now += (upcoming - tick) / ticks_per_second
         tick = upcoming
-        if pacing.arrive(tick):
+        if pace.arrive(tick):
             frames.append((clock.now - begin, tick))
             clock.now += 1.0 if len(frames) in stalls else frame_seconds
-        upcoming = pacing.leave(tick)
+        upcoming = pace.leave(tick)
         assert upcoming > tick
     return np.array(frames)
 
@@ -70,19 +70,19 @@ def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, 
 @pytest.mark.parametrize("ticks_per_second", [200.0, 1e3, 2e4, 1e7])
 @pytest.mark.parametrize("frame_seconds", [0.0, 0.01, 0.02])
 def test_twenty_frames_a_second_are_sent_however_fast_the_run_is(clock, ticks_per_second, frame_seconds):
-    frames = instants_of_frames(clock, Pacing(), ticks_per_second, frame_seconds, 10.0)
+    frames = instants_of_frames(clock, Pace(), ticks_per_second, frame_seconds, 10.0)
     # A frame is sent up to a tenth early, or up to a tick late.
     assert 190 <= len(frames) <= 224
     assert np.diff(frames[5:, 0]).max() < 0.06
 
 
 def test_large_frames_take_at_most_half_of_the_time(clock):
-    frames = instants_of_frames(clock, Pacing(), 1e5, 0.2, 20.0)
+    frames = instants_of_frames(clock, Pace(), 1e5, 0.2, 20.0)
     assert 45 <= len(frames) <= 51
 
 
 def test_a_pace_holds_a_run_back_and_spaces_its_frames_evenly(clock):
-    frames = instants_of_frames(clock, Pacing(1000.0), 1e6, 0.002, 4.0)
+    frames = instants_of_frames(clock, Pace(1000.0), 1e6, 0.002, 4.0)
     assert len(frames) == pytest.approx(80, abs=1)
     # The first frame is that of the first tick.
     assert frames[0, 1] == 1.0 and set(np.diff(frames[1:, 1])) == {50.0}
@@ -90,17 +90,17 @@ def test_a_pace_holds_a_run_back_and_spaces_its_frames_evenly(clock):
 
 
 def test_a_frame_that_takes_long_costs_no_other_frame(clock):
-    frames = instants_of_frames(clock, Pacing(1000.0), 1e6, 0.002, 6.0, stalls=(3, 20, 40))
+    frames = instants_of_frames(clock, Pace(1000.0), 1e6, 0.002, 6.0, stalls=(3, 20, 40))
     assert set(np.diff(frames[1:, 1])) == {50.0} and len(frames) >= 58
 
 
 def test_a_run_that_is_too_slow_for_its_pace_has_twenty_frames_a_second_all_the_same(clock):
-    frames = instants_of_frames(clock, Pacing(1e6), 1e4, 0.005, 5.0)
+    frames = instants_of_frames(clock, Pace(1e6), 1e4, 0.005, 5.0)
     assert 95 <= len(frames) <= 112
 
 
 def test_a_run_of_few_ticks_shows_each_of_them(clock):
-    frames = instants_of_frames(clock, Pacing(6.0), 1e6, 0.002, 10.0)
+    frames = instants_of_frames(clock, Pace(6.0), 1e6, 0.002, 10.0)
     np.testing.assert_array_equal(frames[:, 1], np.arange(1, len(frames) + 1))
     np.testing.assert_allclose(frames[:, 0], frames[:, 1] / 6.0, atol=3e-3)
 

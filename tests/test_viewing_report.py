@@ -16,10 +16,10 @@ from granular_env.documents import find, to_toml
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record
 from granular_env.viewing import figures, plot, report
-from granular_env.viewing.drawing import page_svg
 from granular_env.viewing.fields import load_field
-from granular_env.viewing.footage import Curve, from_log
+from granular_env.viewing.figure_style import page_svg
 from granular_env.viewing.report_tables import file_size
+from granular_env.viewing.scene_data import Curve, from_log
 from granular_env.viewing.units import label_with_unit, typeset
 
 pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
@@ -175,12 +175,12 @@ def test_an_input_that_does_not_change_is_drawn_on_an_axis_with_zero(log):
 
 
 def test_the_residual_stands_beside_the_largest_energy(log):
-    footage = from_log(log)
-    figure = figures.balance(footage)
+    scene_data = from_log(log)
+    figure = figures.balance(scene_data)
     below = figure.axes[1]
     right = below.child_axes[0]
     figures.png(figure)
-    largest = np.abs(footage.curves["input_work"].values).max()
+    largest = np.abs(scene_data.curves["input_work"].values).max()
     np.testing.assert_allclose(np.array(right.get_ylim()) * largest, below.get_ylim(), rtol=1e-9)
 
 
@@ -219,8 +219,8 @@ def test_a_field_of_contacts_says_where_they_are(log):
 
 
 def test_a_drawing_in_a_page_has_no_colours_of_its_own_and_no_names_twice(log):
-    footage = from_log(log)
-    drawn = [figures.svg(figures.space_time(footage.motion), "a"), figures.svg(figures.histories(footage.motion), "b")]
+    scene_data = from_log(log)
+    drawn = [figures.svg(figures.space_time(scene_data.motion), "a"), figures.svg(figures.histories(scene_data.motion), "b")]
     for svg in drawn:
         assert "currentColor" in svg and "#000000" not in svg and "#ffffff" not in svg
         assert "<style" not in svg and "<metadata" not in svg and "http" not in svg

@@ -9,8 +9,8 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
 from granular_env.recording import open_log, record
 from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view, viewer
-from granular_env.viewing.footage import from_log
 from granular_env.viewing.scene import scales_of
+from granular_env.viewing.scene_data import from_log
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 

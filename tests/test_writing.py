@@ -11,8 +11,8 @@ import pytest
 
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, LogError, ParameterError
+from granular_env.output_files import replacing, write_files
 from granular_env.recording import open_log, verify
-from granular_env.writing import replacing, write_files
 
 ROOT = Path(__file__).resolve().parents[1]
 

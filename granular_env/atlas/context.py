@@ -19,7 +19,7 @@ from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.recording import open_log
 from granular_env.recording.reader import Log
-from granular_env.running import run
+from granular_env.run_loop import run
 
 from .folder import PART
 

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from granular_env.components.errors import GranularError
-from granular_env.writing import lock
+from granular_env.output_files import lock
 
 PAGE, DATA, LOGS = "index.html", "atlas.json", "logs"
 # Ends the name of a log that is still being written.

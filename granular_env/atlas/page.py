@@ -12,9 +12,9 @@ from jinja2 import Template
 from markupsafe import Markup
 
 from granular_env.colours import PALETTE
-from granular_env.viewing.page import template_environment
+from granular_env.viewing.html_page import template_environment
 
-from .building import Atlas
+from .computation import Atlas
 from .verdicts import Kind, Value
 
 # Kind -> class, sign, what the summary calls it. The sign tells them apart without colour.

@@ -11,10 +11,10 @@ from typing import Any
 from granular_env.progress import Progress
 
 from . import papers
-from .building import Atlas, chosen, compute
+from .computation import Atlas, chosen, compute
+from .console import telling
+from .export import write
 from .model import Paper
-from .telling import telling
-from .writing import write
 
 
 def run_atlas(

@@ -14,7 +14,7 @@ from pydantic import PrivateAttr, ValidationError
 
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError, shortened
 from granular_env.components.support.validation import faults_of
-from granular_env.writing import with_article
+from granular_env.output_files import with_article
 
 from .files import find, read
 from .overrides import Overrides, set_key, source_of, to_overrides

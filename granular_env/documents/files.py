@@ -12,7 +12,7 @@ from typing import Any
 
 from granular_env.components.errors import ExperimentError, shortened
 from granular_env.components.files import read_bounded
-from granular_env.shipped import shipped_files
+from granular_env.package_contents import shipped_files
 
 # The first bytes of every MCAP file.
 _LOG_MAGIC = b"\x89MCAP"

@@ -17,8 +17,8 @@ from ..components.component import Component
 from ..components.errors import ParameterError, StepError, nearest, shortened
 from ..components.support.validation import finite_number
 from .clock import clock_readings
-from .copying import Given, Recreatable, recreatable
-from .drawing import draw
+from .copies import Given, Recreatable, recreatable
+from .render import draw
 from .state import Drawn, EnvState, bit_generator
 from .task import Task, refuse_incomplete, validate_judgement
 
@@ -269,7 +269,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             ParameterError: the log's component has other parameters, or the time is outside of the log; nothing has changed.
             LogError: it is no log, or cannot be re-run.
         """
-        from .branching import snapshot_at
+        from .log_state import snapshot_at
 
         ready, snapshot = snapshot_at(self.component, self._like, log, at)
         start = set(options or {}) & {variable.name for variable in self.component.variables.values() if variable.state}

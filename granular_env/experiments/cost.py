@@ -5,10 +5,10 @@ from __future__ import annotations
 from time import perf_counter
 
 from granular_env.components.errors import StepError
+from granular_env.output_files import readable_bytes
 from granular_env.recording.estimate import estimated_bytes
-from granular_env.writing import readable_bytes
 
-from .prepare import Prepared
+from .preparation import Prepared
 
 # What lasts longer, or writes more, is told of.
 _LONG, LARGE_LOG = 60.0, 200_000_000  # s, bytes

@@ -7,7 +7,7 @@ duration = 5.45e-4              # s
 [component]                     # type: a catalogue name; the rest are its parameters
 [start]                         # start values of state variables: a number, a list, or { index = value }
 [input.left_force]              # for each input a number, a list, or a table with a profile (inputs.py)
-[[stop]]                        # rules that end the run early (stops.py)
+[[stop]]                        # rules that end the run early (stop_rules.py)
 [record]                        # what the log keeps besides the inputs and the hashes
 """
 
@@ -25,10 +25,10 @@ from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.validation import as_validation_error, faults_of, refusal
 from granular_env.documents import Document, Overrides, Table, load
-from granular_env.shipped import shipped_files
+from granular_env.package_contents import shipped_files
 
 from .inputs import Input
-from .stops import StopRule
+from .stop_rules import StopRule
 
 
 class ComponentTable(Table):

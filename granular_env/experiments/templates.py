@@ -17,8 +17,8 @@ from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.files import read_bounded
 from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
 from granular_env.documents.files import nearest_names
-from granular_env.shipped import first_sentence
-from granular_env.writing import write_files
+from granular_env.output_files import write_files
+from granular_env.package_contents import first_sentence
 
 from .experiment import Experiment, load_experiment, shipped_experiments
 from .inputs import CsvTable, SumTable

@@ -3,8 +3,8 @@
 from .branch import Branch
 from .reader import Log, open_log
 from .record import record
+from .recorder import Recorder
 from .recover import recover
-from .replay import Verification, verify
-from .writer import Recorder
+from .verification import Verification, verify
 
 __all__ = ["Branch", "Log", "Recorder", "Verification", "open_log", "record", "recover", "verify"]

@@ -12,15 +12,15 @@ from ..components.component import Component
 from ..components.errors import LogError, ParameterError, nearest
 from ..components.inputs import Held
 from ..components.profiles import Profile
-from .index import Segment
-from .left import note_log_on_error
+from .arguments import make_schedule, names_to_record
+from .error_note import note_log_on_error
 from .log_file import create
-from .options import make_schedule, names_to_record
+from .log_writer import as_path
+from .message_index import Segment
 from .reader import Log, open_log, restore
-from .replay import advance
-from .schedule import Schedule
-from .sink import as_path
-from .writer import Recorder
+from .recorder import Recorder
+from .sampling import Schedule
+from .verification import advance
 
 if TYPE_CHECKING:
     from ..components.profiles import CompiledProfile

@@ -7,10 +7,10 @@ from typing import Any
 
 from ..components.component import Component
 from ..components.support.serialization import canonical_json
-from .facts import closing_facts, component_facts
-from .format import words
+from .header import closing_facts, component_facts
 from .metadata import METADATA_NAME, metadata_of_log
 from .reader import Log
+from .records import words
 
 # Compared elsewhere: what decides whether the component can be built and stepped at all.
 _ELSEWHERE = ("component", "parameters", "identity", "step_size")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..components.component import Component
-from .options import make_schedule, names_to_record
+from .arguments import make_schedule, names_to_record
 
 # What a frame takes beside its numbers, and a log beside its records [bytes].
 _FRAME_BYTES, _LOG_BYTES = 100, 20_000

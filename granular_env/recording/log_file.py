@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..components.errors import Fault, LogError, Option, ParameterError
-from ..writing import advice_for, resolve_file
-from .container import MAGIC
+from ..output_files import advice_for, resolve_file
+from .mcap_reader import MAGIC
 
 
 class LogFile:

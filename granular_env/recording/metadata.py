@@ -19,7 +19,7 @@ def metadata_of(header: Mapping[str, Any], parameters: type[BaseModel] | None = 
     """Return the texts of the record, by key.
 
     Args:
-        header: the log's header, as `facts.header_of` makes it.
+        header: the log's header, as `header.header_of` makes it.
         parameters: the component's parameter model, which knows the units of the parameters.
     """
     experiment = header.get("experiment")

@@ -2,8 +2,9 @@
 
     messages = list(preview_messages(facts, frames))
 
-`facts` follow from the header (or from the component), `frames` are those that a `track.Track` has kept of the recorded ones:
-whoever runs a log again, shows a track each recorded frame, and calls this function, has to find the same bytes in the log.
+`facts` follow from the header (or from the component), `frames` are those that `preview_frames.PreviewFrames` has kept of the
+recorded ones: a program that runs a log again, passes each recorded frame to such a selection, and calls this function, finds
+the same bytes in the log.
 Nothing else enters: no clock of the machine, no random number, no size of a batch.
 
 A run of a wave lasts microseconds and moves grains by microns, so the messages have two clocks and show the grains twice:
@@ -34,7 +35,7 @@ import numpy as np
 from ..colours import diverging
 from ..components.drawables import Cells, Curve, Drawable, Links, Points, main_points, spatial
 from . import cdr, schemas
-from .exaggeration import choose_exaggeration
+from .displacement_scale import choose_exaggeration
 
 # About so long lasts the whole run on the slow clock [s].
 _SHOWN_SECONDS = 10.0

@@ -16,14 +16,16 @@ from ..components.drawables import Drawable
 from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest, shortened
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
-from ..writing import count_of
-from . import steps as step_records
-from .build import build
-from .caps import Caps
-from .container import Container
+from ..output_files import count_of
+from . import step_history
+from .component_from_header import build
 from .drawables import drawables_from
-from .facts import BalanceNames, balance_names_from, variable_from
-from .format import (
+from .header import BalanceNames, balance_names_from, variable_from
+from .limits import Limits
+from .log_writer import as_path
+from .mcap_reader import McapReader
+from .message_index import CHUNK, COUNT, DETAIL, FIRST, SEGMENT, Segment, find_index
+from .records import (
     EVENTS,
     FORMAT,
     FRAMES,
@@ -38,9 +40,7 @@ from .format import (
     log_identity,
     nanoseconds,
 )
-from .index import CHUNK, COUNT, DETAIL, FIRST, SEGMENT, Segment, find_index
-from .sink import as_path
-from .steps import Steps
+from .step_history import StepHistory
 
 if TYPE_CHECKING:
     from .branch import Branch
@@ -77,8 +77,8 @@ class Log:
     def __init__(self, path: Any, allow_large: bool = False, scan: bool = False) -> None:
         """Use `open_log`; with `scan`, go through the file from the front even where it has a summary."""
         self.path = path
-        self._caps = Caps(str(path), allow_large)
-        self._container = Container(path, self._caps, scan)
+        self._caps = Limits(str(path), allow_large)
+        self._container = McapReader(path, self._caps, scan)
         try:
             self._read_header()
             self._index, self._closing = find_index(self._container, self._log)
@@ -104,7 +104,7 @@ class Log:
             found = self._header.get("format")
             advice = f"record it anew, or read it with an older {PROFILE}" if found in range(FORMAT) else f"update {PROFILE}"
             raise LogError(f"log {str(self.path)!r} has format {found!r}, this program reads {FORMAT}; {advice}")
-        self.step_size = step_records.finite_step(self._header.get("step_size"))
+        self.step_size = step_history.finite_step(self._header.get("step_size"))
         elapsed = self._header.get("elapsed")
         if not isinstance(elapsed, int) or not 0 <= elapsed < 2**53:
             raise LogError(f"log {str(self.path)!r}: its header does not say how old its parent was")
@@ -298,14 +298,14 @@ class Log:
             ticks, values = [], []
             for segment in self.segments:
                 held = self.snapshot(segment, segment.start).inputs
-                own, samples = step_records.sample_input(self.steps_of(segment), held, name, segment.end)
+                own, samples = step_history.sample_input(self.steps_of(segment), held, name, segment.end)
                 ticks.append(self._log_tick(segment.number, own))
                 values.append(samples)
             nothing = np.zeros(0), np.zeros((0, *self.input_variables[name].shape))
             found[name] = (np.concatenate(ticks) * self.step_size, np.concatenate(values)) if ticks else nothing
         return found
 
-    def steps_of(self, segment: Segment) -> Steps:
+    def steps_of(self, segment: Segment) -> StepHistory:
         """Every call of `step` in a segment, exactly."""
         return self._steps[segment.number]
 
@@ -459,11 +459,11 @@ class Log:
         return known
 
     @property
-    def _steps(self) -> dict[int, Steps]:
+    def _steps(self) -> dict[int, StepHistory]:
         return self._program[0]
 
     @cached_property
-    def _program(self) -> tuple[dict[int, Steps], list[CompiledProfile]]:
+    def _program(self) -> tuple[dict[int, StepHistory], list[CompiledProfile]]:
         """The steps of each segment, and all profiles by their number."""
         rows = self._index.select(STEPS)
         self._caps.series(int(rows[:, COUNT].sum()) * 16)
@@ -472,7 +472,7 @@ class Log:
         for segment in self._index.all_segments:
             records = [self._record(row) for row in self._index.select(STEPS, None, segment.number)]
             shapes = {name: variable.shape for name, variable in self.input_variables.items()}
-            found[segment.number] = step_records.steps_of(records, segment.start, shapes, profiles, self.step_size)
+            found[segment.number] = step_history.steps_of(records, segment.start, shapes, profiles, self.step_size)
         return found, profiles
 
 

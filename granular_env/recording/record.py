@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..components.component import Component
-from .facts import plain_json
+from .arguments import make_schedule, names_to_record
+from .header import plain_json
 from .log_file import create
-from .options import make_schedule, names_to_record
-from .sink import as_path
-from .writer import Recorder
+from .log_writer import as_path
+from .recorder import Recorder
 
 
 def record(

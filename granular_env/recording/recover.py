@@ -9,13 +9,13 @@ from pydantic import BaseModel
 
 from ..components import catalogue
 from ..components.errors import Fault, GranularError, LogError, Option, ParameterError
-from ..writing import replacing
-from .film import film_facts_of_frames, film_of_frames
-from .format import CLOSED, INCIDENTS, TOPICS, Record, decode
+from ..output_files import replacing
 from .log_file import create, refuse_unless_log
+from .log_writer import LogWriter, as_path
 from .metadata import metadata_of_log
+from .preview_reconstruction import film_facts_of_frames, film_of_frames
 from .reader import Log, open_log
-from .sink import Sink, as_path
+from .records import CLOSED, INCIDENTS, TOPICS, Record, decode
 
 
 def recover(
@@ -45,7 +45,7 @@ def recover(
     refuse_unless_log(target)
     with Log(source, allow_large, scan=True) as log, replacing(target, LogError) as part:
         unharmed = f"{str(source)!r} is as it was; nothing was left behind"
-        _copy(log, Sink(target, create(part, overwrite=True), unharmed), _has_summary(source, allow_large))
+        _copy(log, LogWriter(target, create(part, overwrite=True), unharmed), _has_summary(source, allow_large))
     return open_log(target, allow_large=allow_large)
 
 
@@ -57,7 +57,7 @@ def _has_summary(source: Path, allow_large: bool) -> bool:
         return False
 
 
-def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
+def _copy(log: Log, sink: LogWriter, had_summary: bool) -> None:
     """Every record as it is, then what stock viewers draw, then what was lost."""
     closing: Record | None = None
     for chunk in range(log._container.chunk_count):
@@ -77,7 +77,7 @@ def _copy(log: Log, sink: Sink, had_summary: bool) -> None:
     _finish(log, sink, closing, had_summary)
 
 
-def _finish(log: Log, sink: Sink, closing: Record | None, had_summary: bool) -> None:
+def _finish(log: Log, sink: LogWriter, closing: Record | None, had_summary: bool) -> None:
     segment = log._index.all_segments[-1] if log._index.all_segments else None
     number, tick = (segment.number, segment.end) if segment else (0, 0)
     nanoseconds = log._nanoseconds(log.end_tick)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .format import varint
+from .records import varint
 
 FRAME = "world"
 Parts = list[bytes | memoryview]

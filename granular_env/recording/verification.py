@@ -1,124 +1,362 @@
-"""What comes out when a log is run again and compared: identical, different, incomplete, or nothing to compare."""
+"""Re-run a log and compare what it holds, bit for bit: frames, hashes, snapshots, inputs, declarations, report, film."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal
+import heapq
+import os
+from collections.abc import Callable, Iterator, Mapping
+from operator import itemgetter
+from typing import Any
 
-from ..writing import count_of
-from .facts import machine, versions
+import numpy as np
 
-Outcome = Literal["identical", "different", "incomplete", "nothing was compared"]
-# Parts of the header that no re-run gives again; the log keeps digests of them apart, which are compared.
-_DIGESTED = "the experiment, the options, the parent, descriptions, versions, machine, command and date"
+from ..components.component import Component
+from ..components.errors import GranularError, LogError, StepError
+from ..components.inputs import Held
+from ..components.snapshot import Snapshot
+from ..progress import Progress, progress_bar
+from .declarations import closing_differences, declaration_differences, metadata_differences
+from .digests import changed_header, changed_input, changed_parameters
+from .message_index import DETAIL, FIRST, LAST, Segment
+from .preview_reconstruction import PreviewBuilder
+from .reader import Log, open_log, restore
+from .record_batch import hash_row, held_word
+from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, words
+from .verification_result import Difference, Verification, foreign_facts
+
+Changes = list[tuple[int, dict[str, Held]]]
+# What differs, the ticks of the log between which that arose, why (if known), which element.
+_Found = tuple[str, tuple[int, int], str, int | None]
 
 
-@dataclass(slots=True, repr=False)
-class Verification:
-    """What a re-run found.
+def verify(
+    path: str | os.PathLike[str] | Log,
+    *,
+    progress: Progress = False,
+    allow_large: bool = False,
+    components: Mapping[str, type[Component]] | None = None,
+) -> Verification:
+    """Re-run a log from its parameters, start states and inputs, and compare all that it holds, bit for bit.
 
-    Attributes:
+    What no re-run gives, such as the experiment or the date, is compared with digests that the log keeps of it elsewhere.
+
+    Args:
         path: the log.
-        complete: whether the log was closed.
-        calls, ticks: calls of `step`, and ticks, that were run again.
-        frames: instants at which the recorded variables were compared.
-        hashes, snapshots: how many of each were compared.
-        variable: name of the first variable, or entry of the log, that differs; None where nothing does.
-        index: its first element that differs, or None where that is not known.
-        interval: times between which the difference arose: last agreeing, first differing [s]; None for what has no time.
-        notes: one sentence for each difference, then what may explain them.
-        missing: parts that every closed log has and this one does not, so that they could not be compared.
-        incidents: what happened to the recording, such as "failed" or "recovered"; nothing tells whether that is true.
+        progress: show a bar, or call this now and then with the part that is done.
+        allow_large: lift the caps on sizes.
+        components: classes of components that are not ours, by name.
+
+    Raises:
+        LogError: the file is no log, or it is damaged, or it cannot be re-run at all. A log that can be re-run but gives
+            other bits is no error: the result names the first variable and the interval.
     """
+    log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large)
+    try:
+        with progress_bar(f"verification of {log.path.name}", show=progress) as bar:
+            return _Replay(log, bar.update, components).run()
+    finally:
+        if log is not path:
+            log.close()
 
-    path: str
-    complete: bool
-    calls: int = 0
-    ticks: int = 0
-    frames: int = 0
-    hashes: int = 0
-    snapshots: int = 0
-    variable: str | None = None
-    index: int | None = None
-    interval: tuple[float, float] | None = None
-    notes: list[str] = field(default_factory=list)
-    missing: list[str] = field(default_factory=list)
-    incidents: list[str] = field(default_factory=list)
+
+class _Replay:
+    def __init__(self, log: Log, progress: Callable[[float], None], components: Any) -> None:
+        self.log, self._progress = log, progress
+        self.component = log.rebuilt(components)
+        self._trusted = self.component.identity == log._header.get("identity")
+        self._agreed: dict[str, int] = {}
+        self._balances: tuple[int, dict[str, Any]] = (-1, {})
+        # Events of the component when the segment began, and those of the segment that have been compared.
+        self._events_before = self._events_seen = 0
+        self._segment: Segment | None = None
+        self._framed = -1
+        self._film = PreviewBuilder(log, self.component)
+        incidents = [str(incident.get("incident")) for incident in log.metadata["incidents"]]
+        self.result = Verification(str(log.path), log.complete, incidents=incidents)
+
+    def run(self) -> Verification:
+        log, result = self.log, self.result
+        log._caps.work(log.end_tick - log.start_tick, self.component.state_bytes // 8)
+        parameters, why_not = changed_parameters(log, self.component), ""
+        changed, found = None, None
+        try:
+            self._check_header()
+            changed = changed_input(log)
+            found = self._first_difference()
+        except LogError as error:
+            # A changed parameter is what people have to hear of, also where nothing can be re-run with it.
+            if not parameters:
+                raise
+            why_not = str(error)
+        self._name_causes(parameters, changed, found)
+        if not parameters:
+            self._compare_the_rest(found is None)
+        if not self._trusted:
+            self._explain_identity()
+        result.notes += [f"it cannot be re-run with them: {why_not}"] if why_not else []
+        result.notes += foreign_facts(log._header) if result.variable is not None else []
+        return result
+
+    def _first_difference(self) -> _Found | None:
+        # Also segments in which nothing happened: they hold a state, and perhaps a frame.
+        for segment in self.log._index.all_segments:
+            try:
+                self._run_segment(segment)
+            except Difference as found:
+                before = self._agreed.get(found.variable, segment.start)
+                first, last = (self.log._log_tick(segment.number, tick) for tick in (before, found.tick))
+                return found.variable, (first, last), found.reason, found.index
+            self.result.calls += len(self.log.steps_of(segment))
+            self.result.ticks += segment.end - segment.start
+        return None
+
+    def _name_causes(self, parameters: list[str], changed: Any, found: _Found | None) -> None:
+        """Name what was changed, in the interval where that shows, before its consequences."""
+        whole = self.log.start_tick, self.log.end_tick
+        for name in parameters:
+            # Where it shows at once, as in the energy of the start, nothing is narrowed down.
+            span = found[1] if found and found[1][0] < found[1][1] else whole
+            self._differs(name, span, "this parameter is not what was recorded", None)
+        if changed is not None:
+            name, (first, last), reason = changed
+            if found is None or found[1][1] > first:
+                if found is not None and found[1][0] < last:
+                    first, last = max(first, found[1][0]), min(last, found[1][1])
+                self._differs(name, (first, last), reason, None)
+                changed = None
+        if found is not None:
+            self._differs(*found)
+        if changed is not None:
+            self._differs(changed[0], changed[1], changed[2], None)
+
+    def _compare_the_rest(self, ran_through: bool) -> None:
+        """Compare what has no time of its own; what follows from the run only where that agreed."""
+        log, component, result = self.log, self.component, self.result
+        for name in changed_header(log):
+            self._add(name, f"{name} of the header is not what was recorded: it does not match its digest")
+        for name, reason in (*declaration_differences(log, component), *metadata_differences(log, component)):
+            self._add(name, reason)
+        if not ran_through:
+            return
+        if log._closing is not None:
+            for name, reason in closing_differences(log, component):
+                self._add(name, reason)
+        result.missing += [f"the {name}" for name in ("report", "cautions") if name not in self._closing]
+        result.missing += [self._film.missing] if self._film.missing else []
+        if not self._film.missing and (reason := self._film.difference()):
+            self._add("film", f"the film for other viewers differs: {reason}")
 
     @property
-    def outcome(self) -> Outcome:
-        """The verdict in a word or two."""
-        if self.variable is not None:
-            return "different"
-        if not self.ticks:
-            return "nothing was compared"
-        return "identical" if self.complete else "incomplete"
+    def _closing(self) -> Mapping[str, Any]:
+        return self.log._closing.header if self.log._closing is not None else {}
 
-    @property
-    def identical(self) -> bool:
-        """Whether the log was closed, holds at least one tick, and every bit that a re-run gives is the same."""
-        return self.outcome == "identical"
+    def _explain_identity(self) -> None:
+        claim = "the log's parameters do not give the identity that it or its snapshots claim"
+        self._add("identity", f"{claim}: they were changed, or the program was")
 
-    @property
-    def message(self) -> str:
-        """The verdict for people: a line for what was compared, and one for each difference and each part left out."""
-        hashes = count_of(self.hashes, "hash", "hashes")
-        kinds = f"{count_of(self.frames, 'frame')}, {hashes}, {count_of(self.snapshots, 'snapshot')}"
-        size = f"{count_of(self.calls, 'call')} of step, {count_of(self.ticks, 'tick')} ({kinds})"
-        lines = [f"{self.outcome}: {self._summary(size, kinds)}", *self.notes]
-        if self.variable is None and self.ticks:
-            if self.missing:
-                lines.append(f"not compared, since the log does not have them: {', '.join(self.missing)}")
-            lines.append(f"compared with digests, since no re-run gives them: {_DIGESTED}")
-            if self.incidents:
-                lines.append(
-                    f"not compared, since nothing tells of them: incidents of the recording ({', '.join(self.incidents)})"
+    # -- one segment ------------------------------------------------------------------------------------------------
+
+    def _run_segment(self, segment: Segment) -> None:
+        self._segment, self._framed = segment, -1
+        component, start = self.component, self.log.snapshot(segment, segment.start)
+        restore(component, self._adopt(start))
+        self._agreed, self._balances = {}, (-1, {})
+        self._events_before, self._events_seen = component.event_count, 0
+        changes = self.log.steps_of(segment).changes(start.inputs)
+        changes.reverse()
+        for tick, check, *facts in heapq.merge(*self._marks(segment), key=itemgetter(0)):
+            self._advance(changes, tick)
+            check(tick, *facts)
+        self._advance(changes, segment.end)
+        if self.log.complete and self.component.event_count != self._events_before + self._events_seen:
+            raise Difference("events", segment.end, None, "the re-run has events that the log does not hold")
+
+    def _advance(self, changes: Changes, tick: int) -> None:
+        try:
+            advance(self.component, changes, tick, self._tell)
+        except StepError as error:
+            at = round(error.time / self.component.step_size)
+            raise Difference(
+                error.variable, at, error.index, f"the re-run broke down where the log went on: {error}"
+            ) from error
+
+    def _tell(self) -> None:
+        if self._segment is not None:
+            total = max(self.log.end_tick - self.log.start_tick, 1)
+            done = self.result.ticks + self.component.tick - self._segment.start
+            self._progress(min(done / total, 1.0))
+
+    def _marks(self, segment: Segment) -> list[Iterator[tuple[Any, ...]]]:
+        rows = self.log._index.select(FRAMES, None, segment.number)
+        found = [self._frame_marks(rows[rows[:, DETAIL] == n], name) for n, name in enumerate(self.log.variables)]
+        # At the same tick the inputs come first: a difference in them is the cause, one in the state what came of it.
+        held, hashed = (self._hash_marks(segment, check) for check in (self._check_held, self._check_hash))
+        return [held, *found, self._event_marks(segment), hashed, self._snapshot_marks(segment)]
+
+    def _frame_marks(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
+        for row in rows:
+            ticks, values = self.log._frames(row, name)
+            for tick, value in zip(ticks.tolist(), values, strict=True):
+                yield tick, self._check_frame, name, value
+
+    def _hash_marks(self, segment: Segment, check: Callable[..., None]) -> Iterator[tuple[Any, ...]]:
+        for row in self.log._index.select(HASHES, 0, segment.number):
+            record = self.log._record(row)
+            ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
+            width = len(self._names_to_hash())
+            if ticks is None or rows is None or rows.shape != (record.count, width) or ticks.shape != (record.count,):
+                raise LogError(f"log {str(self.log.path)!r}: a record of hashes has the wrong form")
+            if rows.dtype != np.int64 or ticks.dtype != np.int64 or (np.diff(ticks) <= 0).any() or ticks[0] < row[FIRST]:
+                raise LogError(f"log {str(self.log.path)!r}: a record of hashes has the wrong form")
+            for tick, own in zip(ticks.tolist(), rows, strict=True):
+                yield tick, check, own
+
+    def _event_marks(self, segment: Segment) -> Iterator[tuple[Any, ...]]:
+        for row in self.log._index.select(EVENTS, None, segment.number):
+            yield int(row[LAST]), self._check_events, self.log._event_rows(row)
+
+    def _snapshot_marks(self, segment: Segment) -> Iterator[tuple[Any, ...]]:
+        for row in self.log._index.select(SNAPSHOTS, None, segment.number):
+            yield int(row[FIRST]), self._check_snapshot, row
+
+    # -- comparing --------------------------------------------------------------------------------------------------
+
+    def _check_frame(self, tick: int, name: str, value: np.ndarray) -> None:
+        if tick != self._framed:
+            self._framed = tick
+            self.result.frames += 1
+            assert self._segment is not None
+            self._film.take(self.component, self._balances_now(), self.log._log_tick(self._segment.number, tick))
+        if words(np.asarray(self._value(name), dtype=np.float64)) != words(value):
+            own = np.atleast_1d(np.asarray(self._value(name), dtype=np.float64)).view(np.int64).ravel()
+            index = (
+                int(np.argmax(own != np.atleast_1d(np.ascontiguousarray(value)).view(np.int64).ravel())) if value.ndim else None
+            )
+            raise Difference(name, tick, index, self._start_reason(tick))
+        self._agreed[name] = tick
+
+    def _check_held(self, tick: int, row: np.ndarray) -> None:
+        names = list(self.log.input_variables)
+        for name, word in zip(names, row.tolist()[-len(names) :] if names else [], strict=True):
+            if held_word(self.component.held_inputs[name]) != word:
+                raise Difference(name, tick, None, self._start_reason(tick))
+            self._agreed[name] = tick
+
+    def _check_hash(self, tick: int, row: np.ndarray) -> None:
+        own = hash_row(self.component, self._state(), list(self.log.input_variables))
+        for name, here, there in zip(self._names_to_hash(), own.tolist(), row.tolist(), strict=True):
+            if here != there:
+                raise Difference(name, tick, None, self._start_reason(tick))
+            self._agreed[name] = tick
+        self.result.hashes += 1
+
+    def _check_events(self, tick: int, rows: np.ndarray) -> None:
+        mine = self.component.event_rows(self._events_before + self._events_seen)[: len(rows)]
+        if words(mine) != words(rows):
+            same = [words(own) == words(row) for own, row in zip(mine, rows, strict=False)]
+            place = same.index(False) if False in same else len(same)
+            self._agreed["events"] = int(rows[place - 1, 0]) if place else self._agreed.get("events", 0)
+            raise Difference("events", int(rows[place, 0]), None, self._start_reason(tick))
+        self._events_seen += len(rows)
+        self._agreed["events"] = tick
+
+    def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
+        snapshot = self._adopt(self.log._snapshot(row))
+        mine = self.component.save()
+        reason = f"the snapshot at {tick * self.log.step_size:.12g} s does not hold what the re-run gives"
+        for name, value in mine.inputs.items():
+            if name not in snapshot.inputs or held_word(snapshot.inputs[name]) != held_word(value):
+                raise Difference(name, tick, None, reason)
+        if words(snapshot.memory) != words(mine.memory):
+            raise Difference(self._culprit(snapshot), tick, None, reason)
+        self._agreed["state"] = tick
+        self.result.snapshots += 1
+
+    def _culprit(self, snapshot: Snapshot) -> str:
+        """Which state variable a differing snapshot differs in."""
+        mine = {name: words(self.component.get(name)) for name in self._state()}
+        restore(self.component, snapshot)
+        return next((name for name, bits in mine.items() if words(self.component.get(name)) != bits), "state")
+
+    def _start_reason(self, tick: int) -> str:
+        """Return what a difference at the start of a segment means: nothing has been run yet."""
+        if self._segment is None or tick != self._segment.start:
+            return ""
+        return "nothing has been run yet, so the start state is not what was recorded, or this value is not"
+
+    def _value(self, name: str) -> Any:
+        return self._balances_now()[name] if name in self.component.balance_names else self.component.get(name)
+
+    def _balances_now(self) -> dict[str, Any]:
+        if self._balances[0] != self.component.tick:
+            self._balances = self.component.tick, self.component.balance_values()
+        return self._balances[1]
+
+    def _adopt(self, snapshot: Snapshot) -> Snapshot:
+        """With changed parameters, go on all the same: the first difference is what people want to know."""
+        if snapshot.identity != self.log._header.get("identity"):
+            self._trusted = False
+        snapshot.identity = self.component.identity
+        return snapshot
+
+    def _state(self) -> list[str]:
+        return [v.name for v in self.component.variables.values() if v.state]
+
+    def _names_to_hash(self) -> list[str]:
+        return [*self._state(), "state", *self.log.input_variables]
+
+    # -- what the header says -----------------------------------------------------------------------------------------------
+
+    def _check_header(self) -> None:
+        log, component = self.log, self.component
+        for name, variable in log.variables.items():
+            mine = component.variables.get(name)
+            if mine is None or mine.shape != variable.shape or mine.causality != variable.causality:
+                raise LogError(
+                    f"log {str(log.path)!r}: this program's {component.name!r} has no {name!r} of shape {variable.shape}"
                 )
-        return "\n".join(lines)
+        known = [v.name for v in component.variables.values() if v.causality == "input"]
+        if list(log.input_variables) != known:
+            raise LogError(f"log {str(log.path)!r}: this program's {component.name!r} has other inputs: {', '.join(known)}")
+        if log.step_size != component.step_size:
+            raise LogError(
+                f"log {str(log.path)!r}: its parameters give a step_size of {component.step_size!r} s, its header says "
+                f"{log.step_size!r} s; parameters or header were changed"
+            )
 
-    def _summary(self, size: str, kinds: str) -> str:
-        unclosed = "" if self.complete else "; the log was not closed"
-        if self.outcome == "different":
-            return f"{size if self.ticks else kinds} agree{unclosed}"
-        if self.outcome == "nothing was compared":
-            return f"the log holds no call of step{unclosed}"
-        if self.outcome == "incomplete":
-            return f"the log was not closed; what it holds agrees bit for bit: {size}"
-        return f"{size} compared bit for bit"
+    # -- the result -------------------------------------------------------------------------------------------------
 
-    def __bool__(self) -> bool:
-        return self.identical
+    def _differs(self, variable: str, span: tuple[int, int], reason: str, index: int | None) -> None:
+        first, last = (tick * self.log.step_size for tick in span)
+        where = "" if index is None else f"[{index}]"
+        when = f"at {first:.12g} s (tick {span[0]})"
+        if span[0] != span[1]:
+            when = f"between {first:.12g} s and {last:.12g} s (ticks {span[0]} to {span[1]})"
+        self._add(variable, f"{variable}{where} differs {when}" + (f": {reason}" if reason else ""), index, (first, last))
 
-    def __repr__(self) -> str:
-        return f"<Verification of {self.path!r}: {self.message.splitlines()[0]}>"
+    def _add(self, variable: str, sentence: str, index: int | None = None, interval: tuple[float, float] | None = None) -> None:
+        """Note a difference; the first one is the result's."""
+        result = self.result
+        result.notes.append(sentence)
+        if result.variable is None:
+            result.variable, result.index, result.interval = variable, index, interval
 
 
-class Difference(Exception):  # noqa: N818 - a finding, carried out of nested loops
-    """Something of the log that the re-run does not give.
+def advance(component: Component, changes: Changes, tick: int, tell: Callable[[], None] | None = None) -> None:
+    """Run to a tick in as few long steps as the changes of inputs allow; `changes` is reversed, and used up.
 
-    Attributes:
-        variable: its name.
-        tick: where that was seen, a tick of the segment.
-        index: its element, where that is known.
-        reason: what is known beyond that.
+    A step of n ticks gives the bits of n steps of one, so this is as exact as the original steps and faster.
     """
-
-    def __init__(self, variable: str, tick: int, index: int | None = None, reason: str = "") -> None:
-        """Take what was found."""
-        super().__init__(variable)
-        self.variable, self.tick, self.index, self.reason = variable, tick, index, reason
-
-
-def foreign_facts(header: Mapping[str, Any]) -> list[str]:
-    """Return versions and facts of the machine that are not those of the recording, in case they are the reason."""
-    recorded = {**_mapping(header.get("versions")), **_mapping(header.get("machine"))}
-    return [
-        f"{name} was {recorded[name]!r} and is {value!r} now"
-        for name, value in {**versions(), **machine()}.items()
-        if name in recorded and recorded[name] != value
-    ]
-
-
-def _mapping(value: Any) -> dict[str, Any]:
-    return value if isinstance(value, dict) else {}
+    try:
+        while component.tick < tick:
+            inputs: dict[str, Held] = {}
+            while changes and changes[-1][0] <= component.tick:
+                inputs.update(changes.pop()[1])
+            stop = min(tick, changes[-1][0]) if changes else tick
+            component.step((stop - component.tick) * component.step_size, **inputs)
+            if tell is not None:
+                tell()
+    except StepError:
+        raise
+    except GranularError as error:
+        raise LogError(f"the log sets an input that its component refuses: {error}") from error

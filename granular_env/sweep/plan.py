@@ -7,7 +7,7 @@ every = 1e-6                           # s between two looks for extremes and hi
 seeds = 3                              # repetitions, or { count = 3, seed = 0, keys = ["component.arrangement.seed"] }
 
 [set]                                  # keys of the experiment that are the same in every task, but for those below
-[grid]                                 # keys, each with its values (axes.py)
+[grid]                                 # keys, each with its values (parameter_grid.py)
 [samples]                              # count, seed, and keys, each with its distribution
 [measure]                              # the table's columns (measures.py)
 [logs]                                 # keep = "none", "all" or "failed"; or every = N
@@ -29,10 +29,10 @@ from granular_env.components.support.validation import refusal
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.documents.overrides import to_overrides
 from granular_env.experiments import Experiment, load_experiment, shipped_experiments
-from granular_env.shipped import shipped_files
+from granular_env.package_contents import shipped_files
 
-from .axes import Axis, Range, Samples, flatten
 from .measures import OWN_COLUMNS, AnyMeasure
+from .parameter_grid import Axis, Range, Samples, flatten
 
 LARGEST = 100_000
 

@@ -24,10 +24,10 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
 
 from granular_env.components.errors import SweepError
-from granular_env.writing import lock, replacing
+from granular_env.output_files import lock, replacing
 
-from .computing import Result
 from .measures import OWN_COLUMNS
+from .worker import Result
 
 FORMAT, VERSION = "granular-env sweep", 1
 # Wall time between two waits for the disk [s].

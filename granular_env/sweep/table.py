@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from granular_env.components.errors import SweepError
-from granular_env.viewing.extras import import_optional
-from granular_env.writing import replacing
+from granular_env.output_files import replacing
+from granular_env.viewing.optional_packages import import_optional
 
-from .computing import Result
 from .store import CSV, TABLE, read_description, read_results
+from .worker import Result
 
 _NOTHING = Result("", "lost")
 

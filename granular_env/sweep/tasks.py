@@ -11,8 +11,8 @@ from typing import Any
 from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.support.serialization import canonical_json
 
-from .axes import Range, draws
-from .files import names_a_file
+from .csv_files import names_a_file
+from .parameter_grid import Range, draws
 from .plan import LARGEST, Plan
 
 

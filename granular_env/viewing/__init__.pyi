@@ -1,7 +1,7 @@
 from .foxglove import save_foxglove_layout
 from .live import LiveViewer
-from .plot import plot
-from .reporting import report
+from .report_page import report
+from .series_plot import plot
 from .viewer import save_rrd, screenshot, view
 
 __all__ = [

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .extras import import_optional
-from .footage import Footage, Motion
-from .plots import Plot, select_plots
+from .optional_packages import import_optional
+from .plot_groups import Plot, select_plots
 from .scene import TIMELINE, Scales, is_plane, whole_camera
+from .scene_data import Motion, SceneData
 from .views import Views
 
 # A run is played back in about this wall time [s].
@@ -16,21 +16,21 @@ _PLAYBACK_SECONDS = 10.0
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
 
 
-def blueprint(footage: Footage, scales: Scales | None, views: Views | None, duration: float | None) -> Any:
+def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None, duration: float | None) -> Any:
     """Return the layout of a scene.
 
     Args:
-        footage: what is shown.
+        scene_data: what is shown.
         scales: None where there are no particles.
         views: of the component's domain; None where there are no particles.
         duration: of the run [s], which sets the playback speed; None for a run that is still going on.
     """
     rrb = import_optional("rerun.blueprint", "the viewer")
     shown: list[Any] = [rrb.TextDocumentView(origin="caption", name="What you see")]
-    scalars = select_plots(footage, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
+    scalars = select_plots(scene_data, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
     if scalars:
         shown.insert(0, rrb.Vertical(*(_plot(rrb, plot) for plot in scalars)))
-    motion = footage.motion
+    motion = scene_data.motion
     rows: list[tuple[Any, float]] = []
     if motion is not None and scales is not None and views is not None:
         shown = [*views.panes(motion, scales), *shown]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .footage import Footage, Motion
+from .scene_data import Motion, SceneData
 
 if TYPE_CHECKING:
     from .scene import Scales
@@ -18,23 +18,23 @@ def plain(text: str) -> str:
     return " ".join(str(text).split()).translate(_MARKUP)
 
 
-def caption(footage: Footage, scales: Scales | None, views: Views | None) -> str:
+def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -> str:
     """Return a markdown text that lets a stranger read the scene."""
-    lines = [f"# {plain(footage.title)}", ""]
-    motion = footage.motion
+    lines = [f"# {plain(scene_data.title)}", ""]
+    motion = scene_data.motion
     if motion is not None and scales is not None:
         lines += _motion_lines(motion, scales)
         for words in [] if views is None else views.words(motion, scales):
             lines += [words, ""]
         lines += _frame_lines(motion)
-    elif not footage.notes:
+    elif not scene_data.notes:
         lines += ["This component has no particles; its outputs and its balances are plotted.", ""]
-    if any(footage.group(balance.entries) for balance in footage.balances):
+    if any(scene_data.group(balance.entries) for balance in scene_data.balances):
         words = "Balances since the reset. A residual is what a balance cannot account for: the error of the numerics."
         lines += [f"**Plots.** {words}", ""]
-    if footage.inputs and not any(curve.values.any() for curve in footage.inputs.values()):
+    if scene_data.inputs and not any(curve.values.any() for curve in scene_data.inputs.values()):
         lines += ["No input acts in this run.", ""] if scales is None or scales.settled else []
-    lines += [f"- {plain(note)}" for note in footage.notes]
+    lines += [f"- {plain(note)}" for note in scene_data.notes]
     lines += ["", "Time is simulated time; drag the cursor below, or press space to play."]
     return "\n".join(lines)
 

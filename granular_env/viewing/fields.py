@@ -14,7 +14,7 @@ from granular_env.components.drawables import main_points
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
 
-from .footage import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sample_frames
+from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sample_frames
 
 
 @dataclass(frozen=True)

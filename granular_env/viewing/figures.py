@@ -15,7 +15,8 @@ import numpy as np
 from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
 
-from .drawing import (
+from .fields import Field, as_field
+from .figure_style import (
     draw_curves,
     draw_space_time,
     indices,
@@ -32,8 +33,7 @@ from .drawing import (
     time_unit,
     with_style,
 )
-from .fields import Field, as_field
-from .footage import Curve, Footage, Motion
+from .scene_data import Curve, Motion, SceneData
 from .units import label_with_unit
 
 if TYPE_CHECKING:
@@ -130,12 +130,12 @@ def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Fi
 
 
 @with_style
-def balance(footage: Footage, quantity: str = "energy") -> Figure | None:
+def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
     """Draw the entries of a balance in time, and below them its residual; None where there are none."""
-    names = next((balance for balance in footage.balances if balance.quantity == quantity), None)
-    if names is None or not (amounts := footage.group(names.entries)):
+    names = next((balance for balance in scene_data.balances if balance.quantity == quantity), None)
+    if names is None or not (amounts := scene_data.group(names.entries)):
         return None
-    residuals = footage.group(name for name in footage.curves if name.startswith(names.residual))
+    residuals = scene_data.group(name for name in scene_data.curves if name.startswith(names.residual))
     words = quantity.replace("_", " ")
     figure = new_figure(8.0, 5.6 if residuals else 4.0)
     ratios = [3, 1] if residuals else [1]

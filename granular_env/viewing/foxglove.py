@@ -14,11 +14,11 @@ from typing import Any
 from granular_env.colours import PALETTE
 from granular_env.components.drawables import main_points
 from granular_env.components.errors import LogError
+from granular_env.output_files import replacing
 from granular_env.recording import cdr
 from granular_env.recording.preview import ABOUT_TOPIC, GRAINS_TOPIC, PARTICLES_TOPIC, PREVIEW_TOPIC, picture_box
 from granular_env.recording.reader import Log
 from granular_env.recording.schemas import FRAME
-from granular_env.writing import replacing
 
 _DRAWN = {PARTICLES_TOPIC: 4, PREVIEW_TOPIC: 5}
 # Vertical opening of the camera [degrees], and the width of its picture in heights, at least.

@@ -16,12 +16,12 @@ from granular_env.components.errors import GranularError, GranularWarning, Optio
 from granular_env.components.inputs import Held
 
 from .blueprint import blueprint
-from .extras import import_optional
-from .footage import Footage, Motion, from_component
-from .pacing import Pacing
+from .optional_packages import import_optional
+from .pace import Pace
 from .rerun_file import rerun_target
 from .rerun_process import RerunProcess, require_screen
 from .scene import APPLICATION, Scales, enlarge_scales, scales_of, send_curves, send_motion, send_static
+from .scene_data import Motion, SceneData, from_component
 from .views import Views, make_views
 from .web_page import WebPage, web_arguments
 
@@ -79,7 +79,7 @@ class LiveViewer:
         """
         self.next_tick, self.frames = 0, 0
         self._component, self._title, self._exaggerate = component, title, exaggerate
-        self._pacing = Pacing(_ticks_per_second(component, duration, pace))
+        self._pacing = Pace(_ticks_per_second(component, duration, pace))
         self._elapsed, self._last_tick, self._sent_tick, self._working = 0, 0, -1, True
         self._drawn_at = -math.inf
         self._scales: Scales | None = None
@@ -88,12 +88,12 @@ class LiveViewer:
         self._page: WebPage | None = None
         rr = import_optional("rerun", "the live viewer")
         self._recording = rr.RecordingStream(APPLICATION)
-        footage = from_component(component, title)
-        if footage.motion is not None:
-            self._scales = _first_scales(footage.motion, exaggerate)
+        scene_data = from_component(component, title)
+        if scene_data.motion is not None:
+            self._scales = _first_scales(scene_data.motion, exaggerate)
             end = None if duration is None else component.time + duration
-            self._views = make_views(component.name, footage.motion, self._scales, component.time, end)
-        self._connect(blueprint(footage, self._scales, self._views, None), web, save)
+            self._views = make_views(component.name, scene_data.motion, self._scales, component.time, end)
+        self._connect(blueprint(scene_data, self._scales, self._views, None), web, save)
         component.observe(self)
 
     def _connect(self, layout: Any, web: bool, save: str | os.PathLike[str] | None) -> None:
@@ -195,18 +195,18 @@ class LiveViewer:
             warnings.warn(f"the live viewer stopped: {error}; the run goes on", GranularWarning, stacklevel=2)
 
     def _send_frame(self, component: Component, anew: bool) -> None:
-        footage = self._shift(from_component(component, self._title))
-        if footage.motion is not None and self._scales is not None and self._views is not None:
-            scales = enlarge_scales(self._scales, footage.motion, self._exaggerate)
-            anew = self._views.grow(footage.motion) or anew or scales != self._scales
+        scene_data = self._shift(from_component(component, self._title))
+        if scene_data.motion is not None and self._scales is not None and self._views is not None:
+            scales = enlarge_scales(self._scales, scene_data.motion, self._exaggerate)
+            anew = self._views.grow(scene_data.motion) or anew or scales != self._scales
             self._scales = scales
         if anew:
-            send_static(self._recording, footage, self._scales, self._views)
-        if footage.motion is not None and self._scales is not None and self._views is not None:
-            send_motion(self._recording, footage.motion, self._scales, self._views)
+            send_static(self._recording, scene_data, self._scales, self._views)
+        if scene_data.motion is not None and self._scales is not None and self._views is not None:
+            send_motion(self._recording, scene_data.motion, self._scales, self._views)
             if perf_counter() >= self._drawn_at + _PICTURE_SECONDS:
-                self._draw_pictures(footage.motion)
-        send_curves(self._recording, footage)
+                self._draw_pictures(scene_data.motion)
+        send_curves(self._recording, scene_data)
         self._sent_tick = self._elapsed + component.tick
         self.frames += 1
 
@@ -217,20 +217,20 @@ class LiveViewer:
             self._views.send_pictures(self._recording, motion, self._scales)
             self._drawn_at = perf_counter()
 
-    def _shift(self, footage: Footage) -> Footage:
-        """Return the footage in the viewer's time."""
+    def _shift(self, scene_data: SceneData) -> SceneData:
+        """Return the scene_data in the viewer's time."""
         if not self._elapsed:
-            return footage
+            return scene_data
         ticks, seconds = self._elapsed, self._elapsed * self._component.step_size
 
         def later(part: Any) -> Any:
             return dataclasses.replace(part, ticks=part.ticks + ticks, times=part.times + seconds)
 
         return dataclasses.replace(
-            footage,
-            motion=None if footage.motion is None else later(footage.motion),
-            curves={name: later(curve) for name, curve in footage.curves.items()},
-            inputs={name: later(curve) for name, curve in footage.inputs.items()},
+            scene_data,
+            motion=None if scene_data.motion is None else later(scene_data.motion),
+            curves={name: later(curve) for name, curve in scene_data.curves.items()},
+            inputs={name: later(curve) for name, curve in scene_data.inputs.items()},
         )
 
 

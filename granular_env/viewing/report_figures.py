@@ -12,8 +12,8 @@ from granular_env.components.errors import ParameterError
 
 from . import figures
 from .fields import Field, as_field, field_names, load_field, require_names
-from .footage import Curve, Footage, from_log
-from .plots import plots
+from .plot_groups import plots
+from .scene_data import Curve, SceneData, from_log
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,7 +59,7 @@ class Choice:
         return self.variables is None or name in self.variables
 
 
-def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> tuple[Footage, dict[str, Shown]]:
+def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> tuple[SceneData, dict[str, Shown]]:
     """Return what a log holds, and its figures by the names of their files, in the order of the page.
 
     Args:
@@ -76,19 +76,23 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     unnamed = in_balances if choice.variables is None else set()
     arrays = [name for name in field_names(log) if choice.holds(name) and name not in unnamed]
     share = 1.0 / (1 + len(arrays))
-    footage = from_log(log, FRAMES, lambda part: progress(share * part))
+    scene_data = from_log(log, FRAMES, lambda part: progress(share * part))
     drawn: dict[str, Shown] = {}
-    main = footage.motion.colour_variable.name if footage.motion is not None and footage.motion.colour is not None else None
+    main = (
+        scene_data.motion.colour_variable.name
+        if scene_data.motion is not None and scene_data.motion.colour is not None
+        else None
+    )
     # What colours the particles comes first and is in memory already.
     for place, name in enumerate(sorted(arrays, key=lambda name: name != main), start=1):
-        if name == main and footage.motion is not None:
-            field = as_field(footage.motion)
+        if name == main and scene_data.motion is not None:
+            field = as_field(scene_data.motion)
         else:
             field = load_field(log, name, FRAMES, lambda part, place=place: progress(share * (place + part)))
         drawn |= _field_figures(field, choice, is_main=name == main)
         progress(share * (place + 1))
-    for balance in footage.balances:
-        figure = figures.balance(footage, balance.quantity)
+    for balance in scene_data.balances:
+        figure = figures.balance(scene_data, balance.quantity)
         if figure is not None:
             quantity = balance.quantity.replace("_", " ").capitalize()
             words = (
@@ -97,10 +101,10 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
             )
             drawn[f"balance-{balance.quantity}"] = Shown("Balances", figure, words)
     for title in ("outputs", "inputs"):
-        if curves := _curves(footage, title, choice):
+        if curves := _curves(scene_data, title, choice):
             words = f"{title.capitalize()} in time; those that stay 0 are left out."
             drawn[title] = Shown(title.capitalize(), figures.curves(curves), words)
-    return footage, drawn
+    return scene_data, drawn
 
 
 def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Shown]:
@@ -127,6 +131,6 @@ def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Sho
     return drawn
 
 
-def _curves(footage: Footage, group: str, choice: Choice) -> list[Curve]:
-    found = [curve for plot in plots(footage) if plot.group == group for curve in plot.curves]
+def _curves(scene_data: SceneData, group: str, choice: Choice) -> list[Curve]:
+    found = [curve for plot in plots(scene_data) if plot.group == group for curve in plot.curves]
     return [curve for curve in found if np.any(curve.values != 0.0) and (group == "inputs" or choice.holds(curve.name))]

@@ -14,10 +14,10 @@ from markupsafe import Markup
 from granular_env.components.contract import Event
 from granular_env.components.errors import GranularError, LogError
 from granular_env.documents import to_toml
-from granular_env.recording.facts import BalanceNames
+from granular_env.recording.header import BalanceNames
 
-from . import page
-from .footage import Footage
+from . import html_page
+from .scene_data import SceneData
 from .units import typeset
 
 _LONGEST_LIST = 8
@@ -27,26 +27,26 @@ _LONGEST_TEXT = 20_000
 _WORKED_OUT = {"mass": "mass", "contact_stiffness": "stiffness"}
 
 
-def balances(footage: Footage) -> Markup:
+def balances(scene_data: SceneData) -> Markup:
     """Return the entries of the balances at the start and at the end, and how well they add up."""
     rows = []
-    for balance in footage.balances:
-        residuals = [name for name in footage.curves if name.startswith(balance.residual)]
+    for balance in scene_data.balances:
+        residuals = [name for name in scene_data.curves if name.startswith(balance.residual)]
         for name in (*balance.entries, *residuals):
-            curve = footage.curves.get(name)
+            curve = scene_data.curves.get(name)
             if curve is not None and len(curve.values):
                 first, last, largest = float(curve.values[0]), float(curve.values[-1]), float(np.abs(curve.values).max())
                 rows.append([name.replace("_", " "), typeset(curve.unit), first, last, largest])
     if not rows:
-        return page.paragraph("No balance was recorded.")
-    closures = " ".join(_closure(footage, balance) for balance in footage.balances)
-    return page.table(["entry", "unit", "start", "end", "largest magnitude"], rows) + page.paragraph(closures)
+        return html_page.paragraph("No balance was recorded.")
+    closures = " ".join(_closure(scene_data, balance) for balance in scene_data.balances)
+    return html_page.table(["entry", "unit", "start", "end", "largest magnitude"], rows) + html_page.paragraph(closures)
 
 
-def _closure(footage: Footage, balance: BalanceNames) -> str:
+def _closure(scene_data: SceneData, balance: BalanceNames) -> str:
     """Return how well a balance adds up, in one sentence."""
-    known = [footage.curves[name] for name in balance.entries if name in footage.curves]
-    residuals = [footage.curves[name] for name in footage.curves if name.startswith(balance.residual)]
+    known = [scene_data.curves[name] for name in balance.entries if name in scene_data.curves]
+    residuals = [scene_data.curves[name] for name in scene_data.curves if name.startswith(balance.residual)]
     scale = max((float(np.abs(curve.values).max()) for curve in known), default=0.0)
     quantity = balance.quantity.replace("_", " ")
     if not residuals or scale == 0.0:
@@ -63,13 +63,15 @@ def events(log: Any) -> Markup:
         return Markup()
     found = log.events()
     if not found:
-        return page.paragraph("Nothing happened of what could: " + ", ".join(kinds) + ".")
+        return html_page.paragraph("Nothing happened of what could: " + ", ".join(kinds) + ".")
     rows = [_event_row(event, log.step_size) for event in found[:_MOST_EVENTS]]
     more = ""
     if len(found) > _MOST_EVENTS:
         more = f"The first {_MOST_EVENTS} of {len(found)} events; `ge.open_log(path).events()` has all of them."
     words = "; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items())
-    return page.table(["time [s]", "event", "index", "value", "limit"], rows) + page.paragraph(f"{words}. {more}".strip())
+    return html_page.table(["time [s]", "event", "index", "value", "limit"], rows) + html_page.paragraph(
+        f"{words}. {more}".strip()
+    )
 
 
 def _event_row(event: Event, step_size: float) -> list[Any]:
@@ -84,12 +86,12 @@ def validity(log: Any) -> Markup:
     parts = []
     if figures_of_run:
         rows = [[typeset(name), _number(value)] for name, value in figures_of_run.items()]
-        parts.append(page.table(["figure", "value"], rows))
+        parts.append(html_page.table(["figure", "value"], rows))
     else:
         parts.append(
-            page.paragraph("The component reports no figures of validity, or the run was interrupted before it could.")
+            html_page.paragraph("The component reports no figures of validity, or the run was interrupted before it could.")
         )
-    parts.append(page.bullets(cautions, "cautions") if cautions else page.paragraph("No cautions."))
+    parts.append(html_page.bullets(cautions, "cautions") if cautions else html_page.paragraph("No cautions."))
     return Markup().join(parts)
 
 
@@ -111,12 +113,12 @@ def parameters(log: Any) -> Markup:
         if value is None:
             told = f"automatic: {_short(worked_out[name])}" if name in worked_out else "automatic"
         rows.append([name, told, typeset(unit), meaning])
-    return page.table(["parameter", "value", "unit", "meaning"], rows)
+    return html_page.table(["parameter", "value", "unit", "meaning"], rows)
 
 
 def _fields(component: Any) -> dict[str, tuple[str, str]]:
     """Units and meanings of the parameters of a component of ours; a log makes us load no other."""
-    from granular_env.recording.build import own_or_given
+    from granular_env.recording.component_from_header import own_or_given
 
     try:
         fields = own_or_given(component, None).Parameters.model_fields
@@ -164,7 +166,7 @@ def experiment(log: Any) -> Markup:
     words = "The experiment as it was run, as a file for the command granular-env run; data files that it names are not here."
     if len(text) > _LONGEST_TEXT:
         text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"
-    return page.paragraph(words) + page.preformatted(text)
+    return html_page.paragraph(words) + html_page.preformatted(text)
 
 
 def environment(log: Any) -> Markup:
@@ -175,7 +177,7 @@ def environment(log: Any) -> Markup:
     rows.append(["bits depend on the platform", "yes" if metadata.get("platform_bound") else "no"])
     rows.append(["identity of component and parameters", metadata.get("identity", "")])
     rows.append(["size of the log", file_size(os.path.getsize(log.path))])
-    return page.table(["fact", "value"], rows)
+    return html_page.table(["fact", "value"], rows)
 
 
 def file_size(count: int) -> str:
@@ -188,7 +190,7 @@ def file_size(count: int) -> str:
 
 def replay(log: Any) -> Markup:
     """Return the commands that re-run the log, branch it off and show it."""
-    path = shlex.quote(page.printable(log.path))
+    path = shlex.quote(html_page.printable(log.path))
     middle = log.start_tick * log.step_size + (round(0.5 * log.duration / log.step_size)) * log.step_size
     commands = [
         f"granular-env replay {path} --verify      # re-run it and compare every recorded bit",
@@ -199,4 +201,4 @@ def replay(log: Any) -> Markup:
         "The log is a program; these commands re-run it, branch it off and show it. Making this page did not verify it: the "
         "first command does."
     )
-    return page.paragraph(words) + page.preformatted("\n".join(commands))
+    return html_page.paragraph(words) + html_page.preformatted("\n".join(commands))

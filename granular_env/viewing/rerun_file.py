@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from granular_env.components.errors import GranularError, ParameterError
-from granular_env.writing import require_writable
+from granular_env.output_files import require_writable
 
 # The first bytes of every rerun file; the version that follows them differs.
 _MAGIC = b"RRF"

@@ -18,13 +18,13 @@ import numpy.typing as npt
 
 from granular_env.colours import PALETTE, diverging, rgb, symmetric_limit
 from granular_env.components.support.arrays import FloatArray
-from granular_env.recording.exaggeration import choose_exaggeration
+from granular_env.recording.displacement_scale import choose_exaggeration
 
 from .camera import Camera
 from .caption import caption
-from .extras import import_optional
-from .footage import Footage, Motion
-from .plots import plots
+from .optional_packages import import_optional
+from .plot_groups import plots
+from .scene_data import Motion, SceneData
 from .views import Views
 
 APPLICATION = "granular-env"
@@ -109,26 +109,26 @@ def is_plane(motion: Motion) -> bool:
     return bool(np.ptp(motion.reference[:, 1]) > 0.0)
 
 
-def send(recording: Any, footage: Footage, scales: Scales | None, views: Views | None) -> None:
+def send(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
     """Send everything of a log: first what never changes, then every frame, then the plots."""
-    send_static(recording, footage, scales, views)
-    if footage.motion is not None and scales is not None and views is not None:
-        send_motion(recording, footage.motion, scales, views)
-        views.send_pictures(recording, footage.motion, scales)
-    send_curves(recording, footage)
+    send_static(recording, scene_data, scales, views)
+    if scene_data.motion is not None and scales is not None and views is not None:
+        send_motion(recording, scene_data.motion, scales, views)
+        views.send_pictures(recording, scene_data.motion, scales)
+    send_curves(recording, scene_data)
 
 
-def send_static(recording: Any, footage: Footage, scales: Scales | None, views: Views | None) -> None:
+def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
     """Send the caption, radii, cameras and the names of the curves."""
     rr = import_optional("rerun", "the viewer")
-    text = rr.TextDocument(caption(footage, scales, views), media_type=rr.MediaType.MARKDOWN)
+    text = rr.TextDocument(caption(scene_data, scales, views), media_type=rr.MediaType.MARKDOWN)
     recording.log("caption", text, static=True)
-    if footage.motion is not None and scales is not None and views is not None:
-        radii = rr.Points3D.from_fields(radii=footage.motion.radius.astype(np.float32))
+    if scene_data.motion is not None and scales is not None and views is not None:
+        radii = rr.Points3D.from_fields(radii=scene_data.motion.radius.astype(np.float32))
         recording.log(scales.particles_entity, radii, static=True)
-        whole_camera(footage.motion, scales, views).send(recording)
-        views.send_static(recording, footage.motion, scales)
-    for plot in plots(footage):
+        whole_camera(scene_data.motion, scales, views).send(recording)
+        views.send_static(recording, scene_data.motion, scales)
+    for plot in plots(scene_data):
         for place, (path, curve) in enumerate(zip(plot.paths, plot.curves, strict=True)):
             name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", rgb(PALETTE[place % len(PALETTE)])
             # Rerun's default draws the mean of the points that fall on one pixel: stairs would become ramps of other heights.
@@ -156,10 +156,10 @@ def _colours(motion: Motion, scales: Scales) -> npt.NDArray[np.uint8]:
     return diverging(motion.colour, scales.colour_limit)
 
 
-def send_curves(recording: Any, footage: Footage) -> None:
+def send_curves(recording: Any, scene_data: SceneData) -> None:
     """Send the scalar plots."""
     rr = import_optional("rerun", "the viewer")
-    for plot in plots(footage):
+    for plot in plots(scene_data):
         for path, curve in zip(plot.paths, plot.curves, strict=True):
             # The sides of a jump are put 1 ns and one tick apart: rerun would draw the mean of what falls on one instant.
             before_jump = np.append(np.diff(curve.times) <= 0.0, False).astype(np.int64)

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularError, Option, ParameterError
+from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
-from granular_env.writing import require_writable, write_files
 
 from .blueprint import blueprint
-from .extras import import_optional
-from .footage import Footage, from_log
+from .optional_packages import import_optional
 from .rerun_file import rerun_target
 from .rerun_process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
 from .scene import APPLICATION, TIMELINE, Scales, scales_of, send
+from .scene_data import SceneData, from_log
 from .views import make_views
 from .web_page import WebPage, web_arguments
 
@@ -63,21 +63,21 @@ def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[f
     _require_log(log)
     rr = import_optional("rerun", "the viewer")
     tell = progress or (lambda part: None)
-    footage = from_log(log, progress=lambda part: tell(0.7 * part))
-    scales = _scales(footage, exaggerate)
+    scene_data = from_log(log, progress=lambda part: tell(0.7 * part))
+    scales = _scales(scene_data, exaggerate)
     views = None
-    if footage.motion is not None and scales is not None:
-        views = make_views(str(log.metadata.get("component")), footage.motion, scales)
+    if scene_data.motion is not None and scales is not None:
+        views = make_views(str(log.metadata.get("component")), scene_data.motion, scales)
     # A file's name may hold bytes that are no text; rerun takes text only.
     name = Path(str(log.path)).name.encode("utf-8", "replace").decode()
-    recording = rr.RecordingStream(APPLICATION, recording_id=f"{footage.title} ({name})")
+    recording = rr.RecordingStream(APPLICATION, recording_id=f"{scene_data.title} ({name})")
     # Through memory: where the disk becomes full, rerun's own writer drops the rest, or hangs, and raises nothing.
     kept = recording.memory_recording()
     try:
         # Active: what a server hands on to the web viewer shows a layout that is a mere default to nobody.
-        recording.send_blueprint(blueprint(footage, scales, views, log.duration), make_active=True)
-        recording.send_recording_name(footage.title)
-        send(recording, footage, scales, views)
+        recording.send_blueprint(blueprint(scene_data, scales, views, log.duration), make_active=True)
+        recording.send_recording_name(scene_data.title)
+        send(recording, scene_data, scales, views)
         tell(1.0)
         return kept.drain_as_bytes()
     except RuntimeError as error:
@@ -221,7 +221,7 @@ def _window(size: Any) -> tuple[int, int]:
     return size[0], size[1]
 
 
-def _scales(footage: Footage, exaggerate: float | None) -> Scales | None:
+def _scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
     if exaggerate is not None and not 0.0 < _number("exaggerate", exaggerate) < float("inf"):
         raise ParameterError(f"exaggerate: got {exaggerate!r}, expected a positive number")
-    return None if footage.motion is None else scales_of(footage.motion, exaggerate)
+    return None if scene_data.motion is None else scales_of(scene_data.motion, exaggerate)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
+from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Axis, Constant, Curve, Entry, Figure, Findings, Item, Mark, Paper
 from granular_env.atlas.verdicts import Value
 from granular_env.components.errors import GranularError

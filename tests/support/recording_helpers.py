@@ -18,14 +18,14 @@ from granular_env.components.errors import LogError
 from granular_env.components.profiles import Profile
 from granular_env.components.support.serialization import canonical_json
 from granular_env.recording import record
-from granular_env.recording.caps import Caps
-from granular_env.recording.container import Container
-from granular_env.recording.format import CLOSED, HEADER, INCIDENTS, TOPICS, Record, decode, log_identity
+from granular_env.recording.limits import Limits
 from granular_env.recording.log_file import create
+from granular_env.recording.log_writer import LogWriter
+from granular_env.recording.mcap_reader import McapReader
 from granular_env.recording.metadata import metadata_of_log
 from granular_env.recording.preview import PreviewMessage, Topic
+from granular_env.recording.records import CLOSED, HEADER, INCIDENTS, TOPICS, Record, decode, log_identity
 from granular_env.recording.recover import parameter_model
-from granular_env.recording.sink import Sink
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
 
@@ -62,7 +62,7 @@ def rewrite(
 ) -> None:
     """The same log with every record put through `change`, every message of the film through `change_film`, and `shift` ns
     added to each time; every checksum, number and index is made right again."""
-    sink, container = Sink(out, create(out, overwrite=True)), Container(path, Caps(str(path)))
+    sink, container = LogWriter(out, create(out, overwrite=True)), McapReader(path, Limits(str(path)))
     log, film = None, []
     for chunk in range(container.chunk_count):
         for message in container.messages(chunk):

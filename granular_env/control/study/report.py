@@ -8,24 +8,24 @@ from collections.abc import Mapping
 from markupsafe import Markup
 
 from granular_env.documents import to_toml
-from granular_env.viewing import page
-from granular_env.writing import count_of
+from granular_env.output_files import count_of
+from granular_env.viewing import html_page
 
-from .drawing import Picture
-from .outcome import StudyResult
-from .results import heads, verdicts
+from .export import heads, verdicts
+from .figures import Picture
+from .results import StudyResult
 
 
 def page_of(result: StudyResult, pictures: Mapping[str, Picture]) -> str:
     """One HTML page that needs nothing else; text of the study is escaped, the network is forbidden."""
-    shown = {name: page.picture(picture.svg, picture.words) for name, picture in pictures.items()}
+    shown = {name: html_page.picture(picture.svg, picture.words) for name, picture in pictures.items()}
     sections = [("Comparison", _comparison(result) + shown.pop("convergence", Markup()))]
     if "drives" in shown:
         sections.append(("Drives", shown.pop("drives")))
     if shown:
         sections.append(("Final state", Markup().join(shown.values())))
-    sections += [("Trials", _trials(result)), ("Study", page.preformatted(to_toml(result.study.to_dict())))]
-    return page.page(f"Study: {result.study.name}", _lead(result), sections)
+    sections += [("Trials", _trials(result)), ("Study", html_page.preformatted(to_toml(result.study.to_dict())))]
+    return html_page.page(f"Study: {result.study.name}", _lead(result), sections)
 
 
 def _lead(result: StudyResult) -> Markup:
@@ -33,9 +33,9 @@ def _lead(result: StudyResult) -> Markup:
     notes = [f"{trial.name} ended early: {trial.failure}" for trial in result.trials if trial.failure]
     if result.interrupted:
         notes.append("The study was interrupted: these are the results so far. The same command goes on from there.")
-    words = page.paragraph(study.description) if study.description else Markup()
-    words += page.paragraph(f"Task {study.task.name}; every method may simulate {study.budget:,} control steps.", "dim")
-    return words + (page.bullets(notes, "cautions") if notes else Markup())
+    words = html_page.paragraph(study.description) if study.description else Markup()
+    words += html_page.paragraph(f"Task {study.task.name}; every method may simulate {study.budget:,} control steps.", "dim")
+    return words + (html_page.bullets(notes, "cautions") if notes else Markup())
 
 
 def _comparison(result: StudyResult) -> Markup:
@@ -48,9 +48,9 @@ def _comparison(result: StudyResult) -> Markup:
         "median decides what it beats."
     )
     return (
-        page.table(heads(result), verdicts(result))
-        + (page.table(["baseline", "return", "standard deviation"], baselines) if baselines else Markup())
-        + page.paragraph(cost, "dim")
+        html_page.table(heads(result), verdicts(result))
+        + (html_page.table(["baseline", "return", "standard deviation"], baselines) if baselines else Markup())
+        + html_page.paragraph(cost, "dim")
     )
 
 
@@ -63,4 +63,8 @@ def _trials(result: StudyResult) -> Markup:
         rows.append([trial.label, str(trial.seed), value, trial.track.spent, "yes" if trial.track.finished else "no", told])
     head = ["method", "seed", "return", "control steps", "finished", "the task's numbers at the end of the first test episode"]
     commands = [f"granular-env replay {shlex.quote(str(trial.log))} --verify" for trial in result.trials if trial.log]
-    return page.table(head, rows) + page.paragraph("Every best is a log that replays:") + page.preformatted("\n".join(commands))
+    return (
+        html_page.table(head, rows)
+        + html_page.paragraph("Every best is a log that replays:")
+        + html_page.preformatted("\n".join(commands))
+    )

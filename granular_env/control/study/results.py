@@ -1,103 +1,95 @@
-"""What a study leaves for programs and people: numbers, curves, figures, a page."""
+"""What a study came to."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
-import re
-import statistics
-from typing import Any
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
 
-from granular_env.components.errors import ExperimentError
-from granular_env.writing import write_files
+from granular_env.components.errors import Fault
 
-from .outcome import StudyResult, Trial
-from .study import VERSION
+from ..problem import Episode
+from .study import Study
+from .trial_record import TrialRecord
 
 
-def safe_name(name: str) -> str:
-    """Return a name that can be a folder's."""
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "study"
+@dataclasses.dataclass(frozen=True)
+class Score:
+    """How an actor did in the test episodes.
 
-
-def write_results(result: StudyResult) -> None:
-    """Write ``results.json``, ``curves.csv``, the figures and ``report.html``; all of them, or none."""
-    from . import drawing, report
-
-    pictures = drawing.pictures(result)
-    contents = {
-        "results.json": json.dumps(as_json(result), indent=2, allow_nan=False).encode("utf-8"),
-        "curves.csv": curves(result).encode("utf-8"),
-        "report.html": report.page_of(result, pictures).encode("utf-8"),
-        **{f"{name}.png": picture.png for name, picture in pictures.items()},
-    }
-    write_files({result.folder / name: data for name, data in contents.items()}, ExperimentError)
-
-
-def as_json(result: StudyResult) -> dict[str, Any]:
-    """Return the results in plain values; the same study gives the same."""
-    return {
-        "version": VERSION,
-        "study": result.study.to_dict(),
-        "identity": result.study.identity,
-        "gradient_runs": result.gradient_runs,
-        "interrupted": result.interrupted,
-        "baselines": {name: {"return": score.value, "spread": score.spread} for name, score in result.baselines.items()},
-        "trials": [_trial(trial, result) for trial in result.trials],
-    }
-
-
-def _trial(trial: Trial, result: StudyResult) -> dict[str, Any]:
-    score = trial.score
-    return {
-        "method": trial.label,
-        "seed": trial.seed,
-        "return": None if score is None else score.value,
-        "spread": None if score is None else score.spread,
-        "search_return": trial.track.best_return if trial.track.best else None,
-        "control_steps": trial.track.spent,
-        "evaluations": len(trial.track),
-        "finished": trial.track.finished,
-        "failure": trial.failure,
-        "beats": {} if score is None else {name: score.value > other.value for name, other in result.baselines.items()},
-        "counters": {} if score is None else dict(score.episode.counters),
-        "log": None if trial.log is None else str(trial.log.relative_to(result.folder)),
-    }
-
-
-def curves(result: StudyResult) -> str:
-    """CSV: of every trial, the best return against the control steps simulated; a line for each improvement and the end."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["method", "seed", "control_steps", "best_return"])
-    for trial in result.trials:
-        spent, best = trial.track.curve()
-        for place in range(len(best)):
-            if place == 0 or place == len(best) - 1 or best[place] > best[place - 1]:
-                writer.writerow([trial.label, trial.seed, int(spent[place]), repr(float(best[place]))])
-    return text.getvalue()
-
-
-def verdicts(result: StudyResult) -> list[list[object]]:
-    """Return a row for every method: its lower median, least and best return over the seeds, control steps, what it beats.
-
-    The lower median is the return of one of the trials, of two the worse one; "beats" is said of it.
+    Attributes:
+        value: the return, averaged over the test episodes.
+        spread: standard deviation over them; 0 for one.
+        episode: the first of them.
     """
-    rows: list[list[object]] = []
-    for label in result.labels():
-        trials = result.of(label)
-        if not trials:
-            rows.append([label, "none", "none", "none", "", *("" for _ in result.baselines)])
-            continue
-        values = [trial.score.value for trial in trials if trial.score is not None]
-        middle = statistics.median_low(values)
-        beaten = ["yes" if middle > score.value else "no" for score in result.baselines.values()]
-        rows.append([label, middle, min(values), max(values), max(trial.track.spent for trial in trials), *beaten])
-    return rows
+
+    value: float
+    spread: float
+    episode: Episode
 
 
-def heads(result: StudyResult) -> list[str]:
-    """Return the heads of the columns of `verdicts`."""
-    numbers = ["return (lower median)", "worst seed", "best seed", "control steps"]
-    return ["method", *numbers, *(f"beats {name}" for name in result.baselines)]
+@dataclasses.dataclass(frozen=True)
+class Trial:
+    """One method with one seed.
+
+    Attributes:
+        label: the method's name.
+        seed: its seed.
+        track: everything that it evaluated.
+        score: of its best; None where it found none.
+        log: the recorded episode of its best, or None.
+        faults: why it ended early; none where it did not.
+    """
+
+    label: str
+    seed: int
+    track: TrialRecord
+    score: Score | None
+    log: Path | None
+    faults: tuple[Fault, ...] = ()
+
+    @property
+    def failure(self) -> str:
+        """Why it ended early, in words, or ""."""
+        return "\n".join(map(str, self.faults))
+
+    @property
+    def name(self) -> str:
+        """As files are called."""
+        return f"{self.label}-{self.seed}"
+
+
+@dataclasses.dataclass(frozen=True)
+class StudyResult:
+    """What a study came to.
+
+    Attributes:
+        study: what was run.
+        folder: where its files are.
+        trials: one for each method and seed, in the file's order.
+        baselines: what they are compared with, by name.
+        gradient_runs: what slopes cost, in forward runs.
+        interrupted: whether Ctrl-C ended it; the same command goes on from there.
+        warnings: what the runs warned of, each sentence once.
+    """
+
+    study: Study
+    folder: Path
+    trials: list[Trial]
+    baselines: Mapping[str, Score]
+    gradient_runs: float
+    interrupted: bool
+    warnings: list[str]
+
+    def baseline(self, name: str) -> float | None:
+        """Return a baseline's return, or None where the task has no such baseline."""
+        return self.baselines[name].value if name in self.baselines else None
+
+    def labels(self) -> list[str]:
+        """Return the methods' names, in the file's order."""
+        return list(dict.fromkeys(trial.label for trial in self.trials))
+
+    def of(self, label: str) -> list[Trial]:
+        """Return the trials of a method that found something, the best first."""
+        found = [trial for trial in self.trials if trial.label == label and trial.score is not None]
+        return sorted(found, key=lambda trial: -trial.score.value if trial.score else 0.0)

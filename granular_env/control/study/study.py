@@ -25,7 +25,7 @@ from granular_env.components.errors import shortened
 from granular_env.components.support.serialization import canonical_json, digest
 from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Document, Overrides, Table, load
-from granular_env.shipped import shipped_files
+from granular_env.package_contents import shipped_files
 
 from .methods import AnyMethod
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from granular_env.components.errors import Fault, Option, ParameterError, nearest, shortened
 
-from ..computing import Job, Order, Result
+from ..worker import Job, Order, Result
 
 ENGINES = ("processes", "serial", "ray")
 

@@ -20,10 +20,10 @@ from time import monotonic, perf_counter
 from typing import Any
 
 from granular_env.components.errors import ParameterError, SweepError, shortened
-from granular_env.viewing.extras import import_optional
+from granular_env.viewing.optional_packages import import_optional
 
-from ..bundles import Bundles
-from ..computing import Computer, Job, Order, Result, program
+from ..task_batches import TaskBatches
+from ..worker import Computer, Job, Order, Result, program
 from .processes import available_cores
 
 _BUNDLE_SECONDS = 0.5
@@ -124,7 +124,7 @@ def _watch(
     ray: Any, remote: Any, shared: Any, orders: Sequence[Order], folder: Path, workers: int | None
 ) -> Iterator[list[Result]]:
     cores, looked = 1, -_LOOK_SECONDS
-    bundles, running = Bundles(orders, cores, _BUNDLE_SECONDS), {}
+    bundles, running = TaskBatches(orders, cores, _BUNDLE_SECONDS), {}
     while len(bundles) or running:
         if monotonic() - looked >= _LOOK_SECONDS:
             cores, looked = max(1, int(ray.cluster_resources().get("CPU", 1))), monotonic()
@@ -165,7 +165,7 @@ def _without_log(result: Result, folder: Path) -> Result:
     """Return the result after moving its log into the results' folder."""
     if result.log is None:
         return result
-    from granular_env.writing import replacing
+    from granular_env.output_files import replacing
 
     with replacing(folder / "logs" / f"{result.hash}.mcap", SweepError) as part:
         part.write_bytes(result.log)

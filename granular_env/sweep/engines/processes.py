@@ -16,8 +16,8 @@ from time import perf_counter
 from granular_env.components.errors import Fault, Option, SweepError
 from granular_env.workers import Worker, stop_all
 
-from ..bundles import Bundles
-from ..computing import Computer, Job, Order, Result
+from ..task_batches import TaskBatches
+from ..worker import Computer, Job, Order, Result
 
 _BUNDLE_SECONDS, _TELL_SECONDS = 0.2, 0.05
 # A process that ends before it begins was not killed by a task.
@@ -27,7 +27,7 @@ _MOST_STILLBORN = 3
 def in_processes(job: Job, orders: Sequence[Order], folder: Path, workers: int | None) -> Iterator[list[Result]]:
     """Yield the results as they come."""
     count = max(1, min(workers or available_cores(), len(orders)))
-    bundles, stillborn = Bundles(orders, count, _BUNDLE_SECONDS), 0
+    bundles, stillborn = TaskBatches(orders, count, _BUNDLE_SECONDS), 0
     crew = [_Worker(job, folder) for _ in range(count)]
     try:
         while len(bundles) or any(worker.given for worker in crew):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..computing import Computer, Job, Order, Result
+from ..worker import Computer, Job, Order, Result
 
 
 def in_series(job: Job, orders: Sequence[Order], folder: Path) -> Iterator[list[Result]]:

@@ -13,7 +13,7 @@ from granular_env.components.support.arrays import FloatArray
 from .method import MethodTable
 
 if TYPE_CHECKING:
-    from ..search import Search
+    from ..evaluator import BudgetedEvaluator
 
 
 class Evolution(MethodTable):
@@ -28,8 +28,8 @@ class Evolution(MethodTable):
     start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the first generation lies about")
     spread: float = Field(default=0.3, gt=0.0, description="standard deviation at the start, in units of the bounds' distance")
 
-    def run(self, search: Search) -> None:
-        """Search generation after generation; start again elsewhere where it has converged."""
+    def run(self, search: BudgetedEvaluator) -> None:
+        """BudgetedEvaluator generation after generation; start again elsewhere where it has converged."""
         lowest, highest = search.shape.lowest, search.shape.highest
         middle = np.full(search.shape.size, np.clip(self.start, lowest, highest))
         if self.begin:
@@ -39,14 +39,14 @@ class Evolution(MethodTable):
 
 
 def evolve(
-    search: Search,
+    search: BudgetedEvaluator,
     start: FloatArray,
     sigma: float,
     population: int,
     bounds: list[Any],
     returns: Callable[[FloatArray], FloatArray],
 ) -> None:
-    """Search with CMA-ES until the budget is spent.
+    """BudgetedEvaluator with CMA-ES until the budget is spent.
 
     Args:
         search: gives the random numbers.

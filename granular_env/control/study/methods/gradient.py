@@ -14,7 +14,7 @@ from .method import MethodTable
 
 if TYPE_CHECKING:
     from ...problem import Problem
-    from ..search import Search
+    from ..evaluator import BudgetedEvaluator
 
 
 class Gradient(MethodTable):
@@ -48,14 +48,14 @@ class Gradient(MethodTable):
         """Return the cost of an objective with its slopes, and of a return."""
         return problem.gradient_runs + 1.0
 
-    def run(self, search: Search) -> None:
+    def run(self, search: BudgetedEvaluator) -> None:
         """Round after round."""
         try:
             self._search(search)
         finally:
             search.problem.stage = None
 
-    def _search(self, search: Search) -> None:
+    def _search(self, search: BudgetedEvaluator) -> None:
         shape, number = search.shape, 0
         middle = search.baseline(self.begin) if self.begin else np.full(shape.size, self.start)
         while self.rounds is None or number < self.rounds:
@@ -76,7 +76,7 @@ class Gradient(MethodTable):
         way: list[dict[str, Any] | None] = [{"way": weight} for weight in self.way]
         return [*(way or [None]), *({"sharpness": tuple(stage)} for stage in self.sharpness)]
 
-    def _start(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
+    def _start(self, search: BudgetedEvaluator, middle: FloatArray, number: int) -> FloatArray:
         """Return the start of that number, about the middle; the first one of all lies on a baseline."""
         shape = search.shape
         if self.begin and number == 0:
@@ -88,7 +88,7 @@ class Gradient(MethodTable):
         reach = self.spread * (shape.highest - shape.lowest)
         return np.clip(middle + reach * drawn.reshape(-1), shape.lowest, shape.highest)
 
-    def _descend(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
+    def _descend(self, search: BudgetedEvaluator, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
         """Return the least value found, and where."""
         from scipy.optimize import minimize
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from ...problem import Problem
-    from ..search import Search
+    from ..evaluator import BudgetedEvaluator
 
 
 class MethodTable(Table):
@@ -53,11 +53,11 @@ class MethodTable(Table):
         """Forward runs of an episode that its first result takes."""
         return 1.0
 
-    def run(self, search: Search) -> None:
-        """Search until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
+    def run(self, search: BudgetedEvaluator) -> None:
+        """BudgetedEvaluator until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
         raise NotImplementedError
 
-    def actor(self, best: dict[str, npt.NDArray[np.generic]], search: Search, problem: Problem) -> Any:
+    def actor(self, best: dict[str, npt.NDArray[np.generic]], search: BudgetedEvaluator, problem: Problem) -> Any:
         """Return an agent that plays the best so far in a single environment; by default the drive of the best point."""
         from ...drive import Drive
 

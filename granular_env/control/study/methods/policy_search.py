@@ -16,7 +16,7 @@ from .method import MethodTable
 
 if TYPE_CHECKING:
     from ...problem import Policies, Problem
-    from ..search import Search
+    from ..evaluator import BudgetedEvaluator
 
 
 class PolicySearch(MethodTable):
@@ -30,8 +30,8 @@ class PolicySearch(MethodTable):
     population: int = Field(default=16, ge=4, le=100_000, description="policies of a generation")
     spread: float = Field(default=0.1, gt=0.0, description="standard deviation of the weights at the start")
 
-    def run(self, search: Search) -> None:
-        """Search generation after generation, each policy in all episodes."""
+    def run(self, search: BudgetedEvaluator) -> None:
+        """BudgetedEvaluator generation after generation, each policy in all episodes."""
         entries, size = search.problem.entries, search.problem.observed
 
         def returns(points: FloatArray) -> FloatArray:
@@ -40,7 +40,7 @@ class PolicySearch(MethodTable):
         start = np.zeros(entries * (size + 1))
         evolve(search, start, self.spread, self.population, [None, None], returns)
 
-    def actor(self, best: dict[str, npt.NDArray[np.generic]], search: Search, problem: Problem) -> Any:
+    def actor(self, best: dict[str, npt.NDArray[np.generic]], search: BudgetedEvaluator, problem: Problem) -> Any:
         """Return the best policy as an agent."""
         return Single(_batches(best["point"][None].astype(float), problem.entries)(1))
 

@@ -9,7 +9,7 @@ from pydantic import Field
 from .method import MethodTable
 
 if TYPE_CHECKING:
-    from ..search import Search
+    from ..evaluator import BudgetedEvaluator
 
 
 class RandomSearch(MethodTable):
@@ -18,7 +18,7 @@ class RandomSearch(MethodTable):
     type: Literal["random"] = "random"
     batch: int = Field(default=32, ge=1, le=100_000, description="drives that are simulated at a time")
 
-    def run(self, search: Search) -> None:
+    def run(self, search: BudgetedEvaluator) -> None:
         """Draw batch after batch."""
         random, shape = search.random(), search.shape
         while True:

@@ -17,7 +17,7 @@ from .policy_search import Single
 
 if TYPE_CHECKING:
     from ...problem import Problem
-    from ..search import Search
+    from ..evaluator import BudgetedEvaluator
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -48,10 +48,10 @@ class Reinforcement(MethodTable):
         """Decisions of one environment in a round."""
         raise NotImplementedError
 
-    def run(self, search: Search) -> None:
+    def run(self, search: BudgetedEvaluator) -> None:
         """Round after round of training until the budget is spent."""
-        from ..search import BudgetSpentError
-        from ..track import TRAINING
+        from ..evaluator import BudgetSpentError
+        from ..trial_record import TRAINING
 
         rounds = search.track.count(TRAINING)
         with one_thread():
@@ -74,9 +74,9 @@ class Reinforcement(MethodTable):
                 rounds += 1
                 search.watch(search.track)
 
-    def _evaluate(self, model: Any, search: Search) -> None:
-        from ..search import refuse_unless_finite
-        from ..track import RETURN
+    def _evaluate(self, model: Any, search: BudgetedEvaluator) -> None:
+        from ..evaluator import refuse_unless_finite
+        from ..trial_record import RETURN
 
         if search.remaining_steps < search.problem.steps * len(search.seeds):
             return
@@ -87,7 +87,7 @@ class Reinforcement(MethodTable):
         if values[0] > search.track.best_return:
             search.track.keep(module_arrays(model.policy), float(values[0]))
 
-    def actor(self, best: Arrays, search: Search, problem: Problem) -> Any:
+    def actor(self, best: Arrays, search: BudgetedEvaluator, problem: Problem) -> Any:
         """Return the best policy as an agent."""
         with one_thread():
             model = self.algorithm(self._batch(problem, 1), 0)

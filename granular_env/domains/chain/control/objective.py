@@ -27,7 +27,8 @@ One's own objective is three jitted functions. The kinetic energy of grain 5, av
     J = Objective(note, value, pull)
     check_objective(J, chain)
 
-`components.chain.quantities` has ready-made quantities with their pullbacks, `checking.check_objective` finds a wrong `pull`.
+`components.chain.quantities` has ready-made quantities with their pullbacks;
+`gradient_check.check_objective` finds a wrong `pull`.
 The derivatives go through displacements, velocities, inputs and the table's constants, and nothing else: not through PEAK.
 """
 

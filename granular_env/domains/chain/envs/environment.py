@@ -17,8 +17,8 @@ from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import entry_point
 from granular_env.components.support.validation import finite_number
 from granular_env.envs.clock import show_clock
-from granular_env.envs.drawing import draw
 from granular_env.envs.environment import ComponentEnv, Observation, Ready, _validate_scales, observation_box
+from granular_env.envs.render import draw
 from granular_env.envs.state import Drawn, EnvState
 
 from .actuator import ACTUATE, Actuator, actuate

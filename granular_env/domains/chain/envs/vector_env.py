@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.envs.copying import Recreatable
+from granular_env.envs.copies import Recreatable
 from granular_env.envs.environment import _count, validate_seed
 from granular_env.envs.state import EnvState
 

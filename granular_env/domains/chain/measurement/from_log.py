@@ -15,7 +15,7 @@ from .validation import whole_number
 
 if TYPE_CHECKING:
     from granular_env.recording import Log
-    from granular_env.recording.index import Segment
+    from granular_env.recording.message_index import Segment
 
 
 def of_chain(

@@ -23,8 +23,8 @@ from . import (
     section_35_profile,
 )
 from .cases import A, N
-from .counting import RULE
 from .random_chains import SEEDS
+from .wave_count import RULE
 
 PAPER = Paper(
     name="nesterenko-1983",

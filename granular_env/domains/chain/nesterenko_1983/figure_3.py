@@ -11,8 +11,8 @@ from granular_env.components.chain import theory
 
 from .. import measurement
 from .cases import DIAMETER, SATISFACTORY, case, grain
-from .counting import waves
 from .curves import MICRO
+from .wave_count import waves
 
 # The paper judges the agreement by eye, within this time of the crest.
 _NEAR = 1e-5

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.atlas.bands import Band
 from granular_env.atlas.context import Context
+from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Curve
 from granular_env.components.chain.arrangements.random_radii import draw_radii
 from granular_env.components.chain.fields import UniformRadii
@@ -17,7 +17,7 @@ from granular_env.components.errors import GranularError
 from .. import measurement
 from ..measurement import History
 from .cases import RADIUS, SPEED, case_document, grain, length
-from .counting import CLEAR
+from .wave_count import CLEAR
 
 SEEDS = 100
 # So many of them have logs; the others can be made again from their seeds.

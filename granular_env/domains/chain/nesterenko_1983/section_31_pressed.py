@@ -9,8 +9,8 @@ from granular_env.atlas.verdicts import Value
 from .. import measurement
 from ..measurement import History
 from .cases import MASS, SPEED, case, grain
-from .counting import CLEAR, FAINT, before_return, counts, heights, waves
 from .curves import MICRO, TIME
+from .wave_count import CLEAR, FAINT, before_return, counts, heights, waves
 
 # xi_0 over the largest strain of the uncompressed chain's taller wave.
 _WEAK, _STRONG = 0.01, 1.0

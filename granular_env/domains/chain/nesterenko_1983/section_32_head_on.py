@@ -9,8 +9,8 @@ from granular_env.atlas.verdicts import Value
 from .. import measurement
 from ..measurement import History, Shift
 from .cases import ERROR, ERROR_SOURCE, SPEED, UNCHANGED, case, grain
-from .counting import FAINT
 from .curves import MICRO, TIME, velocity_of
+from .wave_count import FAINT
 
 # Least height of a wave [m/s]; and of one that was there before the collision. What is lower was made by it.
 _WAVES, _TALL = FAINT * SPEED, 0.2 * SPEED

@@ -10,8 +10,8 @@ from granular_env.atlas.verdicts import Value
 
 from ..measurement import History, Wave
 from .cases import ERROR, ERROR_SOURCE, UNCHANGED, case, grain
-from .counting import RULE, counts, heights, waves
 from .curves import TIME, during
+from .wave_count import RULE, counts, heights, waves
 
 # Grains and windows of time of figure 4 [s]; the last one has no end in the paper.
 _WINDOWS = {50: (2e-4, 3e-4), 85: (4e-4, 5.5e-4), 145: (8e-4, 9.5e-4)}

@@ -8,8 +8,8 @@ from granular_env.atlas.verdicts import Value
 
 from ..measurement import History
 from .cases import ERROR, ERROR_SOURCE, MASS, SPEED, UNCHANGED, case, grain
-from .counting import CLEAR, RULE, counts, heights, waves
 from .curves import TIME, velocity_of
+from .wave_count import CLEAR, RULE, counts, heights, waves
 
 # At the wall the first wave turns round; the last one has passed grain 60 in a chain of double length.
 _FREE = 160

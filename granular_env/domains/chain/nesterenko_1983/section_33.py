@@ -8,8 +8,8 @@ from granular_env.atlas.verdicts import Value
 
 from ..measurement import History
 from .cases import case, grain
-from .counting import RULE, counts, heights, waves
 from .curves import TIME, velocity_of
+from .wave_count import RULE, counts, heights, waves
 
 
 def compute(context: Context) -> Findings:

@@ -11,7 +11,7 @@ from granular_env.atlas.verdicts import Value
 from .. import measurement
 from ..measurement import History
 from .cases import SPEED, UNCHANGED, case, grain
-from .counting import CLEAR, FAINT
+from .wave_count import CLEAR, FAINT
 
 _LOOK = 5.45e-4
 # Frames to either side of a maximum.

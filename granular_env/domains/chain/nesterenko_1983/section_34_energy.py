@@ -12,9 +12,9 @@ from granular_env.components.chain import theory
 from .. import measurement
 from ..measurement import History
 from .cases import SPEED, UNCHANGED, case, longer
-from .counting import CLEAR, FAINT
 from .curves import MICRO, TIME
 from .section_34 import piston
+from .wave_count import CLEAR, FAINT
 
 # The paper's window begins where its ratio has settled; what later ones would give is told too.
 _SETTLED = 3e-5

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.viewing.camera import Camera
-from granular_env.viewing.extras import import_optional
-from granular_env.viewing.footage import Motion
+from granular_env.viewing.optional_packages import import_optional
+from granular_env.viewing.scene_data import Motion
 
 if TYPE_CHECKING:
     from granular_env.viewing.scene import Scales

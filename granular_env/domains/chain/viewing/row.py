@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import sequential, symmetric_limit
-from granular_env.viewing.extras import import_optional
-from granular_env.viewing.footage import Motion
+from granular_env.viewing.optional_packages import import_optional
 from granular_env.viewing.scene import REST_COLOUR, Scales
+from granular_env.viewing.scene_data import Motion
 
 # Where the words of a zero line stand, in lengths of the longest bar.
 WORDS = 1.25

@@ -1,0 +1,67 @@
+"""Components and experiments as text: for `granular-env list` and `granular-env describe`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from granular_env.components import catalogue
+from granular_env.components.support.tagged_union import tables
+from granular_env.components.support.validation import Parameters
+from granular_env.experiments.templates import default_of, example_of, unit_of
+from granular_env.package_contents import first_sentence
+from granular_env.terminal import columns, wrap_text
+
+
+def describe_component(name: str, parameters: dict[str, Any]) -> str:
+    """Describe a component's parameters, inputs and outputs with units, shapes and meaning."""
+    kind = catalogue.component_class(name)
+    parts = [wrap_text(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
+    parts.append(columns(_rows(kind.Parameters)))
+    for parameter, choices in tables(kind.Parameters).items():
+        for choice, model in choices.items():
+            parts += ["", wrap_text(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
+            parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
+    component = example_of(name, parameters)
+    variables = [v for v in component.variables.values() if v.causality != "parameter"]
+    for causality in ("input", "output"):
+        parts += ["", f"{causality}s"]
+        chosen = (v for v in variables if v.causality == causality)
+        parts.append(
+            columns(
+                (v.name, v.unit, str(v.shape) if v.shape else "number", v.description + (" (state)" if v.state else ""))
+                for v in chosen
+            )
+        )
+    given = ", ".join(
+        f"{key} = {getattr(component.parameters, key)}"
+        for key, field in kind.Parameters.model_fields.items()
+        if field.is_required()
+    )
+    parts += [
+        "",
+        wrap_text(f"Shapes and inputs are those for {given}; see others with --set.", 0)
+        if given
+        else "A (state) can be given to reset and [start].",
+    ]
+    return "\n".join(parts)
+
+
+def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
+    """Return the same as JSON values, for programs."""
+    kind = catalogue.component_class(name)
+    keys = ("name", "unit", "default", "description")
+    variables = [v for v in example_of(name, parameters).variables.values() if v.causality != "parameter"]
+    facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
+    facts["parameters"] = [dict(zip(keys, row, strict=True)) for row in _rows(kind.Parameters)]
+    for causality in ("input", "output"):
+        facts[f"{causality}s"] = [
+            {"name": v.name, "unit": v.unit, "shape": list(v.shape), "state": v.state, "description": v.description}
+            for v in variables
+            if v.causality == causality
+        ]
+    return facts
+
+
+def _rows(model: type[Parameters]) -> list[tuple[str, str, str, str]]:
+    """Name, unit, default and meaning of each field."""
+    return [(key, unit_of(field), default_of(field), field.description or "") for key, field in model.model_fields.items()]

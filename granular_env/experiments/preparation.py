@@ -1,0 +1,167 @@
+"""An experiment held against its component: everything that can be wrong is found before anything is written."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from granular_env.components import catalogue
+from granular_env.components.component import Component
+from granular_env.components.errors import ParameterError, StepError, caution, nearest
+from granular_env.components.profiles import Profile
+from granular_env.components.support.arrays import FloatArray
+from granular_env.documents import Document, Overrides, load
+
+from .experiment import Experiment
+from .inputs import Input, ProfileTable
+from .stop_rules import StopWatch
+
+InputValue = float | FloatArray | Profile
+
+# A run that is over before this part of an input's signal is told of.
+_SHORT_RUN = 0.5
+
+
+@dataclasses.dataclass(frozen=True)
+class Prepared:
+    """An experiment that is ready to run.
+
+    Attributes:
+        experiment: where it came from.
+        component: at its start state.
+        inputs: for its first step; they hold from then on.
+        ticks: the run's length in internal steps.
+        stops: the stop rules on this component's ticks.
+    """
+
+    experiment: Experiment
+    component: Component
+    inputs: dict[str, InputValue]
+    ticks: int
+    stops: StopWatch
+
+
+def prepare(experiment: Experiment) -> Prepared:
+    """Build the component, the start, the inputs; check names, units and times.
+
+    Raises:
+        ExperimentError: file, table and key, what came and what was expected.
+    """
+    locate = experiment.locate
+    with locate("component"):
+        component = catalogue.make(experiment.component.type, **experiment.component.parameters)
+    with locate("start"):
+        reset(component, experiment)
+    inputs = {}
+    for name, value in experiment.input.items():
+        with locate("input", name):
+            inputs[name] = _input(experiment.folder, component, name, value)
+    with locate("duration"):
+        ticks = component.ticks_in(experiment.duration)
+    for name, value in inputs.items():
+        _tell_of_a_short_run(f"{experiment.origin}: input.{name}", value, experiment.duration)
+    with locate("record"):
+        _check_record(experiment, component)
+    with locate("stop"):
+        stops = StopWatch(experiment.stop, component, experiment.record.every)
+    with locate("input"):
+        _try(component, inputs)
+        reset(component, experiment)
+    return Prepared(experiment, component, inputs, ticks, stops)
+
+
+def reset(component: Component, experiment: Experiment) -> None:
+    """Put a component at the experiment's start."""
+    states = [v.name for v in component.variables.values() if v.state]
+    for name in experiment.start:
+        if name not in states:
+            raise ParameterError(f"no state variable of this {component.name}; {nearest(name, states)}", at=f"start.{name}")
+    component.reset(seed=experiment.seed, **experiment.start)
+
+
+def branch_inputs(overrides: Overrides, component: Component) -> dict[str, InputValue]:
+    """Return the inputs that ``{"input.left_force": 100.0}`` and the like set, for a component that runs.
+
+    CSV files are looked for in the current folder.
+
+    Raises:
+        ExperimentError: another key than an input's, an unknown input, or one that is not valid.
+    """
+    branch = load(_Branch, {}, overrides)
+    found = {}
+    for name, value in branch.input.items():
+        with branch.locate("input", name):
+            found[name] = _input(Path(), component, name, value)
+    return found
+
+
+class _Branch(Document):
+    """What may be set of a branch: inputs."""
+
+    kind: ClassVar[str] = "branch"
+
+    input: dict[str, Input] = {}
+
+    @classmethod
+    def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
+        """Return what may be set."""
+        return "a branch changes inputs only; expected input.NAME=VALUE"
+
+
+def _input(folder: Path, component: Component, name: str, value: Any) -> InputValue:
+    known = {v.name: v for v in component.variables.values() if v.causality == "input"}
+    if name not in known:
+        raise ParameterError(f"unknown to this {component.name}; {component.input_advice(name)}")
+    if isinstance(value, list):
+        return _array(name, value, known[name].shape)
+    if not isinstance(value, ProfileTable):
+        return value
+    profile = value.build(folder, known[name].unit)
+    if value.pattern is not None:
+        profile = profile * _array(f"{name}.pattern", value.pattern, known[name].shape)
+    # Compiled once, here, so that what has to be told of it is told before anything is written.
+    profile.compile(component.step_size, name)
+    return profile
+
+
+def _array(name: str, value: list[Any], shape: tuple[int, ...]) -> FloatArray:
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape != shape:
+        expected = f"an array of shape {shape}" if shape else "a single number"
+        raise ParameterError(f"got a list of shape {array.shape}, expected {expected}", at=f"input.{name}")
+    return array
+
+
+def _tell_of_a_short_run(where: str, value: InputValue, duration: float) -> None:
+    """Warn where a run ends long before its signal: mostly a wrong unit of the time."""
+    end = float(value.starts[-1]) if isinstance(value, Profile) else 0.0
+    if duration < _SHORT_RUN * end:
+        caution(
+            f"{where}: the run ends at {duration:g} s, after {100.0 * duration / end:.2g} % of the signal, which goes on to "
+            f"{end:g} s; check the unit of its times and the duration"
+        )
+
+
+def _check_record(experiment: Experiment, component: Component) -> None:
+    record = experiment.record
+    recordable = [v.name for v in component.variables.values() if v.causality != "parameter"]
+    for name in record.variables or []:
+        if name not in recordable:
+            raise ParameterError(
+                f"{name!r} is no input or output of this {component.name}; {nearest(name, recordable)}", at="record.variables"
+            )
+    for key in ("every", "key_every"):
+        if (interval := getattr(record, key)) is not None:
+            component.ticks_in(interval, f"record.{key}")
+
+
+def _try(component: Component, inputs: dict[str, InputValue]) -> None:
+    """One step with the inputs, to be thrown away: only the component itself knows everything that it refuses."""
+    try:
+        component.step(component.step_size, **inputs)
+    except StepError:
+        pass  # The run will meet it, with its log open, and tell.

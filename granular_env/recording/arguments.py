@@ -1,0 +1,63 @@
+"""The arguments of a recording, checked before any file exists."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..components.component import Component
+from ..components.drawables import drawn_outputs
+from ..components.errors import ParameterError, nearest
+from .sampling import HASH_EVERY, Schedule, doubling_for, frames_for
+
+
+def names_to_record(component: Component, variables: Sequence[str] | None) -> list[str]:
+    """Return the names to record, by default the state and what viewers draw; the balances' entries always come along."""
+    if variables is None:
+        variables = [*(v.name for v in component.variables.values() if v.state), *drawn_outputs(component.drawables())]
+    if isinstance(variables, str):
+        raise ParameterError(f"variables: got the text {variables!r}, expected a list of names, such as [{variables!r}]")
+    known = [v.name for v in component.variables.values() if v.causality != "parameter"]
+    for name in variables:
+        if name not in known:
+            raise ParameterError(f"variables: {name!r} is no output or input of this {component.name}; {nearest(name, known)}")
+    return list(dict.fromkeys([*variables, *component.balance_names]))
+
+
+def make_schedule(
+    component: Component,
+    every: float | None,
+    hash_every: int | None,
+    key_every: float | None,
+    experiment: Any,
+    names: list[str],
+) -> Schedule:
+    """When to look."""
+    if hash_every is not None and (
+        not isinstance(hash_every, (int, np.integer)) or isinstance(hash_every, bool) or hash_every < 1
+    ):
+        raise ParameterError(f"hash_every: got {hash_every!r}, expected a whole number of ticks, at least 1")
+    duration = experiment.get("duration") if isinstance(experiment, Mapping) else None
+    frame_every = 0
+    if every is not None:
+        frame_every = component.ticks_in(every, "every")
+    elif isinstance(duration, (int, float)) and duration > 0.0:
+        frame_every = frames_for(round(duration / component.step_size))
+    values = sum(math.prod(component.variables[name].shape) for name in names)
+    key_ticks = 0 if key_every is None else component.ticks_in(key_every, "key_every")
+    return Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), key_ticks)
+
+
+def plain_values(value: Any) -> Any:
+    """Return a component's report as JSON holds it: numbers that are not finite become texts."""
+    if isinstance(value, dict):
+        return {str(name): plain_values(part) for name, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain_values(part) for part in value]
+    if isinstance(value, (int, float, np.number)):
+        number = float(value)
+        return number if math.isfinite(number) else str(number)
+    return str(value)

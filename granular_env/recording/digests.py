@@ -1,0 +1,59 @@
+"""The second accounts that a log keeps of its parameters and inputs, so that a changed one can be named."""
+
+from __future__ import annotations
+
+from ..components.component import Component
+from ..components.errors import LogError
+from .message_index import DETAIL, SEGMENT
+from .reader import Log
+from .record_batch import header_digests, held_word, parameter_digests, step_digests
+from .records import HASHES, STEPS
+from .step_history import raw_sets
+
+
+def changed_parameters(log: Log, component: Component) -> list[str]:
+    """Parameters of the component, built from the header, that are not those that the log was recorded with."""
+    mine = parameter_digests(component)
+    for row in log._index.select(HASHES, 0):
+        told = log._record(row).header.get("parameters")
+        if isinstance(told, dict):
+            names = [name for name in {**mine, **told} if mine.get(name) != told.get(name)]
+            if names:
+                return names
+    return []
+
+
+def changed_header(log: Log) -> list[str]:
+    """Return the entries of the header that are not those that the log was recorded with."""
+    mine = header_digests(log._header, log._header_arrays)
+    changed: dict[str, None] = {}
+    for segment in log._index.all_segments:
+        # The first hashes of a segment are taken where it starts; the digests stand beside them.
+        for row in log._index.select(HASHES, 0, segment.number)[:1]:
+            recorded = log._record(row).header.get("header")
+            recorded = recorded if isinstance(recorded, dict) else {}
+            changed |= dict.fromkeys(name for name in {**mine, **recorded} if mine.get(name) != recorded.get(name))
+    return list(changed)
+
+
+def changed_input(log: Log) -> tuple[str, tuple[int, int], str] | None:
+    """Return the first input whose steps are not what their digests say, the ticks that its batch spans, and a sentence."""
+    accounts = log._rows(HASHES)
+    accounts = accounts[accounts[:, DETAIL] == 1]
+    rows, inputs = log._rows(STEPS), list(log.input_variables)
+    # Where the writer was killed, the digests of the last batch may be what it did not come to.
+    if len(rows) != len(accounts) and log.complete:
+        raise LogError(f"log {str(log.path)!r}: {len(rows)} batches of steps have {len(accounts)} digests; it was put together")
+    profile_words = {number: held_word(profile) for number, profile in enumerate(log._program[1])}
+    for row, account in zip(rows, accounts, strict=False):
+        record, told = log._record(row), log._record(account).header.get("steps")
+        mine = step_digests(record.arrays["durations"], raw_sets(record, inputs, profile_words))
+        if mine != told:
+            told = told if isinstance(told, dict) else {}
+            names = sorted(name for name in {**mine, **told} if mine.get(name) != told.get(name))
+            span = log._log_tick(row[SEGMENT], record.first), log._log_tick(row[SEGMENT], record.last)
+            name = next((name for name in names if name), "")
+            if name:
+                return name, span, f"input {name!r} is not what was recorded"
+            return "duration", span, "the durations of the calls of step are not what was recorded"
+    return None

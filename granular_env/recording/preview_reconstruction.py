@@ -1,0 +1,136 @@
+"""The preview of a log for stock viewers, made again: from the frames of a damaged log, or from a re-run to be compared."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..components.component import Component
+from ..components.errors import LogError
+from .mcap_reader import RawMessage
+from .message_index import CHUNK, KIND, LAST, SEGMENT
+from .metadata import title_of
+from .preview import PreviewMessage
+from .preview_frames import PreviewFrames, facts_of, preview_facts
+from .reader import Log
+from .records import HEADER, TOPICS
+
+_PICTURES = 400
+_FROM_FRAMES = {"source": "frames"}
+
+
+class PreviewBuilder:
+    """Makes the film of a log again, from what a re-run shows at each frame.
+
+    Attributes:
+        missing: why there is none to compare; "" where there is.
+    """
+
+    def __init__(self, log: Log, component: Component) -> None:
+        """Read from the log's end how the film was thinned."""
+        self._log, self._number = log, 0
+        facts = log._closing.header.get("film") if log._closing is not None else None
+        self._from_frames = facts == _FROM_FRAMES
+        stride = facts.get("stride") if isinstance(facts, dict) else None
+        self._track: PreviewFrames | None = None
+        self.missing = "" if log._closing is not None else "the film"
+        if type(stride) is int and 1 <= stride < 2**53:
+            self._track = PreviewFrames(facts_of(component, title_of(log._header)), stride)
+        elif not self._from_frames and not self.missing:
+            raise LogError(f"log {str(log.path)!r}: its end does not say how its film was made")
+
+    def take(self, component: Component, balances: Mapping[str, Any], tick: int) -> None:
+        """Show it a frame of the re-run, at a tick of the log's time."""
+        if self._track is not None and self._track.wants(self._number):
+            self._track.take(self._number, self._log._nanoseconds(tick), component, balances)
+        self._number += 1
+
+    def difference(self) -> str:
+        """Return where the log's film is not this one, in words; "" where it is the same, byte for byte.
+
+        Raises:
+            LogError: the file holds records that its index does not name, or at other times.
+        """
+        track = film_of_frames(self._log) if self._from_frames else self._track
+        messages = _film_messages(self._log)
+        try:
+            for mine in track.messages() if track is not None else ():
+                _compare(mine, next(messages, None))
+            left = next(messages, None)
+        except _FilmDiffers as found:
+            return str(found)
+        return "" if left is None else f"a message under {left.topic!r} too many at {left.nanoseconds} ns"
+
+
+class _FilmDiffers(Exception):  # noqa: N818 - a finding
+    pass
+
+
+def _compare(mine: PreviewMessage, other: RawMessage | None) -> None:
+    what = f"the message under {mine.topic.name!r} at {mine.log_time} ns"
+    if other is None:
+        raise _FilmDiffers(f"{what} is missing")
+    if (other.topic, other.nanoseconds, other.published) != (mine.topic.name, mine.log_time, mine.publish_time):
+        raise _FilmDiffers(f"{other.topic!r} at {other.nanoseconds} ns stands in the place of {what}")
+    if other.data != b"".join(mine.parts):
+        raise _FilmDiffers(f"{what} is not what the re-run gives")
+
+
+def film_of_frames(log: Log) -> PreviewFrames | None:
+    """Return a film of the frames that a log holds; None where they do not suffice for one."""
+    units = {name: variable.unit for name, variable in log.variables.items() if variable.shape == ()}
+    facts = preview_facts(title_of(log._header), log.drawables, log.variables, units)
+    wanted = list(dict.fromkeys([*units, *facts.sizes]))
+    if not wanted or not log.segments:
+        return None
+    track = PreviewFrames(facts)
+    ticks = _common_ticks(log, wanted)
+    for number, tick in enumerate(ticks[:: max(1, -(-len(ticks) // _PICTURES))].tolist()):
+        time = tick * log.step_size
+        values = [log.get(name, time) for name in units]
+        track.add(number, log._nanoseconds(tick), values, {name: log.get(name, time) for name in facts.sizes})
+    return track
+
+
+def film_facts_of_frames() -> dict[str, str]:
+    """Return what the end of a log says of a film that `film_of_frames` made."""
+    return dict(_FROM_FRAMES)
+
+
+def _common_ticks(log: Log, names: list[str]) -> np.ndarray:
+    common = log.ticks(names[0])
+    for name in names[1:]:
+        common = np.intersect1d(common, log.ticks(name))
+    return np.unique(common)
+
+
+def _film_messages(log: Log) -> Iterator[RawMessage]:
+    """Yield the messages that are not of the exact content, in order; check that the others are those of the index."""
+    rows, place, times = log._index.rows, 0, _times(log)
+    for chunk, message in itertools.chain.from_iterable(
+        ((chunk, message) for message in log._container.messages(chunk)) for chunk in range(log._container.chunk_count)
+    ):
+        kind = TOPICS.get(message.topic)
+        if kind is None:
+            yield message
+            continue
+        if place == len(rows) or (rows[place, CHUNK], rows[place, KIND]) != (chunk, kind):
+            raise LogError(f"log {str(log.path)!r}: it holds a record that its index does not name")
+        if message.nanoseconds != times[place]:
+            raise _FilmDiffers(f"the time of the record {place} is {message.nanoseconds} ns, expected {times[place]} ns")
+        place += 1
+    if place != len(rows):
+        raise LogError(f"log {str(log.path)!r}: records are missing")
+
+
+def _times(log: Log) -> list[int]:
+    """Return the time of each record [ns]: that of its last tick, but never before that of the record before it."""
+    times, latest = [], 0
+    for kind, segment, last in log._index.rows[:, [KIND, SEGMENT, LAST]].tolist():
+        if kind != HEADER and log._index.all_segments:
+            latest = max(latest, log._nanoseconds(log._log_tick(segment, last)))
+        times.append(latest)
+    return times

@@ -1,0 +1,399 @@
+"""The one loop that advances an experiment, from its start to its end, a stop rule, or Ctrl-C."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Self
+
+from granular_env.components.component import Component
+from granular_env.components.contract import Observer
+from granular_env.components.errors import (
+    ExperimentError,
+    Fault,
+    GranularError,
+    GranularWarning,
+    LogError,
+    Option,
+    ParameterError,
+    caution,
+    shortened,
+)
+from granular_env.components.inputs import Held
+from granular_env.components.profiles import Profile
+from granular_env.components.support.memory_limits import refuse_beyond
+from granular_env.components.support.validation import finite_number
+from granular_env.documents import Overrides
+from granular_env.experiments.experiment import Source, load_experiment
+from granular_env.experiments.preparation import Prepared, prepare
+from granular_env.experiments.stop_rules import StopWatch
+from granular_env.progress import Progress, progress_bar
+
+# A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
+_PIECE_SECONDS = 0.02
+# Part of a run that the copies for the undo may take: a large state is stepped in longer pieces, which are copied less often.
+_UNDO_SHARE = 0.04
+# A piece becomes at most so many times as long as the one before.
+_GROWTH = 64
+# A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
+_LIVE_SECONDS = 10.0
+# Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
+_COPIES_RECORDED = 4
+
+Inputs = Mapping[str, Held | Profile]
+
+
+@dataclasses.dataclass(frozen=True)
+class RunResult:
+    """What a run came to.
+
+    Attributes:
+        component: at the end of the run.
+        log: the log's path, or None where none was kept.
+        ticks: how many were done.
+        seconds: wall time of the stepping [s].
+        stopped_by: the stop rule that ended it, in words, or None.
+        interrupted: whether Ctrl-C ended it; its log is complete up to there.
+        report: figures that say how far the model's assumptions held, name with unit -> value.
+        cautions: a sentence for each assumption that was left behind.
+        warnings: what the run warned of.
+    """
+
+    component: Component
+    log: Path | None
+    ticks: int
+    seconds: float
+    stopped_by: str | None
+    interrupted: bool
+    report: dict[str, float]
+    cautions: list[str]
+    warnings: list[str]
+
+
+def run(
+    experiment: Source,
+    *,
+    log: str | os.PathLike[str] | None = None,
+    overrides: Overrides = (),
+    progress: Progress = False,
+    live: bool = False,
+    pace: float | None = None,
+    overwrite: bool = False,
+    observers: Iterable[Observer] = (),
+) -> RunResult:
+    """Run an experiment to its end.
+
+        result = ge.run("nesterenko-1983/3.4-piston", log="logs/piston.mcap", overrides={"component.grains": 500})
+
+    Everything is checked before the log is begun. The loop steps in pieces of a few hundredths of a second; since
+    ``step(n h)`` is n times ``step(h)``, neither that nor the recorder, the bar, the viewer or a stop rule changes a bit.
+
+    Args:
+        experiment: a shipped experiment's name, the path of a TOML file, the content of one, or a loaded experiment.
+        log: where to record it.
+        overrides: keys of the experiment to set, such as ``{"component.grains": 500, "duration": 1e-3}``.
+        progress: show a bar with simulated time, speed and the energy's residual; or call this with the part that is done.
+        live: open rerun and show the run while it goes on.
+        pace: with `live`, the wall time that the run takes at least [s], so that it can be watched; 0 lets it go as fast as it
+            can. By default 10 s.
+        overwrite: whether an existing log may be replaced.
+        observers: others that look on.
+
+    Raises:
+        ExperimentError: the experiment is not valid, or asks for more memory than there is; nothing has been written. Or
+            memory ran out on the way.
+        ParameterError: `pace` without `live`, or not a number >= 0.
+        GranularError: `live`, and there is no screen, or the viewer cannot be started; nothing has been written.
+        StepError: the physics would break down; the log is complete up to the last good state, a note of the error names it.
+        LogError: the log cannot be written.
+    """
+    loaded = load_experiment(experiment, overrides)
+    seconds = _live_seconds(live, pace)
+    with memory_told(loaded.origin, ExperimentError), collect_warnings() as told, ExitStack() as stack:
+        ready = prepare(loaded)
+        if live:
+            _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
+        if log is not None:
+            _tell_size(ready, progress is True)
+            _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
+        return advance(
+            ready.component,
+            ready.ticks,
+            ready.inputs,
+            stops=ready.stops,
+            title=loaded.name,
+            progress=progress,
+            observers=observers,
+            log=None if log is None else Path(log),
+            told=told,
+            closing=stack,
+        )
+
+
+def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_large: bool = False) -> RunResult:
+    """Run a log's program again, from its start to its end, without comparing (`verify` does that).
+
+    Raises:
+        LogError: it is no log, or it cannot be re-run.
+    """
+    from granular_env.recording import open_log
+
+    where = f"log {str(log)!r}"
+    with memory_told(where, LogError), collect_warnings() as told, open_log(log, allow_large=allow_large) as opened:
+        component, results = opened.component(), []
+        opened._caps.work(opened.end_tick - opened.start_tick, component.state_bytes // 8)
+        for segment in opened.segments:
+            start = opened.snapshot(segment, segment.start)
+            component.restore(start)
+            changes = dict(opened.steps_of(segment).changes(start.inputs))
+            results.append(advance(component, segment.end, {}, changes=changes, title=str(log), progress=progress, told=told))
+            if results[-1].interrupted:
+                break
+        if not results:
+            raise LogError(f"log {str(log)!r} holds no steps")
+        total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
+        return dataclasses.replace(results[-1], ticks=total, seconds=seconds)
+
+
+def advance(
+    component: Component,
+    end: int,
+    inputs: Inputs,
+    *,
+    changes: Mapping[int, Inputs] | None = None,
+    stops: StopWatch | None = None,
+    title: str = "",
+    progress: Progress = False,
+    observers: Iterable[Observer] = (),
+    log: Path | None = None,
+    told: list[str] | None = None,
+    closing: ExitStack | None = None,
+) -> RunResult:
+    """Advance a component to a tick: the loop itself, for `run` and `replay`.
+
+    Args:
+        component: where it starts from is where it stands.
+        end: the tick to reach.
+        inputs: given to the first step; they hold from then on.
+        changes: further inputs, by the tick from which they hold.
+        stops: rules that end it early.
+        title: what the progress bar is called.
+        progress: show the bar, or call this with the part that is done.
+        observers: they look on while it lasts.
+        log: the path that the result names.
+        told: the list that warnings are gathered in.
+        closing: what is closed when the stepping is over (the recorder).
+    """
+    first, began = component.tick, perf_counter()
+    stopped_by, interrupted = None, False
+    with ExitStack() as stack:
+        show = _progress_display(stack, title, component, end, progress) if progress is not False else None
+        for observer in observers if isinstance(observers, Iterable) else [observers]:
+            if not hasattr(observer, "on_step"):
+                raise ParameterError(
+                    f"observers: got {shortened(observer)}, expected observers, such as measurement.Watch(1e-6)"
+                )
+            component.observe(observer)
+            stack.callback(component.ignore, observer)
+        interrupt = stack.enter_context(Interrupt())
+        try:
+            stopped_by = _loop(component, end, {first: inputs, **(changes or {})}, stops, interrupt, show)
+        except KeyboardInterrupt:
+            # The second Ctrl-C, or one that another handler turned into this: the step it fell into was undone.
+            interrupted = True
+        seconds = perf_counter() - began
+        interrupted = interrupted or (interrupt.pressed and component.tick < end and stopped_by is None)
+        if closing is not None:
+            closing.close()
+    return RunResult(
+        component=component,
+        log=log,
+        ticks=component.tick - first,
+        seconds=seconds,
+        stopped_by=stopped_by,
+        interrupted=interrupted,
+        report=component.report(),
+        cautions=component.cautions(),
+        warnings=told if told is not None else [],
+    )
+
+
+def _loop(
+    component: Component,
+    end: int,
+    changes: dict[int, Inputs],
+    stops: StopWatch | None,
+    interrupt: Interrupt,
+    show: Callable[[Component], None] | None,
+) -> str | None:
+    """Step until the end, a stop rule (its sentence is returned), or Ctrl-C."""
+    piece, turns = 1, sorted(changes)
+    size, wanted = 0, _PIECE_SECONDS
+    while component.tick < end and not interrupt.pressed:
+        tick, begin = component.tick, perf_counter()
+        if component.state_bytes > 2 * size:
+            size = component.state_bytes
+            # Pieces are left as they are from half of that on.
+            wanted = max(_PIECE_SECONDS, 2.0 * component.undo_seconds() / _UNDO_SHARE)
+            begin = perf_counter()
+        stop = min(end, tick + piece)
+        looked = stops.next_tick(tick) if stops is not None else None
+        turn = next((turn for turn in turns if turn > tick), None)
+        stop = min(stop, *(other for other in (looked, turn) if other is not None), stop)
+        component.step((stop - tick) * component.step_size, **changes.get(tick, {}))
+        if show is not None:
+            show(component)
+        if stop == looked and stops is not None and (met := stops.stop_reason(component)) is not None:
+            return met
+        piece = _next_piece(piece, stop - tick, perf_counter() - begin, wanted)
+    return None
+
+
+def _next_piece(piece: int, done: int, seconds: float, wanted: float) -> int:
+    """Return more ticks where a whole piece was quick, half as many where it was slow.
+
+    Args:
+        piece: ticks that were to be done.
+        done: ticks that were done.
+        seconds: wall time that they took.
+        wanted: about how long a piece shall take [s].
+    """
+    if seconds > 2.0 * wanted:
+        return max(1, piece // 2)
+    if done < piece or seconds > 0.5 * wanted:
+        return piece
+    return piece * max(2, min(_GROWTH, int(0.5 * wanted / max(seconds, 1e-9))))
+
+
+class Interrupt:
+    """Ctrl-C as a flag, read between two pieces, so that no step and no write is cut; the second one raises at once."""
+
+    def __init__(self) -> None:
+        self.pressed = False
+        self._before: Any = None
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is threading.main_thread():
+            self._before = signal.getsignal(signal.SIGINT)
+            if self._before is signal.default_int_handler:
+                signal.signal(signal.SIGINT, self._press)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._before is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _press(self, number: int, frame: Any) -> None:
+        if self.pressed:
+            raise KeyboardInterrupt
+        self.pressed = True
+
+
+@contextmanager
+def memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
+    """Memory that runs out in the middle, as an error of the family."""
+    try:
+        yield
+    except MemoryError as error:
+        raise kind(f"{what}: it asks for more memory than there is; make it smaller, or record less often") from error
+
+
+@contextmanager
+def collect_warnings() -> Iterator[list[str]]:
+    """Collect this package's warnings as sentences, and issue them as usual at the end of the block."""
+    told: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GranularWarning)
+        try:
+            yield told
+        finally:
+            told += dict.fromkeys(str(one.message) for one in caught if issubclass(one.category, GranularWarning))
+    for one in caught:
+        warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+
+
+def _record(
+    stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
+) -> None:
+    from granular_env.recording import record
+    from granular_env.recording.error_note import note_log_on_error
+
+    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording this {component.name}", ExperimentError)
+    recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+    stack.enter_context(note_log_on_error(recorder))
+    stack.enter_context(recorder)
+
+
+def _live_seconds(live: bool, pace: float | None) -> float | None:
+    """Return the wall time that a live run takes at least [s], None for no such time; refuse what cannot be shown."""
+    if not live:
+        if pace is not None:
+            hint = ("pass ", Option("live"))
+            raise ParameterError(Fault(("pace",), f"got {pace!r} for a run that is not shown", hint=hint))
+        return None
+    from granular_env.viewing.rerun_process import require_screen
+
+    look = " and look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
+    require_screen(("run without ", Option("live"), look))
+    seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
+    if seconds < 0.0:
+        raise ParameterError(f"pace: got {pace!r} s, expected 0 or more")
+    return seconds or None
+
+
+def _tell_size(ready: Prepared, at_once: bool) -> None:
+    """Say how large the log may become where that is a lot: at once on the terminal, else as a warning of the run."""
+    from granular_env.experiments.cost import size_note
+
+    note = size_note(ready)
+    if note and at_once:
+        print(f"note: {note}", file=sys.stderr)
+    elif note:
+        caution(note)
+
+
+def _show_live(stack: ExitStack, component: Component, title: str, duration: float, pace: float | None) -> None:
+    from granular_env.viewing import LiveViewer
+
+    stack.enter_context(LiveViewer(component, title=title, duration=duration, pace=pace))
+
+
+def _progress_display(
+    stack: ExitStack, title: str, component: Component, end: int, progress: Progress
+) -> Callable[[Component], None]:
+    """Return what shows on a progress bar where the component is; it looks and changes nothing."""
+    first, begun = component.tick, perf_counter()
+    bar = stack.enter_context(progress_bar(title, end, done=first, show=progress))
+
+    def show(component: Component) -> None:
+        if bar.is_due():
+            speed = (component.tick - first) / max(perf_counter() - begun, 1e-9)
+            share = _energy_residual(component)[1]
+            residual = f"residual {share:+.1e}" if share is not None else ""
+            bar.update(component.tick, f"t = {component.time:.4g} s", f"{speed:,.0f} ticks/s", residual)
+
+    return show
+
+
+def energy_residual(component: Component) -> str:
+    """Return in words the energy that the numerics made or lost, beside the energy that was there."""
+    residual, share = _energy_residual(component)
+    return f"energy residual {residual:+.2e} J" + (f" ({share:+.1e})" if share is not None else "")
+
+
+def _energy_residual(component: Component) -> tuple[float, float | None]:
+    """Return the residual [J], and its part of the energy that was there; None where there was none."""
+    energy = next((balance for balance in component.balances() if balance.quantity == "energy"), None)
+    if energy is None:
+        return 0.0, None
+    scale = max(sum(map(float, energy.stored.values())), *(abs(float(amount)) for amount in energy.supplied.values()), 0.0)
+    residual = float(energy.residual)
+    return residual, residual / scale if scale > 0.0 else None

@@ -1,0 +1,147 @@
+"""Computing a sweep: what is not known yet of a plan, by an engine, kept from moment to moment."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Any
+
+from granular_env.components.errors import ParameterError, SweepError, shortened
+from granular_env.documents import Overrides
+from granular_env.progress import Progress
+from granular_env.viewing.optional_packages import import_optional
+
+from . import engines
+from .plan import Plan, load_plan
+from .preparation import plan_tasks
+from .store import Store
+from .table import Sweep
+from .tasks import Task, refuse_too_many
+from .validation import compile_kernels, validate_plan
+from .worker import Order, Result
+
+
+def run_sweep(
+    plan: str | os.PathLike[str] | Mapping[str, Any],
+    folder: str | os.PathLike[str] | None = None,
+    *,
+    engine: str = "processes",
+    workers: int | None = None,
+    address: str | None = None,
+    overrides: Overrides = (),
+    progress: Progress = False,
+    allow_large: bool = False,
+) -> Sweep:
+    """Compute what is not known yet of a plan's tasks.
+
+        sweep = ge.run_sweep("plan.toml", "sweeps/mine")
+        sweep.table
+
+    Ctrl-C keeps what is done; calling it again goes on from there. With processes a script needs
+    ``if __name__ == "__main__":`` around what it does.
+
+    Args:
+        plan: a shipped plan's name, the path of a TOML file, or the content of one.
+        folder: where the results are, or will be; default ``sweeps/`` and the plan's name.
+        engine: "processes", "serial" or "ray".
+        workers: how many tasks at a time; default: as many as there are cores.
+        address: HOST:PORT of a Ray cluster; default: the one of RAY_ADDRESS, or one of our own on this machine.
+        overrides: keys of the experiment to set in every task, such as ``{"component.grains": 500}``.
+        progress: show a bar: tasks done and failed, their rate, the time that is left; or call this with the part that is
+            done.
+        allow_large: lift the cap on the number of tasks.
+
+    Raises:
+        ExperimentError: the plan or its experiment is not valid.
+        ParameterError: an engine that there is not, or an option that does not fit it.
+        SweepError: the results cannot be kept, or the cluster cannot be used; what is done is kept.
+        MissingExtraError: pyarrow, or Ray for its engine, is not installed.
+    """
+    import_optional("pyarrow", "the table of a sweep")
+    loaded = load_plan(plan, overrides)
+    refuse_too_many(loaded, allow_large)
+    job, tasks, about = plan_tasks(loaded)
+    wanted = _orders(loaded, tasks)
+    about["units"] = validate_plan(loaded, job, wanted)
+    engines.check(engine, workers, address)
+    with Store(_folder(folder) if folder is not None else _default_folder(loaded)) as store:
+        known = {
+            hashed: result
+            for hashed, result in store.begin(about).items()
+            if hashed in wanted and _holds(result, wanted[hashed], store.folder)
+        }
+        waiting = [order for hashed, order in wanted.items() if hashed not in known]
+        sweep = Sweep(store.folder, about, known)
+        try:
+            if waiting:
+                compile_kernels(job, waiting, store.folder)
+                stream = engines.results(engine, job, waiting, store.folder, workers, address)
+                sweep.interrupted = _collect(stream, store, known, len(wanted), loaded.title, progress)
+        except SweepError:
+            with suppress(SweepError):
+                sweep.write()
+            raise
+        sweep.write()
+    return sweep
+
+
+def check_sweep(
+    plan: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = (), *, allow_large: bool = False
+) -> Plan:
+    """Validate a plan against its experiment, as `run_sweep` does first; run and write nothing.
+
+    Raises:
+        ExperimentError: the plan or its experiment is not valid.
+    """
+    loaded = load_plan(plan, overrides)
+    refuse_too_many(loaded, allow_large)
+    job, tasks, _ = plan_tasks(loaded)
+    validate_plan(loaded, job, _orders(loaded, tasks))
+    return loaded
+
+
+def _collect(stream: Any, store: Store, known: dict[str, Result], size: int, title: str, progress: Progress) -> bool:
+    """Keep results as they come; whether Ctrl-C ended it."""
+    from .console import bar
+
+    try:
+        with bar(title, size, list(known.values()), progress) as told, closing(stream):
+            for results in stream:
+                known.update((result.hash, result) for result in results)
+                store.add(results)
+                told(results)
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def _orders(plan: Plan, tasks: Sequence[Task]) -> dict[str, Order]:
+    """Return the tasks to compute, each once: hash -> order; of equal tasks one keeps its log where any has to."""
+    found: dict[str, Order] = {}
+    for task in tasks:
+        always = plan.logs.wants(task.number)
+        if task.hash not in found or always:
+            log = "always" if always else "failed" if plan.logs.keep == "failed" else "never"
+            found[task.hash] = Order(task.hash, task.overrides, log)
+    return found
+
+
+def _holds(result: Result, order: Order, folder: Path) -> bool:
+    """Whether a result from before will do: what was lost is tried again, and so is what wants a log and has none."""
+    if result.outcome == "lost":
+        return False
+    return order.log != "always" or result.outcome == "failed" or (folder / "logs" / f"{order.hash}.mcap").exists()
+
+
+def _folder(folder: str | os.PathLike[str]) -> Path:
+    try:
+        return Path(folder)
+    except TypeError:
+        raise ParameterError(f"folder: got {shortened(folder)}, expected the path of a folder for the results") from None
+
+
+def _default_folder(plan: Plan) -> Path:
+    return Path("sweeps") / (re.sub(r"[^A-Za-z0-9._-]+", "-", plan.title).strip("-.")[:100] or "sweep")

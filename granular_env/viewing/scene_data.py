@@ -1,0 +1,330 @@
+"""What there is to see of a run, in arrays of bounded size: the one source of scenes and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.component import Component
+from granular_env.components.contract import Variable
+from granular_env.components.drawables import Points, main_points, spatial
+from granular_env.components.support.arrays import FloatArray
+from granular_env.recording.header import BalanceNames, balance_facts, balance_names_from
+
+from .views import views_class
+
+# Bounds of what is shown: viewers die of more.
+MAXIMUM_FRAMES = 400
+MAXIMUM_SHOWN_PARTICLES = 20_000
+MAXIMUM_POINTS = 1_000_000
+MAXIMUM_CURVE_POINTS = 4_000
+# Up to so many numbers a whole series is read at once; beyond, frame by frame.
+_READ_AT_ONCE = 50_000_000
+
+_AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A scalar in time.
+
+    Attributes:
+        times: shape (samples,) [s].
+        ticks: shape (samples,).
+        values: shape (samples,), in `unit`.
+        cuts: indices of the first samples of later segments: no line leads there from the sample before.
+    """
+
+    name: str
+    unit: str
+    description: str
+    times: FloatArray
+    ticks: npt.NDArray[np.int64]
+    values: FloatArray
+    cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Particles in some frames of a run.
+
+    Attributes:
+        times: shape (frames,) [s].
+        ticks: shape (frames,).
+        reference: positions at rest of the particles shown, shape (n, 3) [m].
+        radius: shape (n,) [m].
+        displacement: shape (frames, n, 3) [m]; zeros where it was not recorded.
+        colour: the variable that colours them, shape (frames, n); None where it was not recorded.
+        colour_variable: name, unit and meaning of it.
+        contact: what the domain knows of the contacts, never negative, shape (frames, contacts); None where it knows nothing.
+        contact_name, contact_unit: what that is.
+        every: each `every`-th particle is shown; 1 shows all.
+        total: how many particles there are.
+        located: whether the displacements were recorded; otherwise the particles stay at their positions at the start.
+        cuts: indices of the first frames of later segments.
+    """
+
+    times: FloatArray
+    ticks: npt.NDArray[np.int64]
+    reference: FloatArray
+    radius: FloatArray
+    displacement: FloatArray
+    colour: FloatArray | None
+    colour_variable: Variable
+    contact: FloatArray | None
+    contact_name: str
+    contact_unit: str
+    every: int = 1
+    total: int = 0
+    located: bool = True
+    cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+
+@dataclass(frozen=True)
+class SceneData:
+    """A run as it is shown: moving particles (None where there are none) and curves."""
+
+    title: str
+    motion: Motion | None
+    curves: dict[str, Curve] = field(default_factory=dict)
+    inputs: dict[str, Curve] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    balances: tuple[BalanceNames, ...] = ()
+    """The names of the curves behind each balance; a vector has one curve for each axis."""
+
+    def group(self, names: Iterable[str]) -> list[Curve]:
+        """Return the curves of these names that there are, without those that stay zero."""
+        return [self.curves[name] for name in names if name in self.curves and np.any(self.curves[name].values != 0.0)]
+
+
+# -- from a log ---------------------------------------------------------------------------------------------------------
+
+
+def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None) -> SceneData:
+    """At most `frames` frames of a log and all its scalar outputs and inputs, thinned; `progress`: as in `sampled`."""
+    motion = _motion(log, frames, progress or (lambda part: None))
+    outputs = {name: variable for name, variable in log.variables.items() if variable.causality == "output"}
+    vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
+    shown = [name for name in outputs if (outputs[name].shape == () or name in vectors) and len(log.times(name))]
+    curves = {curve.name: curve for name in shown for curve in curves_of(log, name)}
+    inputs = {
+        name: input_curve_of(log, name) for name, (times, values) in log.inputs.items() if len(times) and values.ndim == 1
+    }
+    notes = tuple(_notes(log, motion))
+    return SceneData(title_of(log), motion, curves, inputs, notes, _balances_to_show(log.balances, log.variables))
+
+
+def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
+    """Return the balances with the names of vectors' curves in the place of the vectors' own."""
+
+    def split(names: Iterable[str]) -> tuple[str, ...]:
+        return tuple(part for name in names if name in variables for part in curve_names(variables[name]))
+
+    return tuple(replace(one, stored=split(one.stored), lost=split(one.lost), supplied=split(one.supplied)) for one in balances)
+
+
+def curve_names(variable: Variable) -> list[str]:
+    """Return the name of the curve of a scalar, or those of the curves of a short vector."""
+    if variable.shape == ():
+        return [variable.name]
+    if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
+        return [f"{variable.name}_{axis}" for axis in _AXES[: variable.shape[0]]]
+    return []
+
+
+def title_of(log: Any) -> str:
+    """Return the experiment's name; of a log that a script recorded, the file's name and the component's."""
+    experiment = log.metadata.get("experiment")
+    named = experiment.get("name") if isinstance(experiment, dict) else None
+    # A file's name may hold bytes that are no text.
+    stem = Path(str(log.path)).stem.encode("utf-8", "replace").decode()
+    return str(named or f"{stem} ({log.metadata.get('component') or 'run'})")
+
+
+def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion | None:
+    particles = main_points(log.drawables)
+    if particles is None:
+        return None
+    source = _displacement_source(log, particles)
+    # Without displacements, what colours the particles still says when and what.
+    clock = source or (particles.colour if _has_frames(log, particles.colour) else None)
+    if clock is None:
+        return None
+    every = -(-len(particles.radius) // MAXIMUM_SHOWN_PARTICLES)
+    shown = slice(None, None, every)
+    count = len(particles.radius[shown])
+    picked = evenly_picked(len(log.times(clock)), max(2, min(frames, MAXIMUM_POINTS // count)))
+    displacement = _displacement(log, particles, source, picked, lambda part: progress(0.5 * part))
+    colour = None
+    if _has_frames(log, particles.colour):
+        colour = sample_frames(log, particles.colour, picked, lambda part: progress(0.5 + 0.5 * part))[1][:, shown]
+
+    def read(name: str) -> FloatArray | None:
+        return sample_frames(log, name, picked)[1] if name in log.variables else None
+
+    contacts = views_class(str(log.metadata.get("component"))).contacts
+    return Motion(
+        np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
+        particles.reference[shown], particles.radius[shown], displacement[:, shown],
+        colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
+        *(contacts(particles, displacement if source else None, read) if every == 1 else (None, "", "")),
+        every, len(particles.radius), source is not None, cuts_of(log, clock, picked),
+    )  # fmt: skip
+
+
+def _displacement(
+    log: Any, particles: Points, source: str | None, picked: npt.NDArray[np.int64], progress: Callable[[float], None]
+) -> FloatArray:
+    if source is None:
+        return np.zeros((len(picked), len(particles.radius), 3))
+    _, moved = sample_frames(log, source, picked, progress)
+    displacement = _as_vectors(moved)
+    if source != particles.displacement:
+        displacement -= particles.reference if moved.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
+    return displacement
+
+
+def _displacement_source(log: Any, particles: Points) -> str | None:
+    return next((name for name in (particles.displacement, "position") if _has_frames(log, name)), None)
+
+
+def _has_frames(log: Any, name: str) -> bool:
+    return name in log.variables and len(log.times(name)) > 0
+
+
+def _as_vectors(moved: FloatArray) -> FloatArray:
+    """Displacements along x, shape (frames, n), as vectors (frames, n, 3); vectors as a copy."""
+    return spatial(moved if moved.ndim == 3 else moved[..., np.newaxis])
+
+
+def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
+    """Return indices of evenly spaced frames, the first and the last among them."""
+    if available <= wanted:
+        return np.arange(available)
+    return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
+
+
+def _pick_with_extremes(values: FloatArray, most: int) -> npt.NDArray[np.int64]:
+    """Return indices of at most `most` samples: of each stretch its first, its last, its least and its largest.
+
+    So no peak is lost, and where samples lie closer than can be drawn, what is drawn is the band that they fill.
+    """
+    if len(values) <= most:
+        return np.arange(len(values))
+    stretches = np.array_split(np.arange(len(values)), most // 4)
+    marks = [(part[0], part[np.argmin(values[part])], part[np.argmax(values[part])], part[-1]) for part in stretches]
+    return np.unique(np.array(marks, dtype=np.int64))
+
+
+def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return which of the frames picked are the first of a later segment."""
+    ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
+    bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
+    # Where two segments meet, a frame of each may lie on the same tick; the later one begins the segment.
+    after = np.searchsorted(ticks, bounds, side="right")
+    firsts = np.where(np.isin(bounds, ticks), after - 1, after)
+    cuts = np.unique(np.searchsorted(picked, firsts))
+    return cuts[(cuts > 0) & (cuts < len(picked))]
+
+
+def sample_frames(
+    log: Any, name: str, picked: npt.NDArray[np.int64], progress: Callable[[float], None] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return times (frames,) [s] and values (frames, *shape) of some frames; `progress` is told the part that is read."""
+    times = np.asarray(log.times(name), dtype=np.float64)
+    tell = progress or (lambda part: None)
+    if len(times) * int(np.prod(log.variables[name].shape, dtype=np.int64)) <= _READ_AT_ONCE:
+        values = np.asarray(log.series(name)[1], dtype=np.float64)[picked]
+        tell(1.0)
+        return times[picked], values
+    rows = []
+    for time in times[picked]:
+        rows.append(np.asarray(log.get(name, float(time)), dtype=np.float64))
+        tell(len(rows) / len(picked))
+    return times[picked], np.stack(rows)
+
+
+def curves_of(log: Any, name: str) -> Iterator[Curve]:
+    """Yield a recorded scalar in time, or each component of a short vector, thinned so that no peak is lost."""
+    variable = log.variables[name]
+    times, values = sample_frames(log, name, np.arange(len(log.times(name))))
+    for column, shown in enumerate(curve_names(variable)):
+        own = values if values.ndim == 1 else values[:, column]
+        picked = _pick_with_extremes(own, MAXIMUM_CURVE_POINTS)
+        ticks, cuts = np.asarray(log.ticks(name))[picked], cuts_of(log, name, picked)
+        yield Curve(shown, variable.unit, variable.description, times[picked], ticks, own[picked], cuts)
+
+
+def input_curve_of(log: Any, name: str) -> Curve:
+    """Return an input as it acted, both sides of its jumps, thinned so that no peak is lost."""
+    times, values = (np.asarray(part, dtype=np.float64) for part in log.inputs[name])
+    # What was held before the first step set it acted on nothing.
+    first = max(int(np.searchsorted(times, times[0], side="right")) - 1, 0)
+    times, values = times[first:], values[first:]
+    picked = _pick_with_extremes(values, MAXIMUM_CURVE_POINTS)
+    variable = log.input_variables[name]
+    ticks = np.rint(times[picked] / log.step_size).astype(np.int64)
+    return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked])
+
+
+def _notes(log: Any, motion: Motion | None) -> Iterable[str]:
+    if not log.complete:
+        yield "The log is incomplete: the run was interrupted, what was written until then is shown."
+    if main_points(log.drawables) is not None and motion is None:
+        yield "The motion of the particles was not recorded; record displacement or position to see them."
+    if motion is not None and not motion.located:
+        yield "Displacements were not recorded: the particles are drawn at their positions at the start."
+    if motion is not None and motion.colour is None and motion.colour_variable.name:
+        yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
+    if motion is not None and motion.every > 1:
+        yield f"Only each {motion.every}th of {motion.total} particles is shown."
+
+
+# -- from a component that runs -------------------------------------------------------------------------------------------
+
+
+def from_component(component: Component, title: str | None = None) -> SceneData:
+    """One frame: the present state of a component."""
+    now, tick = np.array([component.time]), np.array([component.tick], dtype=np.int64)
+
+    def curves(variable: Variable) -> Iterator[Curve]:
+        values = np.ravel(component.get(variable.name)).astype(np.float64)
+        for name, value in zip(curve_names(variable), values, strict=True):
+            yield Curve(name, variable.unit, variable.description, now, tick, np.array([value]))
+
+    scalars = [v for v in component.variables.values() if v.shape == () or v.name in component.balance_names]
+    balances = balance_names_from([balance_facts(balance) for balance in component.balances()])
+    return SceneData(
+        title or component.name,
+        _present_motion(component, now, tick),
+        {curve.name: curve for variable in scalars if variable.causality == "output" for curve in curves(variable)},
+        {curve.name: curve for variable in scalars if variable.causality == "input" for curve in curves(variable)},
+        balances=_balances_to_show(balances, component.variables),
+    )
+
+
+def _present_motion(component: Component, now: FloatArray, tick: npt.NDArray[np.int64]) -> Motion | None:
+    particles = main_points(component.drawables())
+    if particles is None:
+        return None
+    total = len(particles.radius)
+    every = -(-total // MAXIMUM_SHOWN_PARTICLES)
+    shown = slice(None, None, every)
+    displacement = _as_vectors(np.asarray(component.get(particles.displacement))[None])
+    contacts = views_class(component.name).contacts
+
+    def read(name: str) -> FloatArray | None:
+        return np.asarray(component.get(name))[None] if name in component.variables else None
+
+    return Motion(
+        now, tick, particles.reference[shown], particles.radius[shown], displacement[:, shown],
+        np.asarray(component.get(particles.colour))[None, shown] if particles.colour else None,
+        component.variables.get(particles.colour) or Variable("", "output", "", (), ""),
+        *(contacts(particles, displacement, read) if every == 1 else (None, "", "")),
+        every, total,
+    )  # fmt: skip
