@@ -219,6 +219,6 @@ def make_energy_delivery(
         first = component.parameters.grains - region + 1
         caution_late(
             env.component, actions, duration, deadline, energy, "J",
-            lambda driven: energy_between(driven.table, first, driven.parameters.grains),
+            lambda driven: driven.specialise(energy_between)(driven.table, first, driven.parameters.grains),
         )  # fmt: skip
     return env
