@@ -92,7 +92,8 @@ def test_arrays_of_another_shape_are_refused_with_both(moving: tuple[Component, 
     for name, good in example.inputs.items():
         if np.ndim(good):
             shape = np.shape(good)
-            for bad in (np.array(good)[1:], np.array(good)[..., 0], [[*row, 0.0] for row in good], np.array(good)[np.newaxis]):
+            rows = (np.array(good)[..., 0], [[*row, 0.0] for row in good]) if np.ndim(good) > 1 else ([*good, 0.0],)
+            for bad in (np.array(good)[1:], *rows, np.array(good)[np.newaxis]):
                 refused(component, lambda name=name, bad=bad: component.step(None, **{name: bad}), name, str(shape))
             other = Profile.constant(1.0) * np.ones(3)
             refused(component, lambda name=name, other=other: component.step(None, **{name: other}), name, "(3,)", str(shape))

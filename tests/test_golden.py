@@ -24,6 +24,7 @@ FINAL = {
     "elastic-plastic": "33792a8c85ba2af8b295b5d069aab56b",
     "power": "e05ec65993a8af1e17026af1035475eb",
     "oscillator": "96e94df6bb99efd59687d5fbcda22117",
+    "discs": "7577008a6b94d92a399803b54259ea53",
 }
 
 

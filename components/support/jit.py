@@ -18,6 +18,7 @@ from numba.core import config as numba_config
 from numba.core.bytecode import FunctionIdentity
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import TypingError
+from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 
 from . import notice
@@ -34,20 +35,37 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def jit(function: F) -> F:
     """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released."""
-    return _njit(function)
+    return _compile(function)
 
 
 def inlined(function: F) -> F:
     """`jit` for what long loops call: LLVM puts it into its callers, so that loops become vectors and constants fold."""
-    return _njit(function, forceinline=True)
+    return _compile(function, forceinline=True)
 
 
-def _njit(function: F, **options: Any) -> F:
+class _Kernel(CPUDispatcher):
+    """A function that is compiled once for whole numbers: numba would compile it for each literal that it is called with."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return how another jitted function calls this one."""
+        return super().get_call_template(tuple(map(_without_literal, args)), kws)
+
+
+def _without_literal(kind: Any) -> Any:
+    return numba.types.unliteral(kind) if isinstance(kind, numba.types.IntegerLiteral) else kind
+
+
+def _compile(function: F, **options: Any) -> F:
+    if not JIT:
+        return function
     # Kernels raise nothing; and a division that may raise would end a loop early, and such a loop is no vector.
-    compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
-    if hasattr(compiled, "_cache"):
-        compiled._cache = KernelCache(compiled)
-    return compiled
+    options |= {"nopython": True, "nogil": True, "error_model": "numpy"}
+    if is_of_package(function):
+        # Functions as values need an entry for C. No kernel of this package is one, and a tenth of the compilation is saved.
+        options["no_cfunc_wrapper"] = True
+    kernel: Any = _Kernel(function, targetoptions=options)
+    kernel._cache = KernelCache(kernel)
+    return kernel
 
 
 class _UniqueNumbers:
