@@ -1,7 +1,7 @@
 """A line load on the surface of an elastic half-space (Lamb's problem), by the method of Cagniard and de Hoop.
 
 A force per length F(t) in the direction of depth z, on the line x = z = 0. With the slownesses a = 1 / c_p, b = 1 / c_s of P
-and S, eta_c = sqrt(c^2 - p^2), g = b^2 - 2 p^2 and Rayleigh's function R = g^2 + 4 p^2 eta_a eta_b, the response to an impulse is
+and S, eta_c = sqrt(c^2 - p^2), g = b^2 - 2 p^2 and Rayleigh's function R = g^2 + 4 p^2 eta_a eta_b, an impulse gives
 
     P:  u_z = Im[eta_a g / R dp/dt] / (pi mu),         u_x = Im[p g / R dp/dt] / (pi mu),
     S:  u_z = Im[2 p^2 eta_a / R dp/dt] / (pi mu),     u_x = Im[-2 p eta_a eta_b / R dp/dt] / (pi mu)
