@@ -1,8 +1,8 @@
 """Plane waves on a square mesh: what frequency a wave vector has, in space and time as the grid computes it.
 
 With a = k_x h / 2, b = k_y h / 2 the gradient of a cell has the symbol D = (2 / h)(sin a cos b, cos a sin b), and hourglass
-forces add 16 kappa (lambda + 3 mu) / 12 sin^2 a sin^2 b / h^2. So rho w^2 = (lambda + 2 mu) |D|^2 + hourglass for waves along D,
-and mu |D|^2 + hourglass across it; leapfrog makes sin(Omega dt / 2) = w dt / 2 of it.
+forces add 16 kappa (lambda + 3 mu) / 12 sin^2 a sin^2 b / h^2. So rho w^2 = (lambda + 2 mu) |D|^2 + hourglass for waves along
+D, and mu |D|^2 + hourglass across it; leapfrog makes sin(Omega dt / 2) = w dt / 2 of it.
 """
 
 from __future__ import annotations
