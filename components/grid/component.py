@@ -337,19 +337,20 @@ class Grid(Component):
     def _explain(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self._failed)
         time = tick * self.step_size
-        area = float(self._area(cell))
+        area = float(self._smallest_corner(cell))
         return StepError(
-            f"displacement: cell {cell} has been inverted at {time:.9g} s, its area is {area:.6g} m2, expected more than 0; "
+            f"displacement: cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
             f"load the grid less, or take a smaller step_size (now {self.step_size:g} s)",
             time=time, variable="displacement", index=cell, value=area, limit=0.0,
         )  # fmt: skip
 
-    def _area(self, cell: int) -> Any:
+    def _smallest_corner(self, cell: int) -> Any:
+        """Return the area of the triangle at a corner of a cell [m2]: the smallest, which is negative past 180 degrees."""
         nodes = self.mesh.cells[cell]
         with np.errstate(all="ignore"):
             corners = self.mesh.nodes[nodes] + self._state.displacement[nodes]
-            first, second = corners[2] - corners[0], corners[3] - corners[1]
-            return 0.5 * (first[0] * second[1] - first[1] * second[0])
+            onward, back = np.roll(corners, -1, axis=0) - corners, np.roll(corners, 1, axis=0) - corners
+            return 0.5 * (onward[:, 0] * back[:, 1] - onward[:, 1] * back[:, 0]).min()
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

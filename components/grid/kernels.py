@@ -93,7 +93,7 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
     """Advance stresses and energies of a tile whose nodes have drifted, and write the corner forces; strains of mid-step.
 
     Returns:
-        The first cell that is inverted, or -1. See `forces` for the arguments.
+        The first cell that is not convex any more, or -1. See `forces` for the arguments.
     """
     # Arrays are taken out of their tuples before the loop: inside, each access would count references.
     cells, x, u, v, slots = grid.cells, grid.reference, state.displacement, state.velocity, grid.slots
@@ -150,8 +150,9 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         corner_out[slot + _ONE, 0], corner_out[slot + _ONE, 1] = dx + qx, dy + qy
         corner_out[slot + _TWO, 0], corner_out[slot + _TWO, 1] = -cx - qx, -cy - qy
         corner_out[slot + _THREE, 0], corner_out[slot + _THREE, 1] = qx - dx, qy - dy
-        # Not `area <= 0`: what is not a number is unsound too.
-        if not (ax * by - bx * ay > 0.0) and failed < 0:
+        # All four corners are below 180 degrees; what is not a number is not either.
+        area = ax * by - bx * ay
+        if not (area > abs(px * by - py * bx) and area > abs(ax * py - ay * px)) and failed < 0:
             failed = np.int64(c)
     return failed
 
@@ -237,7 +238,7 @@ def forces(grid, state, groups, corner, step, tick, events, counts):
         counts: rows of `events` in use, shape (1,).
 
     Returns:
-        The first cell that is inverted, or -1.
+        The first cell that is not convex any more, or -1.
     """
     failed = -1
     for tile in range(len(grid.tiles) - 1):
@@ -368,10 +369,10 @@ def advance(grid, state, conditions, factors, corner, tally, step, tick, events,
         tick: at the beginning.
         events: room for a row for each cell that can yield, shape (capacity, 5).
         counts: rows of `events` in use, shape (1,); updated.
-        failure_out: where a cell is inverted, its number and the tick, shape (2,).
+        failure_out: where a cell is not convex any more, its number and the tick, shape (2,).
 
     Returns:
-        0, or 1 where a cell is inverted.
+        0, or 1 where a cell is not convex any more.
     """
     ticks = len(factors)
     drifting = len(grid.reference)

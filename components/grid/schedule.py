@@ -28,9 +28,9 @@ class Schedule(NamedTuple):
     rows: int
 
 
-def make_schedule(nodes: int, cells: IntArray, tile_cells: int = TILE_CELLS) -> Schedule:
+def make_schedule(nodes: int, cells: IntArray) -> Schedule:
     """Return the order of the work for so many nodes and these cells, shape (m, 4)."""
-    m = len(cells)
+    m, tile_cells = len(cells), TILE_CELLS
     tile = np.arange(m) // tile_cells
     count = int(tile[-1]) + 1
     last = np.zeros(nodes, dtype=np.int64)
