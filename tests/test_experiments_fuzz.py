@@ -31,7 +31,8 @@ LINES = [
     "[component]",
     "seed = 1",
     'profile = "table"',
-    "index = 0",
+    'variable = "velocity[3,1]"',
+    'variable = "force[0]"',
     "gap = 1e-5",
 ]
 FOLDER = find("measured/hammer", "experiment", "experiments").parent
