@@ -7,7 +7,20 @@ import sys
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from . import calls, environments, gradient, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer, sweeps
+from . import (
+    calls,
+    compilation,
+    environments,
+    gradient,
+    kernel,
+    lammps_peer,
+    laws,
+    numpy_peer,
+    recording,
+    replay,
+    scipy_peer,
+    sweeps,
+)
 from .facts import facts
 from .figures import Figure, table
 
@@ -18,6 +31,7 @@ OURS: dict[str, Benchmark] = {
     "numpy": numpy_peer.measure,
     "scipy": scipy_peer.measure,
     "calls": calls.measure,
+    "compilation": compilation.measure,
     "gradient": gradient.measure,
     "environments": environments.measure,
     "recording": recording.measure,

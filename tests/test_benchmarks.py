@@ -12,6 +12,7 @@ from benchmarks import __main__ as program  # noqa: E402
 from benchmarks import (  # noqa: E402
     calls,
     chains,
+    compilation,
     environments,
     facts,
     gradient,
@@ -35,6 +36,7 @@ SMALL = {
     "numpy": (lambda: numpy_peer.measure(grains=30, ticks=5, rounds=2), 1),
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),
+    "compilation": (lambda: compilation.measure(repeats=1), 3),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
