@@ -69,7 +69,8 @@ def force(a, j, d):
     """Return the force on the unloading line, or on the loading line beyond the deepest overlap."""
     past = d - a[RESIDUAL_PART, j] * a[DEEPEST, j]
     unloaded = a[UNLOADING, j] * (past if past > 0.0 else 0.0)
-    return a[STIFFNESS, j] * d if d > a[DEEPEST, j] else unloaded
+    loading = a[STIFFNESS, j] * d
+    return loading if d > a[DEEPEST, j] else unloaded
 
 
 @inlined
