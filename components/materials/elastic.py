@@ -53,6 +53,26 @@ class Material(Fixed):
         return (1.0 - self.poisson * self.poisson) / self.young
 
     @property
+    def shear_modulus(self) -> float:
+        """E / (2 (1 + nu)) [Pa]."""
+        return self.young / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def bulk_modulus(self) -> float:
+        """E / (3 (1 - 2 nu)) [Pa]."""
+        return self.young / (3.0 * (1.0 - 2.0 * self.poisson))
+
+    @property
+    def first_lame(self) -> float:
+        """Lame's first constant E nu / ((1 + nu)(1 - 2 nu)) [Pa]."""
+        return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+
+    @property
+    def shear_speed(self) -> float:
+        """Speed of shear waves sqrt(shear modulus / density) [m/s]."""
+        return math.sqrt(self.shear_modulus / self.density)
+
+    @property
     def longitudinal_speed(self) -> float:
         """Speed of longitudinal sound sqrt(E (1 - nu) / (rho (1 + nu)(1 - 2 nu))) [m/s]."""
         nu = self.poisson
