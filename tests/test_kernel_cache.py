@@ -20,8 +20,9 @@ from numba.core import config as numba_config
 
 from granular_env.components.errors import ParameterError
 from granular_env.components.support import kernel_cache
+from granular_env.components.support.addresses import address
 from granular_env.components.support.fingerprint import fingerprint
-from granular_env.components.support.jit import JIT, address, entry_point, jit
+from granular_env.components.support.jit import JIT, entry_point, jit
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
 ROOT = Path(__file__).resolve().parents[1]
@@ -269,7 +270,8 @@ def test_kernels_of_numbas_own_cache_are_never_stale(tmp_path: Path) -> None:
     text = """
 import os, numba
 from helper import K
-from granular_env.components.support.jit import address, caller, jit
+from granular_env.components.support.addresses import address, caller
+from granular_env.components.support.jit import jit
 W = float(os.environ["W"])
 @numba.njit(cache=True)
 def judge(x): return K * W * x
