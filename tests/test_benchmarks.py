@@ -37,7 +37,7 @@ SMALL = {
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
-    "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 2),
+    "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 3),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "replay": (lambda: replay.measure(grains=40, steps=20, rounds=2), 2),
