@@ -45,7 +45,7 @@ def advance(
             failed = [kernels.advance_part(grid, state, corner, 0, *inputs)]
         finally:
             # Also where Ctrl-C comes in between: nobody may write to a state that is being restored.
-            failed.append(second.result())
+            failed.append(int(second.result()))
         first = next((int(cell) for cell in failed if cell >= 0), -1)
         if first >= 0:
             failure_out[0], failure_out[1] = first, tick + row + 1
