@@ -42,7 +42,7 @@ def advance(
         inputs = (step, tick + row + 1, row + 1 < ticks, events, counts)
         second = submit(kernels.advance_part, grid, state, corner, 1, *inputs)
         try:
-            failed = [kernels.advance_part(grid, state, corner, 0, *inputs)]
+            failed = [int(kernels.advance_part(grid, state, corner, 0, *inputs))]
         finally:
             # Also where Ctrl-C comes in between: nobody may write to a state that is being restored.
             failed.append(int(second.result()))
