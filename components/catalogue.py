@@ -18,6 +18,10 @@ ENTRY_POINT_GROUP = "granular_env.components"
 
 # Name -> where the class is, and the first sentence of its docstring, for lists that import nothing.
 _OWN = {
+    "automata": (
+        ".automata.component:Automata",
+        "Movable cellular automata: equal discs in a packing, which act on pairs and on volume; Psakhie et al. (2003).",
+    ),
     "chain": (
         ".chain.component:Chain",
         "A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.",

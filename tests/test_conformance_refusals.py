@@ -91,9 +91,10 @@ def test_arrays_of_another_shape_are_refused_with_both(moving: tuple[Component, 
     component, example = moving
     for name, good in example.inputs.items():
         if np.ndim(good):
-            shape = np.shape(good)
-            rows = (np.array(good)[..., 0], [[*row, 0.0] for row in good]) if np.ndim(good) > 1 else ([*good, 0.0],)
-            for bad in (np.array(good)[1:], *rows, np.array(good)[np.newaxis]):
+            shape, given = np.shape(good), np.array(good)
+            longer = np.concatenate([given, given[..., :1]], axis=-1)
+            fewer_axes = [given[..., 0]] if given.ndim > 1 else []  # a single number would be one for all
+            for bad in (given[1:], *fewer_axes, longer.tolist(), given[np.newaxis]):
                 refused(component, lambda name=name, bad=bad: component.step(None, **{name: bad}), name, str(shape))
             other = Profile.constant(1.0) * np.ones(3)
             refused(component, lambda name=name, other=other: component.step(None, **{name: other}), name, "(3,)", str(shape))

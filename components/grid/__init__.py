@@ -5,4 +5,6 @@ from __future__ import annotations
 from .component import Grid
 from .parameters import GridParameters
 
+COMPILATION = ("the grid", 8)
+
 __all__ = ["Grid", "GridParameters"]

@@ -232,7 +232,18 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
         """
-        self._take_state(state, self.refuse_foreign(state))
+        if (
+            state.__class__ is not EnvState
+            or state.drawn is not self._drawn
+            or state.random is not self._random_state
+            or state.task != self.task.name
+        ):
+            self._take_state(state, self.refuse_foreign(state))
+            return
+        # One of the present component, as a tree search restores them: the component refuses what is not its own.
+        self._refuse_episode(state)
+        self.component.restore(state.snapshot)
+        self._go_on(state.episode)
 
     def refuse_foreign(self, state: EnvState) -> Any:
         """Raise what `restore` would raise for this state, and change nothing; return what `_take_state` needs."""

@@ -393,7 +393,78 @@ GRIDS = [
     ),
 ]
 
-EXAMPLES = [*OSCILLATORS, *CHAINS, RING, DISCS, *GRIDS]
+ROCK = {"density": 2500.0, "young": 5e10, "poisson": 0.25}
+
+
+def _linked_automata(packing: str, rows: int, unit: float) -> Example:
+    """A small specimen that is squeezed by a platen from above, pulled at its right side, and pushed at two automata."""
+    return Example(
+        f"automata-{packing}",
+        "automata",
+        {
+            "shape": {"name": "rectangle", "width": 0.03, "height": rows * unit},
+            "diameter": 0.01,
+            "packing": packing,
+            "material": ROCK,
+            "bottom": "symmetry",
+            "top": "platen",
+            "right": "traction",
+            "loaded": [5, 6],
+            "step_size": 1e-7,
+        },
+        {"velocity": {5: (0.1, -0.05)}, "rotation": {6: 1e-5}, "displacement": {7: (1e-7, 2e-7)}},
+        {"top_speed": -0.01, "right_traction": np.array([1e5, -2e4]), "force": np.array([[200.0, 50.0], [-100.0, 0.0]])},
+        lambda h: {
+            "top_speed": Profile.half_sine(-0.02, 60 * h),
+            "right_traction": Profile.triangle(1e5, 40 * h, rise=10 * h) * [1.0, 0.5],
+            "force": Profile.half_sine(300.0, 30 * h, start=20 * h) * [[1.0, 0.0], [0.0, -0.5]],
+        },
+        # Leapfrog conserves E up to (omega h)^2 / 4 of the kinetic energy; omega is at most 3.3e6 / s, so that is 0.03.
+        energy_tolerance=0.03,
+        breaks=({}, {}, {"top_speed": -1e4}),
+    )
+
+
+HEXAGONAL_ROW = 0.01 * 0.5 * 3.0**0.5
+
+
+def _failing_automata(label: str, energy_tolerance: float, **laws: object) -> Example:
+    """A small specimen that is crushed and sheared by a plate glued to its upper side, and pulled at two automata."""
+    return Example(
+        f"automata-{label}",
+        "automata",
+        {
+            "shape": {"name": "rectangle", "width": 0.03, "height": 4 * HEXAGONAL_ROW},
+            "diameter": 0.01,
+            "material": ROCK,
+            "bottom": "fixed",
+            "top": "velocity",
+            "loaded": [5, 6],
+            "step_size": 1e-7,
+            **laws,
+        },
+        {"velocity": {5: (0.1, -0.05)}, "rotation": {6: 1e-5}},
+        {"top_velocity": np.array([3.0, -4.0]), "force": np.array([[2e4, 5e4], [-1e4, 0.0]])},
+        lambda h: {
+            "top_velocity": Profile.half_sine(6.0, 160 * h) * [1.0, -1.0],
+            "force": Profile.half_sine(3e4, 130 * h, start=20 * h) * [[1.0, 0.0], [0.0, -0.5]],
+        },
+        ticks=240,
+        energy_tolerance=energy_tolerance,
+        breaks=({}, {}, {"top_velocity": np.array([0.0, -1e5])}),
+    )
+
+
+WEAK = {"name": "drucker_prager", "compressive": 3e7, "tensile": 1e7}
+AUTOMATA = [
+    _linked_automata("square", 3, 0.01),
+    _linked_automata("hexagonal", 4, HEXAGONAL_ROW),
+    # A fracturing, rubbing run closes to 1 %.
+    _failing_automata("cracking", 0.01, criterion=WEAK, strength_scatter=0.2),
+    _failing_automata("yielding", 0.01, response={"name": "plastic_degrading", "yield_stress": 1e7, "hardening": 5e9}),
+]
+
+EXAMPLES = [*OSCILLATORS, *CHAINS, RING, DISCS, *GRIDS, *AUTOMATA]
 
 
 def of_component(name: str) -> list[Example]:

@@ -136,9 +136,10 @@ class ChainEnv(ComponentEnv):
         )
         self.observation_size = self.observing.size + len(self._goal_scales) + self.clock
         self._action = np.zeros(len(self.actuator.names))
-        self._begin_task = _compile(first, "begin_kernel", BEGIN)
-        self._judge = _compile(first, "judge_kernel", JUDGE)
-        self._actuate, self._look = entry_point(actuate, ACTUATE), entry_point(observe_kernel, OBSERVE)
+        self._begin_task = _compile(component, first, "begin_kernel", BEGIN)
+        self._judge = _compile(component, first, "judge_kernel", JUDGE)
+        self._actuate = entry_point(actuate, ACTUATE)
+        self._look = entry_point(component.specialise(observe_kernel), OBSERVE)
         self._lay_out(np.zeros(COUNTERS + len(first.counter_names) + self.actuator.memory_size))
         self.randomization = Randomization.of(randomise, component.parameters.grains)
         if self.randomization.parameters:
@@ -371,9 +372,9 @@ class ChainEnv(ComponentEnv):
         return self._observation(), total + self.step_error_reward, True, False, info
 
 
-def _compile(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
+def _compile(chain: Chain, task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
     try:
-        return entry_point(task_kernel(task, kernel), signature)
+        return entry_point(chain.specialise(task_kernel(task, kernel)), signature)
     except GranularError:
         raise
     except Exception as error:  # numba hands on what it meets in the function

@@ -82,7 +82,7 @@ class AbsorptionTask(DrivenEndTask):
 
     def objective(self, chain: Chain, steps: int) -> Objective:
         """Energy of the grains after the last control step over that which is in the chain now (1 J where there is none)."""
-        incoming = float(energy_between(chain.table, 1, chain.parameters.grains))
+        incoming = float(chain.specialise(energy_between)(chain.table, 1, chain.parameters.grains))
         text = "energy left in the chain at the end over that at the start"
         return Objective(_note, sum_value, _pull, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
 

@@ -194,6 +194,7 @@ def make_energy_delivery(
     if "deadline" in options:
         first = end.chain.parameters.grains - region + 1
         caution_late(
-            env.component, end, energy, "J", lambda driven: energy_between(driven.table, first, driven.parameters.grains)
-        )
+            env.component, end, energy, "J",
+            lambda driven: driven.specialise(energy_between)(driven.table, first, driven.parameters.grains),
+        )  # fmt: skip
     return env

@@ -109,7 +109,7 @@ def _impulse_of(duration: float) -> Callable[[Chain], float]:
 
     def add_impulse(chain: Chain) -> float:
         nonlocal total
-        total += duration * right_wall_force(chain.table)
+        total += duration * chain.specialise(right_wall_force)(chain.table)
         return total
 
     return add_impulse

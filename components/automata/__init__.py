@@ -1,0 +1,10 @@
+"""Movable cellular automata: Psakhie et al. (2003)."""
+
+from __future__ import annotations
+
+from .component import Automata
+from .parameters import AutomataParameters
+
+COMPILATION = ("the automata", 8)
+
+__all__ = ["Automata", "AutomataParameters"]

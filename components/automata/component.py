@@ -1,0 +1,227 @@
+"""Movable cellular automata as a component."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..component import Component
+from ..contract import Balance, Variable
+from ..drawables import Drawable, Links, Points
+from ..errors import ParameterError, StepError
+from ..materials.elastic import material
+from ..profiles import CompiledProfile
+from ..support.arrays import FloatArray
+from ..support.roots import round_down_to_125
+from . import motion
+from .boundary import Boundary
+from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
+from .linked_steps import LinkedSteps
+from .packing import LATTICES, Packing, pack
+from .parameters import AutomataParameters
+from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
+from .state import Body, Scratch, make_body, make_scratch
+
+# No automaton may cross this part of its diameter in one internal step.
+_LARGEST_MOVE = 0.1
+# Bytes of an automaton: its state, a copy of it, the scratch, the packing and what its making takes at a time.
+_BYTES = 600
+
+
+class Automata(Component):
+    """Movable cellular automata: equal discs in a packing, which act on pairs and on volume; Psakhie et al. (2003).
+
+    m u'' = sum of F_n n + F_t t over the pairs, J w'' = (r / 2) F_t; bulk and shear modulus are exact for both packings. See
+    `AutomataParameters`, `pair` and `linked`.
+    """
+
+    name = "automata"
+    Parameters = AutomataParameters
+    parameters: AutomataParameters
+
+    # -- building ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def memory_needed(cls, parameters: AutomataParameters) -> int:
+        """Return the bytes of the automata that the rectangle around the shape holds."""
+        left, right, low, high = parameters.shape.bounds
+        cells = (right - left) * (high - low) / (parameters.diameter**2 * LATTICES[parameters.packing].volume)
+        return int(min(cells, 1e15)) * _BYTES
+
+    def _build(self) -> None:
+        p = self.parameters
+        self.packing: Packing = pack(p.packing, p.shape, p.diameter, p.periodic)
+        self.count = len(self.packing.kind)
+        solid = material(p.material)
+        self.shear_modulus = solid.young / (2.0 * (1.0 + solid.poisson))
+        self.lame_modulus = 2.0 * self.shear_modulus * solid.poisson / (1.0 - 2.0 * solid.poisson)
+        self.body: Body = make_body(
+            self.packing, density=solid.density, shear=self.shear_modulus, lame=self.lame_modulus, thickness=p.thickness
+        )
+        self.mass: FloatArray = self.body.mass[self.body.kind]
+        self.scratch: Scratch = make_scratch(self.count)
+        try:
+            self.boundary = Boundary(p, self.packing)
+        except IndexError as error:
+            raise ParameterError(f"loaded: got {error}, expected numbers from 0 to {self.count - 1}") from None
+        self.largest_frequency = largest_frequency(self.body)
+        self.step_size = self._fitting_step_size()
+        self._pairs = self.packing.pairs()
+        self._steps = self._make_steps()
+        vars(self)["event_kinds"] = self._steps.event_kinds  # of this specimen's criterion
+        n = self.count
+        self._lay_out(
+            displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
+            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self._steps.growing, **self._steps.fields,
+        )  # fmt: skip
+        self._steps.bind(self._block)
+        self.motion = self._steps.motion
+
+    def _make_steps(self) -> LinkedSteps:
+        kind = CrackingSteps if self.parameters.has_history else LinkedSteps
+        self._speed_limit = _LARGEST_MOVE * self.parameters.diameter / self.step_size
+        steps = kind(self.packing, self.body, self.boundary, self.scratch, self.step_size, self._speed_limit)
+        if isinstance(steps, CrackingSteps):
+            steps.prepare(self.parameters)
+        return steps
+
+    def _fitting_step_size(self) -> float:
+        limit, given = step_limit(self.largest_frequency), self.parameters.step_size
+        if given is None:
+            return round_down_to_125(DEFAULT_PART * limit)
+        if given > ALLOWED_PART * limit:
+            raise ParameterError(
+                f"step_size: got {given:g} s, expected at most {ALLOWED_PART * limit:.6g} s, {ALLOWED_PART:g} x 2 / omega_max "
+                f"of this packing; use {round_down_to_125(ALLOWED_PART * limit):g} s, or larger automata"
+            )
+        return given
+
+    # -- description ------------------------------------------------------------------------------------------------
+
+    def _declare(self) -> Iterable[Variable]:
+        n, plane = self.count, ("automaton", "direction")
+        yield from self.boundary.inputs()
+        yield Variable("displacement", "output", "m", (n, 2), "displacement from the packing", state=True, axes=plane)
+        yield Variable("velocity", "output", "m/s", (n, 2), "velocity", state=True, axes=plane)
+        yield Variable("rotation", "output", "rad", (n,), "angle, counter-clockwise", state=True, axes=("automaton",))
+        yield Variable("angular_velocity", "output", "rad/s", (n,), "rate of the angle", state=True, axes=("automaton",))
+        yield Variable("speed", "output", "m/s", (n,), "magnitude of the velocity", minimum=0.0, axes=("automaton",))
+        yield Variable("dilation", "output", "1", (n,), "volumetric strain", axes=("automaton",))
+        yield Variable(
+            "stress",
+            "output",
+            "Pa",
+            (n, 3),
+            "stress in the plane, xx, yy and xy, tension positive",
+            axes=("automaton", "component"),
+        )
+        links = len(self._pairs)
+        yield Variable("linked", "output", "1", (links,), "1 for a pair that is linked, 0 for a broken one", axes=("link",))
+        if self.parameters.has_history:
+            yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
+            yield Variable("broken_links", "output", "1", (), "number of broken links")
+            yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
+        if not self.parameters.response.elastic:
+            yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        steps = self._steps
+        found: dict[str, Callable[[], Any]] = {
+            **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
+            "angular_velocity": lambda: self._block["spin"],
+            "speed": self._speed,
+            "dilation": lambda: steps.dilation().copy(),
+            "stress": steps.stress,
+            "linked": steps.linked,
+        }
+        if isinstance(steps, CrackingSteps):
+            found |= {"damage": steps.damage, "broken_links": steps.broken_links, "touching": steps.touching}
+            if not self.parameters.response.elastic:
+                found["inelastic_strain"] = steps.inelastic
+        return found
+
+    # -- stepping ---------------------------------------------------------------------------------------------------
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        for name, value in values.items():
+            self._block["spin" if name == "angular_velocity" else name][...] = value
+        self._steps.start()
+        sums = self._sums()
+        self._block["start"][:] = sums[3] + sums[4] + sum(self._steps.stored().values()), *sums[:3]
+        return {}
+
+    def _advance(self, ticks: int) -> int:
+        held = self._held
+        if not any(isinstance(value, CompiledProfile) for value in held.values()):
+            self.boundary.apply(held, self._tick)
+            return self._steps.advance(self._tick, ticks)
+        for tick in range(self._tick, self._tick + ticks):
+            self.boundary.apply(held, tick)
+            status = self._steps.advance(tick, 1)
+            if status:
+                return status
+        return 0
+
+    def _explain(self, status: int) -> StepError:
+        if status == UNSOUND:
+            return StepError(
+                "displacement: the contacts of this state name automata that do not exist; restore a snapshot that save() gave",
+                time=self.time, variable="displacement", index=None, value=np.nan, limit=float(self.count),
+            )  # fmt: skip
+        variable = "displacement" if status == TOO_FAR else "velocity"
+        size = self._magnitude(variable)
+        limit = self._speed_limit if status != TOO_FAR else float(1e9 * self.parameters.diameter)
+        index, unit = int(np.argmin(size <= limit)), "m" if status == TOO_FAR else "m/s"
+        return StepError(
+            f"{variable}[{index}] reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} {unit} "
+            f"({_LARGEST_MOVE:g} of a diameter in an internal step); take a smaller step_size, or load the specimen less",
+            time=self.time, variable=variable, index=index, value=float(size[index]), limit=limit,
+        )  # fmt: skip
+
+    # -- reading ----------------------------------------------------------------------------------------------------
+
+    def _speed(self) -> FloatArray:
+        return self._magnitude("velocity")
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _magnitude(self, name: str) -> FloatArray:
+        vectors = self._block[name]
+        return np.sqrt(vectors[:, 0] ** 2 + vectors[:, 1] ** 2)
+
+    def _sums(self) -> FloatArray:
+        sums = np.empty(5)
+        motion.momenta(self.body, self.packing.reference, self.motion, sums)
+        return sums
+
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy, momentum, angular momentum about the origin (but of a periodic specimen) and mass, since the reset."""
+        sums, start, (load, grip) = self._sums(), self._block["start"].copy(), self._block["tallies"].copy()
+        stored = {
+            "kinetic_energy": float(sums[3]),
+            "rotational_energy": float(sums[4]),
+            **self._steps.stored(),
+        }
+        work = {"input_work": float(load[motion.WORK]), "boundary_work": float(grip[motion.WORK])}
+        impulse = {"impulse": load[1:3], "boundary_impulse": grip[1:3]}
+        turning = {
+            "angular_impulse": float(load[motion.ANGULAR_IMPULSE]),
+            "boundary_angular_impulse": float(grip[motion.ANGULAR_IMPULSE]),
+        }
+        found = [
+            Balance("energy", "J", stored, work, self._steps.lost(), float(start[0])),
+            Balance("momentum", "kg m/s", {"momentum": sums[:2]}, impulse, initial=start[1:3]),
+        ]
+        if not any(self.parameters.periodic):
+            angular = {"angular_momentum": float(sums[2])}
+            found.append(Balance("angular_momentum", "kg m2/s", angular, turning, initial=float(start[3])))
+        mass = float(self.mass.sum())
+        return (*found, Balance("mass", "kg", {"mass": mass}, initial=mass))
+
+    def drawables(self) -> tuple[Drawable, ...]:
+        """Return the automata, turned and coloured by damage (or speed where nothing breaks), and their links."""
+        radius = np.full(self.count, 0.5 * self.parameters.diameter)
+        colour = "damage" if self.parameters.has_history else "speed"
+        points = Points("automata", self.packing.reference, radius, "displacement", colour, "rotation")
+        return points, Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")

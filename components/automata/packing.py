@@ -1,0 +1,244 @@
+"""Packings of equal automata: which automata fill a shape, their neighbours, and how much of each cell lies inside.
+
+The centres stand on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side,
+a quarter at a corner. Volume, mass and the faces that lie in the outline shrink with it. A free face of a whole cell (the
+zigzag of the hexagonal packing, and the staircase of an oblique side) carries no traction, and is condensed; see
+`Classes.missing`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import Fault, ParameterError
+from ..support.arrays import FloatArray
+from .shapes import ON_THE_OUTLINE, Shape
+
+# cos and sin of 60 degrees: one number each, so that mirrored directions are exactly mirrored.
+_HALF, _SINE = 0.5, 0.5 * math.sqrt(3.0)
+# Where in a sector of a cell it is looked whether that sector lies inside, in diameters from the centre.
+_PROBE = 0.01
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """A regular packing, in units of the diameter.
+
+    Attributes:
+        name: "square" or "hexagonal".
+        steps: from a centre to its neighbours in whole numbers of `unit`, counter-clockwise from +x, shape (slots, 2).
+        unit: what the whole numbers of x and y are multiplied by.
+        directions: unit vectors to the neighbours, shape (slots, 2).
+        face: length of the face towards a neighbour, S / D.
+        volume: area of the cell, V / D^2.
+    """
+
+    name: str
+    steps: npt.NDArray[np.int64]
+    unit: FloatArray
+    directions: FloatArray
+    face: float
+    volume: float
+
+    @property
+    def slots(self) -> int:
+        """Number of neighbours of an automaton inside."""
+        return len(self.steps)
+
+
+LATTICES = {
+    "square": Lattice(
+        "square",
+        np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]),
+        np.array([1.0, 1.0]),
+        np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]),
+        face=1.0,
+        volume=1.0,
+    ),
+    "hexagonal": Lattice(
+        "hexagonal",
+        np.array([(2, 0), (1, 1), (-1, 1), (-2, 0), (-1, -1), (1, -1)]),
+        np.array([_HALF, _SINE]),
+        np.array([(1.0, 0.0), (_HALF, _SINE), (-_HALF, _SINE), (-1.0, 0.0), (-_HALF, -_SINE), (_HALF, -_SINE)]),
+        face=1.0 / math.sqrt(3.0),
+        volume=_SINE,
+    ),
+}
+
+
+class Classes(NamedTuple):
+    """What automata have in common that are cut in the same way; one row for each kind of cut.
+
+    Attributes:
+        volume: shape (classes,) [m^2].
+        face: length of the face in each slot, 0 without a neighbour, shape (classes, slots) [m].
+        share: what the strain of each pair adds to the volumetric strain, S r / 2 V, shape (classes, slots).
+        missing: 2 - the sum of the shares: the share of the free faces of a whole cell, shape (classes,).
+    """
+
+    volume: FloatArray
+    face: FloatArray
+    share: FloatArray
+    missing: FloatArray
+
+
+@dataclass(frozen=True)
+class Packing:
+    """Automata that fill a shape, row by row from below, from the left.
+
+    Attributes:
+        lattice: the packing.
+        diameter: of an automaton [m].
+        places: whole numbers of the lattice's units from the anchor, shape (n, 2).
+        reference: centres, shape (n, 2) [m].
+        neighbours: of each automaton in each slot; itself where there is none, shape (n, slots), int32.
+        kind: row of each automaton in the classes, shape (n,), int32.
+        classes: the ways in which automata are cut.
+    """
+
+    lattice: Lattice
+    diameter: float
+    places: npt.NDArray[np.int32]
+    reference: FloatArray
+    neighbours: npt.NDArray[np.int32]
+    kind: npt.NDArray[np.int32]
+    classes: Classes
+
+    def pairs(self) -> npt.NDArray[np.int64]:
+        """Return the pairs of neighbours, ordered by slot and automaton, shape (m, 3): automaton, the other one, slot."""
+        found = []
+        for slot in range(self.lattice.slots // 2):
+            first = np.flatnonzero(self.neighbours[:, slot] != np.arange(len(self.kind)))
+            found.append(np.stack([first, self.neighbours[first, slot], np.full(len(first), slot)], axis=1))
+        return np.concatenate(found).astype(np.int64)
+
+
+def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] = (False, False)) -> Packing:
+    """Return the automata that fill a shape.
+
+    Args:
+        name: of the lattice.
+        shape: what to fill.
+        diameter: of the automata [m].
+        periodic: whether the left and right sides of a rectangle are one, and the lower and upper ones.
+
+    Raises:
+        ParameterError: a straight side does not lie on the lattice, or the shape holds no pair of automata.
+    """
+    lattice = LATTICES[name]
+    _refuse_misfit(lattice, shape, diameter, periodic)
+    places = _places_inside(lattice, shape, diameter, periodic)
+    neighbours = _neighbours(lattice, places, _turns(lattice, shape, diameter, periodic))
+    linked = neighbours != np.arange(len(places))[:, np.newaxis]
+    sectors = _sectors_inside(lattice, shape, diameter, places, periodic)
+    # A face counts as far as both cells have it; sector 2 k is left of the direction of slot k, sector 2 k - 1 right of it.
+    own = 0.5 * (sectors[:, 0::2].astype(float) + np.roll(sectors, 1, axis=1)[:, 0::2])
+    opposite = np.roll(np.arange(lattice.slots), -(lattice.slots // 2))
+    face = np.where(linked, np.minimum(own, own[neighbours, opposite]), 0.0)
+    kept: npt.NDArray[np.bool_] = np.any(face > 0.0, axis=1)
+    if not kept.any():
+        raise ParameterError(
+            f"shape: a {shape.name} that holds no two automata of diameter {diameter:g} m; expected a larger shape, or a "
+            "smaller diameter"
+        )
+    if not kept.all():
+        number = np.cumsum(kept) - 1
+        dropped = ~kept[neighbours]
+        face, neighbours = np.where(dropped, 0.0, face)[kept], neighbours[kept]
+        places, sectors = places[kept], sectors[kept]
+        neighbours = number[neighbours]
+    neighbours = np.where(face > 0.0, neighbours, np.arange(len(places))[:, np.newaxis])
+    kind, classes = _classes(lattice, diameter, sectors.mean(axis=1), face)
+    reference = np.array(shape.anchor) + diameter * lattice.unit * places
+    return Packing(lattice, diameter, places.astype(np.int32), reference, neighbours.astype(np.int32), kind, classes)
+
+
+def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> None:
+    """Refuse straight sides that pass between the rows of the lattice, with the two nearest places that fit."""
+    faults = []
+    for name, axis, place in shape.straight_sides():
+        unit = diameter * lattice.unit[axis]
+        # A hexagonal packing that is closed on itself has a whole number of diameters along x, two of rows along y.
+        step = unit * (2 if periodic[axis] and lattice.name == "hexagonal" else 1)
+        count = (place - shape.anchor[axis]) / step
+        if abs(count - round(count)) * step > ON_THE_OUTLINE * diameter:
+            nearest = sorted({math.floor(count), math.ceil(count)} - {0})
+            fitting = " or ".join(f"{shape.anchor[axis] + one * step:.12g} m" for one in nearest)
+            faults.append(
+                Fault(("shape", name), f"{place:.12g} m is {count:.9g} rows of {step:.9g} m", f"a whole number; use {fitting}")
+            )
+    if faults:
+        raise ParameterError(*faults)
+
+
+def _places_inside(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> npt.NDArray[np.int64]:
+    """Return the lattice points in the shape, in rows from below; of sides that are one only the left and the lower one."""
+    unit, margin = diameter * lattice.unit, ON_THE_OUTLINE * diameter
+    left, right, low, high = shape.bounds
+    x, y = shape.anchor
+    columns = np.arange(math.floor((left - x) / unit[0]) - 1, math.ceil((right - x) / unit[0]) + 2)
+    rows = np.arange(math.floor((low - y) / unit[1]) - 1, math.ceil((high - y) / unit[1]) + 2)
+    places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+    if lattice.name == "hexagonal":
+        places = places[places.sum(axis=1) % 2 == 0]
+    points = np.array(shape.anchor) + unit * places
+    inside = shape.contains(points, margin)
+    for axis, limit in ((0, right), (1, high)):
+        if periodic[axis]:
+            inside &= points[:, axis] < limit - margin
+    return places[inside]
+
+
+def _turns(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> tuple[int, int]:
+    """Return after how many units a packing that is closed on itself begins again along x and y; 0 where it does not."""
+    left, right, low, high = shape.bounds
+    extent = np.array([right - left, high - low]) / (diameter * lattice.unit)
+    return int(round(extent[0])) * periodic[0], int(round(extent[1])) * periodic[1]
+
+
+def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], turns: tuple[int, int]) -> npt.NDArray[np.int64]:
+    """Return the neighbours of each automaton; itself where there is none."""
+    low = places.min(axis=0) - 2
+    width = places.max(axis=0) - low + 3
+    table = np.full(width[0] * width[1], -1, np.int64)
+    table[(places[:, 1] - low[1]) * width[0] + places[:, 0] - low[0]] = np.arange(len(places))
+    neighbours = np.empty((len(places), lattice.slots), np.int64)
+    for slot, step in enumerate(lattice.steps):
+        other = places + step
+        for axis, turn in enumerate(turns):
+            if turn:
+                other[:, axis] %= turn
+        neighbours[:, slot] = table[(other[:, 1] - low[1]) * width[0] + other[:, 0] - low[0]]
+    return np.where(neighbours < 0, np.arange(len(places))[:, np.newaxis], neighbours)
+
+
+def _sectors_inside(
+    lattice: Lattice, shape: Shape, diameter: float, places: npt.NDArray[np.int64], periodic: tuple[bool, bool]
+) -> npt.NDArray[np.bool_]:
+    """Return which of the sectors of each cell lie inside, two between any two directions, shape (n, 2 slots)."""
+    centres = np.array(shape.anchor) + diameter * lattice.unit * places
+    inside = np.empty((len(places), 2 * lattice.slots), bool)
+    left, right, low, high = shape.bounds
+    for sector in range(2 * lattice.slots):
+        angle = math.pi / lattice.slots * (sector + 0.5)
+        probes = centres + _PROBE * diameter * np.array([math.cos(angle), math.sin(angle)])
+        for axis, (start, end) in enumerate(((left, right), (low, high))):
+            if periodic[axis]:
+                probes[:, axis] = start + (probes[:, axis] - start) % (end - start)
+        inside[:, sector] = shape.contains(probes, 0.0)
+    return inside
+
+
+def _classes(lattice: Lattice, diameter: float, part: FloatArray, face: FloatArray) -> tuple[npt.NDArray[np.int32], Classes]:
+    """Return the class of each automaton, and the classes, from the part of its cell and of its faces that is inside."""
+    rows, kind = np.unique(np.column_stack([part, face]), axis=0, return_inverse=True)
+    volume, length = rows[:, 0] * lattice.volume * diameter**2, rows[:, 1:] * lattice.face * diameter
+    share = length * diameter / (2.0 * volume[:, np.newaxis])
+    missing = np.maximum(2.0 - share.sum(axis=1), 0.0)
+    missing[missing < 1e-12] = 0.0
+    return kind.reshape(-1).astype(np.int32), Classes(volume, length, share, missing)

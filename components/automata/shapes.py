@@ -1,0 +1,168 @@
+"""Shapes of specimens in the plane, chosen by name; a packing fills what lies inside."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import SerializeAsAny, model_validator
+
+from ..errors import shortened
+from ..support.arrays import FloatArray
+from ..support.fields import Pair, field
+from ..support.tagged_union import ByName, Named
+
+# Points this close to the outline are on it, in diameters of an automaton.
+ON_THE_OUTLINE = 1e-6
+
+
+class Shape(Named):
+    """The outline of a specimen."""
+
+    @property
+    @abstractmethod
+    def anchor(self) -> tuple[float, float]:
+        """A point where an automaton has its centre [m]."""
+
+    @property
+    @abstractmethod
+    def bounds(self) -> tuple[float, float, float, float]:
+        """The least and the largest x, the least and the largest y [m]."""
+
+    @abstractmethod
+    def contains(self, points: FloatArray, margin: float) -> np.ndarray:
+        """Return which points, shape (n, 2) [m], lie inside or within a margin [m] of the outline."""
+
+    def straight_sides(self) -> list[tuple[str, int, float]]:
+        """Return the sides along x or y: what they are called in messages, axis across (0 or 1), place on that axis [m]."""
+        return []
+
+
+class Rectangle(Shape):
+    """A rectangle with a corner at the origin."""
+
+    name: Literal["rectangle"] = field("rectangle", "which shape", "1")
+    width: float = field(..., "extent along x", "m", gt=0.0)
+    height: float = field(..., "extent along y", "m", gt=0.0)
+
+    @property
+    def anchor(self) -> tuple[float, float]:
+        """The lower left corner."""
+        return 0.0, 0.0
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """The sides."""
+        return 0.0, self.width, 0.0, self.height
+
+    def contains(self, points: FloatArray, margin: float) -> np.ndarray:
+        """Return which points lie inside."""
+        inside = (points >= -margin) & (points <= np.array([self.width, self.height]) + margin)
+        return inside[:, 0] & inside[:, 1]
+
+    def straight_sides(self) -> list[tuple[str, int, float]]:
+        """Return the two sides that do not pass through the corner at the origin."""
+        return [("width", 0, self.width), ("height", 1, self.height)]
+
+
+class Disc(Shape):
+    """A disc about the origin; its outline is a staircase."""
+
+    name: Literal["disc"] = field("disc", "which shape", "1")
+    radius: float = field(..., "radius", "m", gt=0.0)
+
+    @property
+    def anchor(self) -> tuple[float, float]:
+        """The centre."""
+        return 0.0, 0.0
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """The square around it."""
+        return -self.radius, self.radius, -self.radius, self.radius
+
+    def contains(self, points: FloatArray, margin: float) -> np.ndarray:
+        """Return which points lie inside."""
+        return points[:, 0] ** 2 + points[:, 1] ** 2 <= (self.radius + margin) ** 2
+
+
+class Polygon(Shape):
+    """A polygon that does not cross itself; the first corner is the centre of an automaton, oblique sides are staircases."""
+
+    name: Literal["polygon"] = field("polygon", "which shape", "1")
+    corners: list[Pair] = field(..., "corners in order around it, each x and y", "m", min_length=3, max_length=10_000)
+
+    @model_validator(mode="after")
+    def _validate_area(self) -> Polygon:
+        corners = np.array(self.corners)
+        if not abs(_area(corners)) > 1e-12 * float(np.ptp(corners, axis=0).max()) ** 2:
+            raise ValueError(f"corners: got {shortened(self.corners)}, expected a polygon with an area")
+        crossing = _first_crossing(corners)
+        if crossing is not None:
+            raise ValueError(f"corners: side {crossing[0]} crosses side {crossing[1]}, expected a polygon that does not")
+        return self
+
+    @property
+    def anchor(self) -> tuple[float, float]:
+        """The first corner."""
+        return self.corners[0][0], self.corners[0][1]
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """The rectangle around it."""
+        x, y = zip(*self.corners, strict=True)
+        return min(x), max(x), min(y), max(y)
+
+    def contains(self, points: FloatArray, margin: float) -> np.ndarray:
+        """Return which points lie inside (an odd number of sides above them), or close to a side."""
+        corners = np.array(self.corners)
+        inside, near = np.zeros(len(points), bool), np.zeros(len(points), bool)
+        x, y = points[:, 0], points[:, 1]
+        for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            side = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+            inside ^= ((ax <= x) != (bx <= x)) & ((side < 0.0) == (bx > ax))
+            length = math.hypot(bx - ax, by - ay)
+            along = np.clip(((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length**2, 0.0, 1.0)
+            near |= (x - ax - along * (bx - ax)) ** 2 + (y - ay - along * (by - ay)) ** 2 <= margin**2
+        return inside | near if margin > 0.0 else inside
+
+    def straight_sides(self) -> list[tuple[str, int, float]]:
+        """Return the sides along x or y."""
+        sides = []
+        for number, (start, end) in enumerate(zip(self.corners, self.corners[1:] + self.corners[:1], strict=True)):
+            for axis in (0, 1):
+                if start[axis] == end[axis]:
+                    sides.append((f"corners[{number}]", axis, start[axis]))
+        return sides
+
+
+def _area(corners: FloatArray) -> float:
+    x, y = corners.T
+    return 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+
+def _first_crossing(corners: FloatArray) -> tuple[int, int] | None:
+    """Return the numbers of two sides that cross, or None."""
+    ends = np.roll(corners, -1, axis=0)
+    for first in range(len(corners)):
+        a, b = corners[first], ends[first]
+        c, d = corners[first + 1 :], ends[first + 1 :]
+        across = _turn(a, b, c) * _turn(a, b, d)
+        along = _turn(c, d, a) * _turn(c, d, b)
+        found = np.flatnonzero((across < 0.0) & (along < 0.0))
+        if len(found):
+            return first, first + 1 + int(found[0])
+    return None
+
+
+def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> Any:
+    """Return twice the signed area of the triangles a, b, c."""
+    ab, ac = b - a, c - a
+    return ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0]
+
+
+SHAPES: dict[str, type[Shape]] = {"rectangle": Rectangle, "disc": Disc, "polygon": Polygon}
+
+ChosenShape = Annotated[SerializeAsAny[Shape], ByName(SHAPES)]

@@ -1,0 +1,39 @@
+"""Stresses of automata from the forces of their pairs: sigma_i = (1 / 2 V) sum S r n (F / S), exact for homogeneous strains."""
+
+from __future__ import annotations
+
+from ..support.jit import inlined, jit
+from .pair import strains, turned
+
+
+@jit
+def stresses(body, displacement, half, dilation, stress_out, begin, end):
+    """Write the stresses in the plane of automata all of whose pairs are linked and elastic.
+
+    Args:
+        body: a `Body`.
+        displacement: shape (n, 2) [m].
+        half: see `pair.orient`, shape (n, 2).
+        dilation: see `linked.dilations`, shape (n,).
+        stress_out: xx, yy and xy, tension positive, along the axes as they are now, shape (n, 3) [Pa].
+        begin: first automaton.
+        end: after the last one.
+    """
+    for i in range(begin, end):
+        k, xx, yy, xy = body.kind[i], 0.0, 0.0, 0.0
+        for slot in range(body.directions.shape[0]):
+            nx, ny, j = body.directions[slot, 0], body.directions[slot, 1], body.neighbours[i, slot]
+            eps, gamma, less, sine = strains(displacement, half, i, j, nx, ny, body.diameter)
+            normal = 2.0 * body.shear * eps + body.lame * (0.5 * (dilation[i] + dilation[j]))
+            a, b, c = virial(normal, 2.0 * body.shear * gamma, nx, ny, less, sine)
+            share = body.share[k, slot]
+            xx, yy, xy = xx + share * a, yy + share * b, xy + share * c
+        stress_out[i, 0], stress_out[i, 1], stress_out[i, 2] = xx, yy, xy
+
+
+@inlined
+def virial(normal, tangential, nx, ny, less, sine):
+    """Return what the tractions on a face add to the stress, for a share of 1: xx, yy and xy [Pa]."""
+    tx, ty = turned(normal, tangential, nx, ny, less, sine)
+    ex, ey = turned(1.0, 0.0, nx, ny, less, sine)
+    return ex * tx, ey * ty, 0.5 * (ex * ty + ey * tx)

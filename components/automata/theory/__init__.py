@@ -1,0 +1,14 @@
+"""Closed forms for movable cellular automata; no step calls them. SI units."""
+
+from __future__ import annotations
+
+from .dispersion import lattice_frequencies, leapfrog_frequency, rotation_frequency
+from .speeds import longitudinal_speed, shear_speed
+
+__all__ = [
+    "lattice_frequencies",
+    "leapfrog_frequency",
+    "longitudinal_speed",
+    "rotation_frequency",
+    "shear_speed",
+]
