@@ -88,10 +88,15 @@ class Component(Stepping, metaclass=_Fixed):
         **fields: tuple[str, tuple[int, ...]],
     ) -> None:
         """Set `_block`: the state, as `snapshot.Block` lays it out, in the memory of a parent where there is one."""
-        if growing and self._given_memory is not None:
-            raise ParameterError(f"memory: the state of {self._full_name} grows, so it needs memory of its own")
         words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
         self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
+
+    def _include(self, part: Component) -> None:
+        """Take a part, which was made in the memory of this component, into its snapshots: the lists that grow in it too.
+
+        Call it in `_build`, after `_lay_out`.
+        """
+        self._block.include(part._block)
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent where there is one."""
