@@ -83,7 +83,7 @@ def test_what_a_viewer_draws_exists(example: Example) -> None:
     drawables = component.drawables()
     assert len({drawable.name for drawable in drawables}) == len(drawables)
     facts, arrays = drawable_facts(drawables)
-    assert len(drawables_from(facts, arrays)) == len(drawables), "a log can hold them"
+    assert len(drawables_from(facts, arrays, component.variables)) == len(drawables), "a log can hold them"
     for drawable in drawables:
         for output in drawn_outputs([drawable]):
             assert component.variables[output].causality == "output"
