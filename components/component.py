@@ -136,8 +136,8 @@ class Component(Stepping, metaclass=_Fixed):
 
     @property
     def _full_name(self) -> str:
-        """The name with its article."""
-        return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
+        """The name as messages call it."""
+        return f"component {self.name!r}"
 
     def _assignment_advice(self, name: str) -> str:
         """Return advice: what to do instead of setting or deleting an attribute."""
@@ -146,7 +146,7 @@ class Component(Stepping, metaclass=_Fixed):
             return f"the parameters of {self._full_name} are fixed once it is made; make a new one with the other value"
         if variable is None:
             advice = "" if hasattr(self, name) else f"; {nearest(name, self.variables)}"
-            return f"{self._full_name}'s attributes cannot be set once it is made{advice}"
+            return f"the attributes of {self._full_name} cannot be set once it is made{advice}"
         if variable.causality == "input":
             return f"an input is given to a step: step(duration, {name}=...)"
         return f"a start value is given to reset: reset({name}=...)" if variable.state else "an output can only be read"
