@@ -83,7 +83,8 @@ def test_the_objective_of_an_episode_at_rest_is_minus_its_return(name, arguments
 def test_every_environment_has_a_short_name():
     assert task_names()["pulse-forming"] == "granular_env/PulseForming-v1"
     for short, registered in task_names().items():
-        assert TaskProblem(short, {"grains": 48}).name == registered == TaskProblem(registered, {"grains": 48}).name
+        small = {"loads": 2} if short == "buried-target" else {"grains": 48}
+        assert TaskProblem(short, small).name == registered == TaskProblem(registered, small).name
 
 
 def test_a_task_without_a_deadline_is_refused():

@@ -72,6 +72,7 @@ DOMAINS: dict[str, Domain] = {
         views="granular_env.domains.chain.viewing.views:ChainViews",
         papers={"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983:PAPER"},
     ),
+    "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
 }
 """Name of a component in the catalogue -> what its domain offers."""
 
