@@ -147,14 +147,14 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
 
 
 @jit
-def set_weight(body, ground, bonds, law, motion, half, contacts, row, weight):
+def set_weight(body, ground, bonds, motion, half, contacts, row, weight):
     """Give the link of a contact another weight; return the energy that this takes [J]."""
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
     u = motion.displacement
     energy = 0.0
     for sign in (1.0, -1.0):
         energy += sign * (volume_energy(body, bonds, u, half, i) + volume_energy(body, bonds, u, half, j))
-        energy += sign * bonds.weight[i, slot] * pair_energy(body, bonds, law, u, half, i, slot)
+        energy += sign * bonds.weight[i, slot] * pair_energy(body, bonds, u, half, i, slot)
         energy += sign * contact_energy(body, ground, bonds, motion, contacts, row, 0.0)
         bonds.weight[i, slot] = weight
         bonds.weight[j, opposite_slot(body.directions.shape[0], slot)] = weight
@@ -182,7 +182,7 @@ def release_bonds(body, ground, bonds, law, motion, half, contacts, count, tick)
         if slot < 0 or not 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
             continue
         weight = max(0.0, 1.0 - (tick - contacts.pairs[row, START] + 1) / law.release)
-        lost += set_weight(body, ground, bonds, law, motion, half, contacts, row, weight)
+        lost += set_weight(body, ground, bonds, motion, half, contacts, row, weight)
     return lost
 
 

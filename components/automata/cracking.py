@@ -82,7 +82,7 @@ def begin_tick(medium, motion, scratch, judgement, contacts, count, losses, time
     bond_dilations(body, bonds, u, scratch.half, scratch.dilation, 0, automata)
     if law.elastic and not law.criterion:
         return 0
-    bond_stresses(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, 0, automata)
+    bond_stresses(body, bonds, u, scratch.half, scratch.dilation, judgement.stress, 0, automata)
     marked, lost = update_bonds(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, judgement.mark)
     losses[INELASTIC] += lost
     return marked
@@ -127,7 +127,7 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
             count, known = count + 1, known + 1
     for row in range(first, count):
         weight = 1.0 - 1.0 / law.release
-        losses[FRACTURE] += set_weight(body, ground, bonds, law, motion, scratch.half, contacts, row, weight)
+        losses[FRACTURE] += set_weight(body, ground, bonds, motion, scratch.half, contacts, row, weight)
     for row in range(first, count):
         for end in (FIRST, SECOND):
             i = contacts.pairs[row, end]
@@ -161,7 +161,7 @@ def finish_tick(
     """
     body, automata = medium.body, medium.body.kind.size
     u, half = motion.displacement, scratch.half
-    bond_forces(body, medium.bonds, medium.law, u, half, scratch.dilation, scratch.force, scratch.torque, 0, automata)
+    bond_forces(body, medium.bonds, u, half, scratch.dilation, scratch.force, scratch.torque, 0, automata)
     losses[FRICTION] += add_contacts(
         body, medium.ground, medium.bonds, motion, contacts, count, time, scratch.force, scratch.torque
     )
