@@ -81,7 +81,7 @@ class CrackingSteps(LinkedSteps):
                     return status
             if code == cracking.BREAK:
                 self._break_links(tick)
-                if not self._finish() <= self.speed_limit**2:
+                if not self._finish(tick) <= self.speed_limit**2:
                     return cracking.TOO_FAST
                 tick += 1
         return 0
@@ -94,11 +94,11 @@ class CrackingSteps(LinkedSteps):
             self.speed_limit, _MOST_TRAVEL * self.packing.diameter,
         )  # fmt: skip
 
-    def _finish(self) -> float:
+    def _finish(self, tick: int) -> float:
         edge = self.boundary
         return cracking.finish_tick(
             self.medium, self.packing.reference, self.motion, self.scratch, self._contacts(), self._count(), edge.load,
-            edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size,
+            edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size, tick,
         )  # fmt: skip
 
     def _break_links(self, tick: int) -> None:
