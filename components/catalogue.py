@@ -27,6 +27,10 @@ _OWN = {
         "A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.",
     ),
     "discs": (".discs:Discs", "Discs in a box, tied together by links that break."),
+    "grid": (
+        ".grid.component:Grid",
+        "A continuum in plane strain on a mesh of quadrilaterals that moves with it: Wilkins (1964), Psakhie et al. (2003).",
+    ),
     "oscillator": (".oscillator:Oscillator", "A mass on a spring, pushed by a force."),
 }
 

@@ -156,10 +156,11 @@ class Snapshot:
         return np.frombuffer(self.data)
 
     def to_bytes(self) -> bytes:
-        """Return a versioned header and plain arrays; see `packing`."""
-        numbers = {name: value for name, value in self.inputs.items() if isinstance(value, float)}
-        profiles = {name: value for name, value in self.inputs.items() if isinstance(value, CompiledProfile)}
-        held_arrays = {name: value for name, value in self.inputs.items() if isinstance(value, np.ndarray)}
+        """Return a versioned header and plain arrays; see `packing`. The order in which inputs were given leaves no trace."""
+        inputs = sorted(self.inputs.items())
+        numbers = {name: value for name, value in inputs if isinstance(value, float)}
+        profiles = {name: value for name, value in inputs if isinstance(value, CompiledProfile)}
+        held_arrays = {name: value for name, value in inputs if isinstance(value, np.ndarray)}
         header = {
             "kind": "snapshot",
             "identity": self.identity,

@@ -18,7 +18,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 _WIDTH, _ROW, _GAP, _MARGIN = 960, 62, 10, 16
 _LETTERS_A_LINE = 34
 # Below the command line: a domain may use every generic room, which reach it through the table of domains alone.
-_DOMAINS_AT = 2
+_DOMAINS_AT = 1
 # The modules of components/ that a newcomer reads.
 _PAGES = ("contract", "component", "stepping", "inputs", "snapshot", "catalogue", "oscillator", "discs")
 

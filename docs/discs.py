@@ -28,7 +28,7 @@ def show(axes: Axes, discs: Discs) -> None:
     axes.set_title(f"{discs.time * 1e3:.0f} ms, {discs.get('broken_links'):.0f} broken links")
 
 
-@figure_style.styled
+@figure_style.with_style
 def breaking_block() -> None:
     """Draw a block of discs that breaks."""
     figure = figure_style.new_figure(11.0, 2.9)

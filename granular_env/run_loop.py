@@ -324,7 +324,7 @@ def _record(
     stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
 ) -> None:
     from granular_env.recording import record
-    from granular_env.recording.error_note import note_log_on_error
+    from granular_env.recording.record import note_log_on_error
 
     refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording this {component.name}", ExperimentError)
     recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)

@@ -52,7 +52,7 @@ def test_help_needs_none_of_the_heavy_packages():
     heavy = ["numpy", "numba", "scipy", "rerun", "matplotlib", "xarray", "gymnasium", "pydantic", "rich", "mcap"]
     code = (
         "import sys\nfrom granular_env.cli import main\n"
-        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        "main(['--help'])\n"
         f"print([name for name in {heavy} if name in sys.modules])"
     )
     ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
@@ -422,62 +422,99 @@ def test_a_wrong_branch_writes_nothing(arguments, said, log, folder, capsys):
 
 @pytest.mark.parametrize("arguments", [["fly"], ["run"], ["branch", "x.mcap"], ["run", "x", "--log", "a", "--no-log"]])
 def test_misuse_is_status_2(arguments, capsys):
-    with pytest.raises(SystemExit) as caught:
-        main(arguments)
-    assert caught.value.code == 2
-    assert "usage: granular-env" in capsys.readouterr().err
+    assert main(arguments) == 2
+    assert "Usage: granular-env" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["rnu"], "there is no command 'rnu'; did you mean 'run'?"),
-        (["run", "x", "--overwritte"], "usage: granular-env run "),
-        (["run", "x", "--overwritte"], "--overwritte; did you mean '--overwrite'?"),
-        (["branch", "x.mcap", "--at", "1", "--for", "3"], "usage: granular-env branch "),
+        (["rnu"], "No such command 'rnu'. Did you mean 'run'?"),
+        (["run", "x", "--overwritte"], "Usage: granular-env run "),
+        (["run", "x", "--overwritte"], "No such option '--overwritte'. Did you mean '--overwrite'?"),
+        (["branch", "x.mcap", "--at", "1", "--for", "3"], "Usage: granular-env branch "),
     ],
 )
 def test_what_is_mistyped_is_answered_by_its_command_and_the_nearest_name(arguments, said, capsys):
-    with pytest.raises(SystemExit) as caught:
-        main(arguments)
-    assert caught.value.code == 2
+    assert main(arguments) == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "x", "--log", "--quiet"], "Option '--log' requires an argument."),
+        (["run", "x", "--log"], "Option '--log' requires an argument."),
+        (["run", "x", "--log", "a", "--no-log"], "--log and --no-log exclude each other; give one of them."),
+        (["sweep", "x", "--quiet", "--json"], "--quiet and --json exclude each other; give one of them."),
+        (["view", "x", "--web", "--save", "a.rrd"], "--web and --save exclude each other; give one of them."),
+        (["branch", "x.mcap", "--at", "soon"], "Invalid value for '--at': 'soon' is not a valid float."),
+        (["report", "x.mcap", "--grains", "3,x"], "Invalid value for '--grains': 'x' is not a valid integer."),
+        (["sweep", "x", "--engine", "rya"], "'rya' is not one of 'processes', 'serial', 'ray'."),
+        (["replay", "a.mcap", "b.mcap"], "unexpected extra argument (b.mcap)"),
+    ],
+)
+def test_options_that_do_not_fit_are_named(arguments, said, folder, capsys):
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(f"Usage: granular-env {arguments[0]} [OPTIONS] ")
+    assert said in captured.err
+    assert [*folder.iterdir()] == []
+
+
+def test_negative_numbers_and_names_that_begin_with_a_dash(log, folder, capsys):
+    assert main(["branch", log, "--at", "-1"]) == 2
+    assert "-1 s" in capsys.readouterr().err
+    assert main(["run", "oscillator/pushed", "--set", "start.position=-0.5", "--log", "b.mcap", "--quiet"]) == 0
+    with open_log("b.mcap") as negative:
+        assert negative.get("position", 0.0) == -0.5
+    Path("-x.mcap").write_bytes(Path(log).read_bytes())
+    assert main(["check", "-x.mcap"]) == 2
+    capsys.readouterr()
+    assert main(["check", "--", "-x.mcap"]) == 0
+    assert capsys.readouterr().out.startswith("-x.mcap: an oscillator")
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_help_fits_the_terminal(width):
+    for command in ([], ["run"], ["report"], ["study"]):
+        status, written = run_in_terminal(["-m", "granular_env", *command, "--help"], width)
+        assert status == 0
+        assert max(map(len, seen_lines(written))) <= width
 
 
 def test_without_a_command_there_is_help(capsys):
     assert main([]) == 0
     text = capsys.readouterr().out
-    assert "usage: granular-env" in text
+    assert "Usage: granular-env" in text
     for status in ("0 done", "1 a verification", "2 an error", "70 a fault", "130 ended by"):
-        assert status in text.replace("\n", " ")
+        assert status in " ".join(text.split())
 
 
 def test_the_version_is_told(capsys):
-    with pytest.raises(SystemExit) as caught:
-        main(["--version"])
-    assert caught.value.code == 0
+    assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"granular-env {version('granular-env')}\n"
 
 
 def test_a_fault_of_the_program_is_no_difference(monkeypatch, capsys):
-    from granular_env import commands
+    from granular_env.cli.program import program
 
-    def broken(args):
+    def broken(**options):
         raise AttributeError("no such thing")
 
-    monkeypatch.setitem(commands.COMMANDS, "replay", broken)
+    monkeypatch.setattr(program.commands["replay"], "callback", broken)
     assert main(["replay", "a.mcap", "--verify"]) == 70
     told = capsys.readouterr().err
     assert "AttributeError: no such thing" in told and "please report it" in told
 
 
 def test_a_fault_of_the_system_is_one_sentence(monkeypatch, capsys):
-    from granular_env import commands
+    from granular_env.cli.program import program
 
-    def refused(args):
+    def refused(**options):
         raise OSError(24, "Too many open files", "a.mcap")
 
-    monkeypatch.setitem(commands.COMMANDS, "run", refused)
+    monkeypatch.setattr(program.commands["run"], "callback", refused)
     assert main(["run", "x"]) == 2
     assert capsys.readouterr().err == "granular-env run: 'a.mcap': the system refused it: Too many open files\n"
 
@@ -606,12 +643,12 @@ def test_a_run_that_would_take_long_is_told_of_by_check(capsys):
 
 
 def test_ctrl_c_outside_of_a_run_is_status_130(monkeypatch, capsys):
-    from granular_env import commands
+    from granular_env.cli.program import program
 
-    def interrupted(args):
+    def interrupted(**options):
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(commands.COMMANDS, "list", interrupted)
+    monkeypatch.setattr(program.commands["list"], "callback", interrupted)
     assert main(["list"]) == 130
     assert "interrupted" in capsys.readouterr().err
 

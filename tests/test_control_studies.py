@@ -143,7 +143,7 @@ def test_what_is_wrong_with_a_study_is_named(document, told):
     [
         ("bugdet=3", "override 'bugdet=3': bugdet: unknown; did you mean 'budget'?"),
         ("drive.knot=3", "drive.knot: unknown; did you mean 'knots'?"),
-        ("method.1.batch=3", "got the index '1', expected 0 to 0"),
+        ("method.1.batch=3", "got the index '1', expected -1 to 0"),
         ("method.0.bach=3", "method.0.bach: unknown; did you mean 'batch'?"),
         ("budget.a=3", "budget is 4000, so it has no 'a'"),
     ],

@@ -191,6 +191,7 @@ def test_pull_is_the_slope_of_value_and_note(name: str, action: str, chain: dict
     env = TASKS[name](12, action=action, chain=chain, **SMALL[name])
     env.reset(seed=2)
     objective, steps = env.task.objective(env.component, 60), 60
+    note, pull = env.component.specialise(objective.note), env.component.specialise(objective.pull)
     inputs, slopes, rest = np.zeros(2), np.zeros(objective.count), np.zeros(objective.count)
     # Any state whose contacts are far from opening.
     a, random = env.component.table.copy(), np.random.default_rng(7)
@@ -199,12 +200,12 @@ def test_pull_is_the_slope_of_value_and_note(name: str, action: str, chain: dict
 
     def value(table: np.ndarray, out: np.ndarray) -> float:
         sums = np.full(objective.count, 0.1)
-        objective.note(table, steps - 1, steps, inputs, objective.constants, sums)
+        note(table, steps - 1, steps, inputs, objective.constants, sums)
         return objective.value(sums, objective.constants, out)
 
     value(a, slopes)
     bar = np.zeros_like(a)
-    objective.pull(a, bar, steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes)
+    pull(a, bar, steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes)
     assert np.abs(bar).max() > 0.0
     compared = 0
     for row in (U, V, REST_OVERLAP, STIFFNESS, MASS):

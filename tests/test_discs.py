@@ -8,15 +8,23 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from matplotlib.collections import EllipseCollection, LineCollection
+from support.rerun_tools import columns
 
 import granular_env as ge
+from granular_env.cli import main
 from granular_env.components.discs import Discs
+from granular_env.components.drawables import Cells
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.profiles import Profile
-from granular_env.envs import ComponentEnv, Task
+from granular_env.control.study.runner import run_study
+from granular_env.envs import ComponentEnv, OpenLoop, Task
+from granular_env.envs.policies import Policy
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
-from granular_env.viewing import report
+from granular_env.viewing import plane, report
+from granular_env.viewing.foxglove import foxglove_layout
+from granular_env.viewing.scene_data import from_log
 
 THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
 
@@ -187,11 +195,74 @@ def test_the_report_shows_discs_links_events_and_balances(log, tmp_path: Path) -
     assert "every grain" not in page and "along the chain" not in page
 
 
+def test_the_report_has_pictures_of_the_plane(log, tmp_path: Path) -> None:
+    page = report(log, tmp_path / "report").read_text()
+    assert "In the plane" in page and "displacements drawn 20 x larger; a broken link has no line" in page
+    assert (tmp_path / "report" / "plane.png").stat().st_size > 10_000
+    shown = plane.load_plane(log, from_log(log).motion)
+    assert shown is not None and shown.times[1] == pytest.approx(log.events()[0].tick * 1e-5, abs=1e-4)
+    panels = plane.draw_plane(shown).axes[:4]
+    lines = [sum(len(one.get_segments()) for one in axes.collections if isinstance(one, LineCollection)) for axes in panels]
+    assert lines == [9, 8, 8, 8]
+    discs = next(one for one in panels[3].collections if isinstance(one, EllipseCollection))
+    np.testing.assert_array_equal(discs.get_array(), log.series("speed")[1][-1])
+    centres = log.drawables[0].reference + shown.exaggeration * log.series("displacement")[1][-1]
+    np.testing.assert_allclose(discs.get_offsets(), centres)
+    chosen = plane.load_plane(log, None, [0.01])
+    assert chosen is not None and chosen.times.tolist() == [pytest.approx(0.01, abs=1e-4)]
+    with pytest.raises(ParameterError, match="times"):
+        plane.load_plane(log, None, [1.0])
+
+
+def test_a_plane_has_cells_in_the_colours_of_their_field_or_of_its_mean_over_their_nodes() -> None:
+    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
+    corners = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    for field in (np.array([[-3.0, 5.0]]), np.array([[-3.0, -3.0, 13.0, -3.0, -3.0, 13.0]])):
+        cells = Cells("grid", nodes, corners, "stress", "displacement")
+        values = {"stress": field, "displacement": np.full((1, 6, 2), 0.01)}
+        shown = plane.Plane((cells,), np.zeros(1), values, {"stress": "Pa"}, 10.0)
+        axes, bar = plane.draw_plane(shown).axes
+        (drawn,) = axes.collections
+        assert drawn.get_array().tolist() == [-3.0, 5.0] and bar.get_xlabel() == "stress [Pa]"
+        np.testing.assert_allclose(drawn.get_paths()[1].vertices[:4], nodes[corners[1]] + 0.1)
+        assert plane.words(shown) == "Grid at chosen instants, x to the right, y up; displacements drawn 10 x larger."
+
+
 def test_rerun_gets_the_discs(log, tmp_path: Path) -> None:
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
     from granular_env.viewing import save_rrd
 
-    assert save_rrd(log, tmp_path / "a.rrd").stat().st_size > 10_000
+    found, _ = columns(save_rrd(log, tmp_path / "a.rrd"))
+    lines = [row for row in found["scene/links_links"]["strips"] if row is not None]
+    linked = log.series("linked")[1]
+    # A broken link has no line; the others reach from centre to centre.
+    assert [len(row) for row in lines] == np.count_nonzero(linked, axis=1).tolist() and len(lines[0]) == 9 > len(lines[-1])
+    discs = next(name for name in found if name.startswith("scene/particles"))
+    centres = np.array(found[discs]["positions"][-1])
+    np.testing.assert_allclose(np.array(lines[-1][-1])[:, :2], centres[[8, 9], :2], atol=1e-7)
+    words = next(row for row in found["caption"]["text"] if row is not None)[0]
+    assert "Lines: 9 links" in words and "through 0" not in words  # a speed has no sign
+
+
+def test_a_live_viewer_shows_links_until_they_break(tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="the extra `view` is not installed")
+    from granular_env.viewing import LiveViewer
+
+    discs = Discs(rows=1, columns=2, step_size=1e-6)
+    with LiveViewer(discs, save=tmp_path / "live.rrd"):
+        discs.step(1e-2, force=np.array([[-1.5, 0.0], [1.5, 0.0]]))
+    found, _ = columns(tmp_path / "live.rrd")
+    counts = [len(row) for row in found["scene/links_links"]["strips"] if row is not None]
+    assert counts[0] == 1 and counts[-1] == 0
+
+
+def test_the_layout_for_foxglove_shows_links_and_looks_from_above(tmp_path: Path) -> None:
+    discs = thrown()
+    with ge.record(discs, tmp_path / "a.mcap"):
+        discs.step(1e-3)
+    with ge.open_log(tmp_path / "a.mcap") as log:
+        scene = foxglove_layout(log)["configById"]["3D!preview"]
+    assert scene["topics"]["/links/links"]["visible"] and scene["cameraState"]["phi"] < 45.0
 
 
 def test_a_task_drives_every_disc() -> None:
@@ -208,6 +279,62 @@ def test_a_task_drives_every_disc() -> None:
     assert picture.shape == (360, 960, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 3
 
 
+def played(env: gymnasium.Env, policy: Policy) -> tuple[float, dict]:
+    observation, info = env.reset(seed=0)
+    policy.reset()
+    total, over = 0.0, False
+    while not over:
+        observation, reward, terminated, truncated, info = env.step(policy(observation, info))
+        total, over = total + float(reward), terminated or truncated
+    return total, info
+
+
+@pytest.mark.parametrize("target", range(9))
+def test_pulses_that_meet_split_the_row_at_any_link(target: int) -> None:
+    env = gymnasium.make("granular_env/Splitting-v1", target=target)
+    policies = env.unwrapped.task.baselines()
+    value, info = played(env, policies["theory"])
+    assert info["linked"][target] == 0.0 and info["wrong_links"] == 0.0 and info["closeness"] == 1.0
+    # A link that breaks at 2 N and 0.2 mm holds 0.2 mJ.
+    assert value == pytest.approx(1.0 - 0.1 * info["work"] / 2e-4, rel=1e-9) and value > 0.586
+    value, info = played(env, policies["nothing"])
+    assert abs(value) < 1e-9 and info["linked"].all()
+
+
+def test_a_wrong_link_costs_a_whole_return() -> None:
+    env = gymnasium.make("granular_env/Splitting-v1", target=2, force_scale=4.0, work_price=0.0)
+    value, info = played(env, OpenLoop(np.tile([0.0, 1.0], (60, 1))))  # the right end alone, harder than a link bears
+    assert info["wrong_links"] >= 1.0 and value == pytest.approx(info["closeness"] - info["wrong_links"], rel=1e-9)
+
+
+def test_splitting_refuses_what_is_no_link() -> None:
+    for target in (9, -1, True, 1.0):
+        with pytest.raises(ParameterError, match="expected a link of a single row, 0 to 8"):
+            gymnasium.make("granular_env/Splitting-v1", target=target)
+    with pytest.raises(ParameterError, match="target"):
+        gymnasium.make("granular_env/Splitting-v1", discs={"rows": 2})
+
+
+def test_without_a_native_batch_gymnasiums_own_serves_and_describe_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    batch = gymnasium.make_vec("granular_env/Splitting-v1", num_envs=2)
+    assert isinstance(batch, gymnasium.vector.SyncVectorEnv) and batch.reset(seed=0)[0].shape == (2, 49)
+    assert main(["describe", "discs"]) == 0
+    told = capsys.readouterr().out
+    assert "granular_env/Splitting-v1" in told and "SyncVectorEnv" in " ".join(told.split())
+    assert main(["describe", "chain"]) == 0
+    assert "granular_env/Protection-v1      native batch" in capsys.readouterr().out
+
+
+def test_the_shipped_study_finds_more_than_theory(tmp_path: Path) -> None:
+    pytest.importorskip("cma", reason="the extra `control` is not installed")
+    result = run_study("splitting", tmp_path / "study", overrides={"budget": 10_000, "seeds": [2]}, only=["cma"])
+    score, theory = result.of("cma")[0].score, result.baselines["theory"]
+    assert score is not None and score.value > theory.value + 0.1
+    page = (tmp_path / "study" / "report.html").read_text()
+    assert "forward runs" not in page  # it has no slopes to count
+    assert verify(tmp_path / "study" / "logs" / "cma-2.mcap").identical
+
+
 def test_a_sweep_finds_how_strain_decides(tmp_path: Path) -> None:
     plan = {
         "version": 1, "experiment": "discs/broken-row", "set": {"duration": 0.01},
@@ -221,8 +348,6 @@ def test_a_sweep_finds_how_strain_decides(tmp_path: Path) -> None:
 
 def test_cma_finds_how_to_break_every_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma", reason="the extra `control` is not installed")
-    from granular_env.control.study.runner import run_study
-
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     study = {
         "version": 1, "name": "divide", "budget": 1500, "task": {"name": "test_discs:make_divide"},

@@ -13,7 +13,8 @@ import pytest
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.jit import JIT, address, caller, jit
+from granular_env.components.support.addresses import address, caller
+from granular_env.components.support.jit import JIT, jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection

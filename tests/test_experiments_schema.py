@@ -98,7 +98,7 @@ FAULTS = [
     ('variable = "position"', 'variable = "positoin"', ["stop.0.variable", "did you mean 'position'?"]),
     ('variable = "position"', 'varable = "position"', ["stop.0.varable: unknown; did you mean 'variable'?"]),
     ("below = -100.0", "below = -100.0\nabove = 3.0", ["stop.0", "exactly one of above and below"]),
-    ("below = -100.0", "below = -100.0\nindex = 1", ["stop.0.index: got 1"]),
+    ('variable = "position"', 'variable = "position[1]"', ["stop.0.variable: got the index 1 of 'position', expected none"]),
     ("below = -100.0", "below = -100.0\nevery = 0.015", ["stop.0.every: 0.015 s is 1.5 internal steps"]),
     ("[[stop]]", "[stop]", ["stop: got", "two brackets"]),
     ("every = 0.1", "evry = 0.1", ["record.evry: unknown; did you mean 'every'?"]),
@@ -264,7 +264,7 @@ def test_an_input_can_be_replaced_as_a_whole_or_by_a_number(good):
         ("record.evry=1", "did you mean 'every'?"),
         ("start.positon=1", "did you mean 'position'?"),
         ("input.forse=1", "did you mean 'force'?"),
-        ("stop.3.below=1", "expected 0 to 0"),
+        ("stop.3.below=1", "expected -1 to 0"),
         ("stop.x.below=1", "got the index 'x'"),
         ("stop.0.bellow=1", "did you mean 'below'?"),
         ("start.position.0=1", "set start.position as a whole"),
@@ -367,8 +367,11 @@ def test_an_override_leaves_the_given_dict_alone(good):
         ({"above": 1.0}, [0.0, 2.0], True),
         ({"above": 1.0, "reduce": "any"}, [0.0, 2.0], True),
         ({"above": 1.0, "reduce": "min"}, [0.0, 2.0], False),
-        ({"above": 1.0, "index": 0}, [0.0, 2.0], False),
-        ({"above": 1.0, "index": -1}, [0.0, 2.0], True),
+        ({"variable": "x[0]", "above": 1.0}, [0.0, 2.0], False),
+        ({"variable": "x[-1]", "above": 1.0}, [0.0, 2.0], True),
+        ({"variable": "x[1,0]", "above": 1.0}, [[0.0, 0.0], [2.0, 0.0]], True),
+        ({"variable": "x[0,1]", "above": 1.0}, [[0.0, 0.0], [2.0, 0.0]], False),
+        ({"variable": "x", "above": 1.0}, [[0.0, 0.0], [2.0, 0.0]], True),
         ({"below": 1.0}, [0.0, 2.0], True),
         ({"below": 1.0, "reduce": "max"}, [0.0, 2.0], False),
         ({"below": 3.0, "reduce": "max"}, [0.0, 2.0], True),
@@ -377,7 +380,7 @@ def test_an_override_leaves_the_given_dict_alone(good):
 def test_stop_rules_decide(rule, value, met):
     from granular_env.experiments.stop_rules import StopRule
 
-    assert StopRule(variable="x", **rule).is_met(value) is met
+    assert StopRule(**{"variable": "x", **rule}).is_met(np.array(value)) is met
 
 
 def test_errors_are_of_the_family():

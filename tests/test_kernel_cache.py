@@ -20,8 +20,9 @@ from numba.core import config as numba_config
 
 from granular_env.components.errors import ParameterError
 from granular_env.components.support import kernel_cache
+from granular_env.components.support.addresses import address
 from granular_env.components.support.fingerprint import fingerprint
-from granular_env.components.support.jit import JIT, address, entry_point, jit
+from granular_env.components.support.jit import JIT, entry_point, jit
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
 ROOT = Path(__file__).resolve().parents[1]
@@ -269,7 +270,8 @@ def test_kernels_of_numbas_own_cache_are_never_stale(tmp_path: Path) -> None:
     text = """
 import os, numba
 from helper import K
-from granular_env.components.support.jit import address, caller, jit
+from granular_env.components.support.addresses import address, caller
+from granular_env.components.support.jit import jit
 W = float(os.environ["W"])
 @numba.njit(cache=True)
 def judge(x): return K * W * x
@@ -407,3 +409,21 @@ def test_of_many_processes_one_speaks(tmp_path: Path) -> None:
     )
     done = run(code, tmp_path, environment={"GRANULAR_ENV_QUIET": ""})
     assert done.stdout == "1\n" and done.stderr.count("compiling") == 1
+
+
+@pytest.mark.skipif(not JIT, reason="nothing is compiled")
+def test_a_kernel_is_compiled_once_whatever_whole_numbers_it_is_called_with() -> None:
+    @jit
+    def scaled(k, x):  # noqa: ANN001, ANN202
+        return k * x
+
+    @jit
+    def called(n, x):  # noqa: ANN001, ANN202
+        k = 1  # a literal at first, any number later
+        for _ in range(n):
+            x += scaled(k, x) + scaled(3, x)
+            k += 1
+        return x
+
+    assert called(2, 1.0) == 30.0
+    assert len(scaled.overloads) == 1  # type: ignore[attr-defined]

@@ -122,11 +122,11 @@ def test_memory_that_runs_out_in_a_run_is_an_error_of_the_family(tmp_path: Path)
 
 
 def test_memory_that_runs_out_in_any_command_is_no_traceback(monkeypatch, capsys):
-    from granular_env import commands
+    from granular_env.cli.program import program
 
-    def greedy(args):
+    def greedy(**options):
         raise MemoryError
 
-    monkeypatch.setitem(commands.COMMANDS, "list", greedy)
+    monkeypatch.setattr(program.commands["list"], "callback", greedy)
     assert main(["list"]) == 2
     assert "more memory than there is" in capsys.readouterr().err

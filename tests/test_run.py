@@ -87,7 +87,7 @@ def test_a_stop_rule_never_looks_at_the_start():
 
 
 def test_a_stop_rule_watches_one_grain():
-    rule = {"variable": "velocity", "index": 5, "above": 1.0, "every": 1e-6}
+    rule = {"variable": "velocity[5]", "above": 1.0, "every": 1e-6}
     result = run("nesterenko-1983/3.1-one-grain", overrides={"stop": [rule]})
     assert result.stopped_by == "velocity[5] above 1"
     velocity = result.component.get("velocity")

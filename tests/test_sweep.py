@@ -429,6 +429,15 @@ def test_shipped_plans_are_computed(name, tmp_path):
         slope = np.polyfit(np.log(table["amplitude"]), np.log(table["speed"]), 1)[0]
         assert slope == pytest.approx(0.2, abs=2e-4)
         np.testing.assert_allclose(table["amplitude"] / table["start.velocity.0"], 0.6816, atol=5e-4)
+    if name == "discs-breaking":
+        # The springs are linear: twice the force at twice the breaking strain is the same run with twice the velocities.
+        rows = table.set_index(["component.breaking_strain", "input.force.peak"])
+        for force in (0.5, 1.0, 1.5):
+            once, twice = rows.loc[(0.01, force)], rows.loc[(0.02, 2.0 * force)]
+            assert (twice["broken"], twice["middle"]) == (once["broken"], once["middle"])
+            assert twice["fastest"] == pytest.approx(2.0 * once["fastest"], rel=1e-9)
+            assert twice["torn"] == pytest.approx(4.0 * once["torn"], rel=1e-9)
+        assert rows.loc[(0.01, 1.5), "broken"] == 1.0 and rows.loc[(0.01, 1.5), "middle"] == 0.0
 
 
 # -- engines --------------------------------------------------------------------------------------------------------

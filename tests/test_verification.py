@@ -69,8 +69,7 @@ def test_a_closed_log_without_a_step_was_not_compared(tmp_path: Path, capsys: py
 
 
 def test_help_states_the_exit_status(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["replay", "--help"])
+    assert main(["replay", "--help"]) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert "0 identical" in text and "1 different" in text and "3 incomplete" in text
 

@@ -54,15 +54,15 @@ def clock(monkeypatch):
 def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, stalls=()):
     """Wall times [s] and ticks of the frames of a run that does so many ticks per second; `stalls`: frames that take 1 s."""
     frames, tick, begin = [], 0, clock.now
-    pace.restart(0)
+    pacing.restart(0)
     upcoming = 1
     while clock.now < begin + seconds:
         clock.now += (upcoming - tick) / ticks_per_second
         tick = upcoming
-        if pace.arrive(tick):
+        if pacing.arrive(tick):
             frames.append((clock.now - begin, tick))
             clock.now += 1.0 if len(frames) in stalls else frame_seconds
-        upcoming = pace.leave(tick)
+        upcoming = pacing.leave(tick)
         assert upcoming > tick
     return np.array(frames)
 

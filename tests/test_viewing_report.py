@@ -79,8 +79,7 @@ def test_a_report_shows_what_it_is_asked_for(log, tmp_path):
         "--variables",
         "contact_force",
         "--grains",
-        "3",
-        "7",
+        "3,7",
         "--times",
         "5e-5",
     ]

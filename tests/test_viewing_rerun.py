@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from support.rerun_tools import columns
 
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
@@ -23,20 +24,6 @@ def chain_log(tmp_path_factory):
     with record(chain, path, every=2e-6, variables=names, experiment={"name": "piston *bold*", "duration": 1e-4}):
         chain.step(1e-4, left_velocity=5.0)
     return open_log(path)
-
-
-def columns(path):
-    """Entity -> component -> values of each row, and entity -> timelines, of an .rrd file."""
-    from rerun.chunk import RrdReader
-
-    found, timelines = {}, {}
-    for chunk in RrdReader(path).stream().to_chunks():
-        batch = chunk.to_record_batch()
-        entity = found.setdefault(str(chunk.entity_path).strip("/"), {})
-        timelines.setdefault(str(chunk.entity_path).strip("/"), set()).update(chunk.timeline_names)
-        for name in batch.schema.names:
-            entity.setdefault(name.rpartition(":")[2], []).extend(batch.column(name).to_pylist())
-    return found, timelines
 
 
 def test_a_saved_scene_holds_grains_of_true_size_stretched_by_the_stated_factor(chain_log, tmp_path):

@@ -5,4 +5,6 @@ from __future__ import annotations
 from .component import Automata
 from .parameters import AutomataParameters
 
+COMPILATION = ("the automata", 8)
+
 __all__ = ["Automata", "AutomataParameters"]

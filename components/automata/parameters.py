@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import model_validator
 
-from ..errors import nearest
-from ..materials.elastic import PRESETS, Material, preset_list
+from ..materials.elastic import Material, Preset, preset_list
+from ..support.fields import Index, field
 from ..support.validation import Parameters
 from .breaking import ChosenCriterion, Unbreakable
 from .responses import ChosenResponse, Linear
-from .shapes import ChosenShape, Rectangle, field
+from .shapes import ChosenShape, Rectangle
 from .sides import SIDES, SideKind
 
 __all__ = ["AutomataParameters"]
 
 
-def _known_preset(name: str) -> str:
-    if name not in PRESETS:
-        raise ValueError(f"{name!r} is no preset; {nearest(name, PRESETS)}; or give density, young and poisson")
-    return name
-
-
-Preset = Annotated[str, AfterValidator(_known_preset)]
-Index = Annotated[int, Field(ge=0)]
 _SIDE = (
     "free, fixed, symmetry, platen (smooth, moves with {0}_speed), velocity ({0}_velocity), traction ({0}_traction), periodic"
 )

@@ -14,12 +14,14 @@ from ..errors import ParameterError, StepError, caution
 from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..snapshot import Block, FloatArray
+from ..support.addresses import location
 from ..support.jit import entry_point
 from . import kernels, layout
 from .diagnostics import Validity
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
+from .held_step import HELD_SIGNATURE, advance_held, held_call
 from .integrators import SCHEMES, SIGNATURE, dop853
-from .laws import LAWS, Dissipative, Law
+from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
 from .specialisation import specialise
 
@@ -72,12 +74,13 @@ class Chain(Component):
         self._scheme = SCHEMES[p.integrator]
         self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.exponent)
         self.step_size = self._suggested_step() if p.step_size is None else p.step_size
-        self.scheme_kernel = self._of_law(self._scheme.advance)
+        self.scheme_kernel = self.specialise(self._scheme.advance)
         self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
         self._grains = slice(1, p.grains + 1)
         width = layout.row_width(p.grains)
         last = layout.FREE_ROW + self._scheme.history_rows
         self.state_rows = slice(_first_state_row(p.law), last)
+        self._advance_held = entry_point(advance_held, HELD_SIGNATURE)
         self._live_in(self._claim_memory((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # Pistons carry their own grains.
@@ -87,6 +90,7 @@ class Chain(Component):
         self._table[layout.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         self.left_input = "left_velocity" if p.left == "piston" else "left_force"
         self.right_input = "right_velocity" if p.right == "piston" else "right_force"
+        self._left_moves, self._right_moves = p.left not in WALLS, p.right not in WALLS
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
 
     def _suggested_step(self) -> float:
@@ -98,16 +102,14 @@ class Chain(Component):
             pressed_angle=self._scheme.pressed_angle,
         )
 
-    def _of_law(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a kernel for the chain's contact law."""
-        return specialise(kernel, type(self.parameters.law))
-
     def _largest_angle(self, forces: float) -> float:
         """Step x frequency of a contact at which it sees so many force evaluations."""
         return step_times_frequency(self.parameters.law.exponent, self._scheme.evaluations, forces)
 
     def _live_in(self, memory: FloatArray) -> None:
         self._table = memory
+        self._held_call = held_call(self.scheme_kernel, memory)
+        self._held_call_location = location(self._held_call)
         state = memory[self.state_rows]
         self._block = Block(state.reshape(-1), rows=("f8", state.shape))
 
@@ -141,10 +143,10 @@ class Chain(Component):
         for end, column in ((p.left, 1), (p.right, p.grains)):
             if end == "piston":
                 rows[layout.INVERSE_MASS, column] = rows[layout.MASS, column] = 0.0
-        rows[layout.SCALARS, :13] = (
+        rows[layout.SCALARS, :12] = (
             self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1],
             chain.static_force[0], chain.static_force[-1], chain.sound_speed.min(), p.tolerance, p.grains,
-            list(LAWS).index(p.law.name), p.law.exponent, p.gravity,
+            p.law.exponent, p.gravity,
         )  # fmt: skip
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
@@ -246,9 +248,9 @@ class Chain(Component):
             self._table[layout.U, self._grains] = displacement
         self._refuse_start()
         if self.parameters.law.has_history:
-            self._of_law(kernels.begin_histories)(self._table)
+            self.specialise(kernels.begin_histories)(self._table)
             # Contacts that start beyond yield got there before the clock began.
-            self._of_law(kernels.remember)(self._table, layout.U)
+            self.specialise(kernels.remember)(self._table, layout.U)
             self._table[layout.DISSIPATED] = 0.0
         kinetic, potential, momentum = self._sums()
         self._table[layout.TALLY, layout.START_ENERGY], self._table[layout.TALLY, layout.START_MOMENTUM] = (
@@ -284,8 +286,9 @@ class Chain(Component):
             done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         else:
             held = self._held
-            left, right = held.get(self.left_input, 0.0), held.get(self.right_input, 0.0)
-            done = self._kernel(self._table, _NO_PIECES, 0, left, right, self._tick, ticks)
+            left = held[self.left_input] if self._left_moves else 0.0
+            right = held[self.right_input] if self._right_moves else 0.0
+            done = self._advance_held(self._held_call_location, left, right, self._tick, ticks)
         if done == ticks:
             return 0
         return self._limit_passed(-done, ticks) if done < 0 else self._continue(done, ticks)
@@ -392,6 +395,10 @@ class Chain(Component):
         """The chain's own table of numbers, for jitted code (`chain.table`): its memory, not a copy; to be read only."""
         return self._table
 
+    def specialise(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a jitted function that reads the table, such as those of `quantities`, for the chain's contact law."""
+        return specialise(kernel, type(self.parameters.law))
+
     def detached_table(self, rows: int = 0) -> FloatArray:
         """Copy the table with `rows` more behind it, for runs beside the chain: overlaps are refused, not warned of."""
         known = len(self._table)
@@ -432,7 +439,7 @@ class Chain(Component):
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
-        kinetic, elastic, momentum = self._of_law(kernels.energies)(self._table, self.geometry.mass)
+        kinetic, elastic, momentum = self.specialise(kernels.energies)(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
@@ -451,11 +458,11 @@ class Chain(Component):
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
-        self._of_law(kernels.contact_forces)(self._table, layout.U, layout.V, forces)
+        self.specialise(kernels.contact_forces)(self._table, layout.U, layout.V, forces)
         return forces
 
     def _force_in(self, contact: int) -> float:
-        return float(self._of_law(kernels.contact_force)(self._table, layout.U, layout.V, contact))
+        return float(self.specialise(kernels.contact_force)(self._table, layout.U, layout.V, contact))
 
     def drawables(self) -> tuple[Points, ...]:
         """Return the grains, along x."""

@@ -119,7 +119,7 @@ def remember(a, u):
         law.remember(a, j, pressed(a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j]))
 
 
-@jit
+@inlined
 def add(total, x):
     """Compensated summation (Kahan): (sum, compensation) -> the same with x added."""
     y = x - total[1]
@@ -127,13 +127,13 @@ def add(total, x):
     return t, (t - total[0]) - y
 
 
-@jit
+@inlined
 def tally(a, place):
     """Return a compensated sum of the tally."""
     return a[TALLY, place], a[TALLY, place + 1]
 
 
-@jit
+@inlined
 def keep(a, place, total):
     """Put a compensated sum back into the tally."""
     a[TALLY, place], a[TALLY, place + 1] = total
@@ -152,7 +152,7 @@ def piece_at(drive, first, last, tick):
     return low - 1
 
 
-@jit
+@inlined
 def next_piece(drive, piece, last, tick):
     """`piece_at` one tick on, where the piece of the tick before is known."""
     while piece + 1 < last and drive[piece + 1, 0] <= tick:
@@ -160,7 +160,7 @@ def next_piece(drive, piece, last, tick):
     return piece
 
 
-@jit
+@inlined
 def recentre(a, row, drive, piece, first, number, tick):
     """Write the drive's polynomial about a tick, in steps, into a row; return its length. Before any piece: `number`."""
     if piece < first:
@@ -178,7 +178,7 @@ def recentre(a, row, drive, piece, first, number, tick):
     return n
 
 
-@jit
+@inlined
 def value(a, row, n, e):
     """Return the value of a re-centred polynomial a part e of a step after the tick."""
     p = 0.0
@@ -187,7 +187,7 @@ def value(a, row, n, e):
     return p
 
 
-@jit
+@inlined
 def integral(a, row, n, e):
     """Its integral from the tick to e, in steps."""
     p = 0.0

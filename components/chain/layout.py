@@ -27,10 +27,10 @@ TALLY, U, V, PEAK, FREE_ROW = range(DISSIPATED + 1, DISSIPATED + 6)
 # Columns that a row has beside the grains': two walls, and those five behind the chain.
 BESIDE_GRAINS = 7
 
-# Columns of the row SCALARS. LAW is the law's place in `laws.LAWS`.
+# Columns of the row SCALARS.
 # RIGHT_BASE is scratch: what one tile tells the next, where a right piston was when the tick began.
 STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, LEFT_STATIC, RIGHT_STATIC, SPEED_LIMIT, TOLERANCE, GRAINS = range(10)
-LAW, EXPONENT, GRAVITY, RIGHT_BASE = range(10, 14)
+EXPONENT, GRAVITY, RIGHT_BASE = range(10, 13)
 # Columns of the row TALLY: compensated sums (value, compensation), what was there at the reset, the history's length and drive.
 WORK_LEFT, WORK_RIGHT, IMPULSE_LEFT, IMPULSE_RIGHT = 0, 2, 4, 6
 START_ENERGY, START_MOMENTUM, HISTORY_LENGTH, HISTORY_DRIVE = 8, 9, 10, 11

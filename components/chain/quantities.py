@@ -12,11 +12,12 @@ Roots of the energy measure distances between states in which every motion count
 energy e above that at rest has the root q = +-sqrt(e), negative where it is less pressed than at rest. Two states differ by
 sum_i m_i (v_i - v'_i)^2 / 2 + sum_j (q_j - q'_j)^2: the energy itself where the second is at rest. A gap stores nothing. For
 laws that have an `energy_root`.
+
+What depends on the contact law works for a chosen one only: `Chain.specialise` makes such a kernel of any that uses these, and
+environments and gradients call it by themselves.
 """
 
 from __future__ import annotations
-
-import numpy as np
 
 from ..support.jit import inlined, jit
 from ..support.powers import power
@@ -24,25 +25,12 @@ from . import kernels
 from .laws import functions as law
 from .laws.functions import DISSIPATES
 from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, STIFFNESS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
-from .specialisation import of_any_law
 
 # -- contacts and ends, and the work of inputs ---------------------------------------------------------------------------
 
 
 @jit
-def _nothing(a, *rest):
-    """Return NaN for laws that do not tell a quantity."""
-    return np.nan
-
-
-@jit
-def _spoil(a, bar, *rest):
-    """Make a derivative NaN for laws that do not tell it."""
-    bar[U, 0] = np.nan
-
-
-@jit
-def _contact_force(a, j):
+def contact_force(a, j):
     """Return the compressive force in contact j, dissipation included, never a pull; 0 where there is no contact [N]."""
     return kernels.contact_force(a, U, V, j)
 
@@ -61,7 +49,7 @@ def _add_overlap(bar, j, slope):
 
 
 @jit
-def _contact_force_pullback(a, bar, j, slope):
+def contact_force_pullback(a, bar, j, slope):
     """Add slope dF/da."""
     d = _pressed_overlap(a, j)
     by_overlap = 0.0
@@ -80,13 +68,13 @@ def _contact_force_pullback(a, bar, j, slope):
 
 
 @jit
-def _contact_energy(a, j):
+def contact_energy(a, j):
     """Return the elastic energy stored in contact j [J]."""
     return law.energy(a, j, _pressed_overlap(a, j))
 
 
 @jit
-def _contact_energy_pullback(a, bar, j, slope):
+def contact_energy_pullback(a, bar, j, slope):
     """Add slope dE/da."""
     d = _pressed_overlap(a, j)
     law.energy_pullback(a, bar, j, d, slope)
@@ -94,25 +82,17 @@ def _contact_energy_pullback(a, bar, j, slope):
 
 
 @jit
-def _energy_root(a, j):
+def energy_root(a, j):
     """Return q of contact j [J^0.5]."""
     return law.energy_root(a, j, _pressed_overlap(a, j), a[REST_OVERLAP, j])
 
 
 @jit
-def _energy_root_pullback(a, bar, j, slope):
+def energy_root_pullback(a, bar, j, slope):
     """Add slope dq_j/da."""
     by_overlap, by_rest = law.energy_root_pullback(a, bar, j, _pressed_overlap(a, j), a[REST_OVERLAP, j], slope)
     _add_overlap(bar, j, by_overlap)
     bar[REST_OVERLAP, j] += by_rest
-
-
-contact_force = of_any_law(_contact_force, _nothing)
-contact_force_pullback = of_any_law(_contact_force_pullback, _spoil, law.ELASTIC_GRADIENT)
-contact_energy = of_any_law(_contact_energy, _nothing)
-contact_energy_pullback = of_any_law(_contact_energy_pullback, _spoil, law.ELASTIC_GRADIENT)
-energy_root = of_any_law(_energy_root, _nothing, law.ENERGY_ROOT)
-energy_root_pullback = of_any_law(_energy_root_pullback, _spoil, law.ENERGY_ROOT)
 
 
 @jit

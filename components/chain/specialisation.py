@@ -1,4 +1,4 @@
-"""Loops for one contact law: the one place where a law's functions come into the loops.
+"""Kernels for one contact law: the one place where a law's functions come into loops, sensors, tasks and objectives.
 
 Kernels call a law by the names of `laws.functions`. `specialise` copies a kernel, and all kernels that it calls, with the
 functions and properties of a chosen law in the place of that module, so that each law has loops of its own: its formulas are
@@ -7,27 +7,32 @@ inlined, what its properties rule out is not compiled, and a run compiles its ow
 
 from __future__ import annotations
 
+import builtins
 import types
 from collections.abc import Callable
 from functools import cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from numba.core.dispatcher import Dispatcher
 
-from ..support.jit import JIT, inlined, jit
-from .laws import LAWS, functions
-from .laws.law import Law, lacks, law_functions
-from .layout import LAW, SCALARS
+from ..support.fingerprint import attributes_in, is_of_package, is_versioned, names_in
+from ..support.jit import JIT, compile_like, current, note_references
+from .laws import functions
+from .laws.law import Law, law_functions
 
-_PACKAGE = __name__.rpartition(".")[0]
+_EMPTY = types.CellType()
 
 
 def specialise(kernel: Callable[..., Any], law: type[Law]) -> Callable[..., Any]:
     """Return a kernel with the functions of a contact law in the place of `laws.functions`; the same one for the same law.
 
-    A kernel is a jitted function of a module. One that asks nothing of the law is returned as it is.
+    A kernel is a jitted function of any module. One that asks nothing of the law is returned as it is.
+
+    Raises:
+        ParameterError: a kernel of another package refers to something that has another value than when it was specialised.
     """
-    return _specialisation(law).of(kernel)
+    return _specialisation(law).of(kernel if is_of_package(kernel) else current(kernel))
 
 
 @cache
@@ -40,39 +45,58 @@ class _Specialisation:
 
     def __init__(self, law: type[Law]) -> None:
         self._functions = law_functions(law)
-        self._made: dict[Any, Any] = {}
+        # Kernel -> its copy; None for one that asks nothing of the law.
+        self._copies: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
 
-    def of(self, value: Any) -> Any:
-        """Return the counterpart of a kernel or of a module of kernels; anything else as it is."""
+    def of(self, value: Any, names: tuple[str, ...] = ()) -> Any:
+        """Return the counterpart of a kernel, or of a tuple or module of kernels; anything else as it is.
+
+        Args:
+            value: what a kernel refers to.
+            names: of a module's attributes that are asked for.
+        """
         if value is functions:
             return self._functions
         if isinstance(value, functions.Property):
             return getattr(self._functions, value.name)
-        if not (_is_kernel(value) or _is_module(value)):
+        if isinstance(value, tuple):
+            own = [self.of(one, names) for one in value]
+            return value if _same(own, value) else getattr(type(value), "_make", tuple)(own)
+        if isinstance(value, types.ModuleType) and not is_versioned(value.__name__):
+            return self._module(value, names)
+        if not _is_kernel(value):
             return value
-        if value not in self._made:
-            self._made[value] = value  # kernels may call themselves
-            self._made[value] = self._module(value) if _is_module(value) else self._kernel(value)
-        return self._made[value]
+        if value not in self._copies:
+            self._copies[value] = None  # kernels may call themselves
+            self._copies[value] = self._copy(value)
+        return self._copies[value] or value
 
-    def _kernel(self, kernel: Any) -> Any:
+    def _copy(self, kernel: Any) -> Any:
         function = getattr(kernel, "py_func", kernel)
-        found = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
-        own = {name: self.of(value) for name, value in found.items()}
-        if all(own[name] is value for name, value in found.items()):
-            return kernel
-        copy = types.FunctionType(
-            function.__code__, {**function.__globals__, **own}, function.__name__, function.__defaults__, function.__closure__
-        )
-        copy.__doc__ = function.__doc__
-        if not JIT:
-            return copy
-        return inlined(copy) if kernel.targetoptions.get("forceinline") else jit(copy)
+        names, attributes = names_in(function.__code__), attributes_in(function.__code__)
+        found = {name: function.__globals__[name] for name in names if name in function.__globals__}
+        own = {name: self.of(value, attributes) for name, value in found.items()}
+        cells = tuple(self._cell(cell, attributes) for cell in function.__closure__ or ())
+        if _same(own.values(), found.values()) and _same(cells, function.__closure__ or ()):
+            return None
+        if not is_of_package(kernel):
+            note_references(kernel)
+        space = {"__builtins__": builtins, "__name__": function.__module__, **own}
+        copy = types.FunctionType(function.__code__, space, function.__name__, function.__defaults__, cells)
+        copy.__doc__, copy.__qualname__ = function.__doc__, function.__qualname__
+        return compile_like(kernel, copy)
 
-    def _module(self, module: types.ModuleType) -> types.ModuleType:
-        found = {name: value for name, value in vars(module).items() if _is_kernel(value)}
-        own = {name: self.of(value) for name, value in found.items()}
-        if all(own[name] is value for name, value in found.items()):
+    def _cell(self, cell: types.CellType, names: tuple[str, ...]) -> types.CellType:
+        """Return a cell for the counterpart of what it holds."""
+        if cell == _EMPTY:
+            return cell
+        own = self.of(cell.cell_contents, names)
+        return cell if own is cell.cell_contents else types.CellType(own)
+
+    def _module(self, module: types.ModuleType, names: tuple[str, ...]) -> types.ModuleType:
+        found = {name: getattr(module, name) for name in names if hasattr(module, name)}
+        own = {name: self.of(value, names) for name, value in found.items() if value is not module}
+        if all(value is found[name] for name, value in own.items()):
             return module
         copy = types.ModuleType(module.__name__, module.__doc__)
         vars(copy).update({**vars(module), **own})
@@ -83,30 +107,5 @@ def _is_kernel(value: Any) -> bool:
     return isinstance(value, Dispatcher) or (not JIT and isinstance(value, types.FunctionType))
 
 
-def _is_module(value: Any) -> bool:
-    return isinstance(value, types.ModuleType) and value.__name__.startswith(f"{_PACKAGE}.")
-
-
-def of_any_law(kernel: Callable[..., Any], otherwise: Callable[..., Any], needed: tuple[str, ...] = ()) -> Callable[..., Any]:
-    """Return a kernel(a, ...) that runs that of the law which the table names: for code that is compiled before a law is known.
-
-    Args:
-        kernel: for one law, see `specialise`.
-        otherwise: what takes its place for laws that lack a needed function.
-        needed: functions of a law without which the kernel does not work.
-    """
-    chosen = otherwise
-    for number, law in reversed(list(enumerate(LAWS.values()))):
-        if not lacks(law, needed):
-            chosen = _choice(number, specialise(kernel, law), chosen)
-    return chosen
-
-
-def _choice(number: int, first: Callable[..., Any], others: Callable[..., Any]) -> Callable[..., Any]:
-    @jit
-    def choose(a, *rest):
-        if a[SCALARS, LAW] == number:
-            return first(a, *rest)
-        return others(a, *rest)
-
-    return choose
+def _same(some: Any, others: Any) -> bool:
+    return all(one is other for one, other in zip(some, others, strict=True))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 
 from ..errors import ParameterError, nearest
 from ..support.validation import Fixed, faults_of
@@ -53,6 +53,26 @@ class Material(Fixed):
         return (1.0 - self.poisson * self.poisson) / self.young
 
     @property
+    def shear_modulus(self) -> float:
+        """E / (2 (1 + nu)) [Pa]."""
+        return self.young / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def bulk_modulus(self) -> float:
+        """E / (3 (1 - 2 nu)) [Pa]."""
+        return self.young / (3.0 * (1.0 - 2.0 * self.poisson))
+
+    @property
+    def first_lame(self) -> float:
+        """Lame's first constant E nu / ((1 + nu)(1 - 2 nu)) [Pa]."""
+        return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+
+    @property
+    def shear_speed(self) -> float:
+        """Speed of shear waves sqrt(shear modulus / density) [m/s]."""
+        return math.sqrt(self.shear_modulus / self.density)
+
+    @property
     def longitudinal_speed(self) -> float:
         """Speed of longitudinal sound sqrt(E (1 - nu) / (rho (1 + nu)(1 - 2 nu))) [m/s]."""
         nu = self.poisson
@@ -69,6 +89,16 @@ PRESETS = {
     "glass": Material(density=2500.0, young=7.0e10, poisson=0.22),
     "ptfe": Material(density=2200.0, young=1.46e9, poisson=0.46),
 }
+
+
+def _validate_preset(name: str) -> str:
+    if name not in PRESETS:
+        raise ValueError(f"{name!r} is no preset; {nearest(name, PRESETS)}; or give density, young and poisson")
+    return name
+
+
+Preset = Annotated[str, AfterValidator(_validate_preset)]
+"""The name of a preset, as a parameter."""
 
 
 def preset_list() -> str:

@@ -261,6 +261,11 @@ def names_in(code: types.CodeType) -> tuple[str, ...]:
     return _names(code)[0]
 
 
+def attributes_in(code: types.CodeType) -> tuple[str, ...]:
+    """Return the attributes that code asks for, those of nested functions included."""
+    return _names(code)[1]
+
+
 @lru_cache(maxsize=4096)
 def _imports(code: types.CodeType) -> bool:
     return any(step.opname == "IMPORT_NAME" for one in _walk_code(code) for step in dis.get_instructions(one))

@@ -13,15 +13,14 @@ from typing import Any, TypeVar
 import llvmlite
 import numba
 import numpy as np
-from numba.core import cgutils, sigutils
 from numba.core import config as numba_config
+from numba.core import sigutils
 from numba.core.bytecode import FunctionIdentity
 from numba.core.dispatcher import Dispatcher
-from numba.core.errors import TypingError
-from numba.extending import intrinsic
+from numba.core.registry import CPUDispatcher
 
 from . import notice
-from .fingerprint import is_of_package, tell_apart
+from .fingerprint import is_of_package
 from .kernel_cache import KernelCache
 
 _settings: Any = numba_config
@@ -34,20 +33,44 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def jit(function: F) -> F:
     """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released."""
-    return _njit(function)
+    return _compile(function)
 
 
 def inlined(function: F) -> F:
     """`jit` for what long loops call: LLVM puts it into its callers, so that loops become vectors and constants fold."""
-    return _njit(function, forceinline=True)
+    return _compile(function, forceinline=True)
 
 
-def _njit(function: F, **options: Any) -> F:
+class _Kernel(CPUDispatcher):
+    """A function that is compiled once for whole numbers: numba would compile it for each literal that it is called with."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return how another jitted function calls this one."""
+        return super().get_call_template(tuple(map(_without_literal, args)), kws)
+
+
+def _without_literal(kind: Any) -> Any:
+    return numba.types.unliteral(kind) if isinstance(kind, numba.types.IntegerLiteral) else kind
+
+
+def _compile(function: F, **options: Any) -> F:
+    if not JIT:
+        return function
     # Kernels raise nothing; and a division that may raise would end a loop early, and such a loop is no vector.
-    compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
-    if hasattr(compiled, "_cache"):
-        compiled._cache = KernelCache(compiled)
-    return compiled
+    options |= {"nopython": True, "nogil": True, "error_model": "numpy"}
+    if is_of_package(function):
+        # Functions as values need an entry for C. No kernel of this package is one, and a tenth of the compilation is saved.
+        options["no_cfunc_wrapper"] = True
+    kernel: Any = _Kernel(function, targetoptions=options)
+    kernel._cache = KernelCache(kernel)
+    return kernel
+
+
+def compile_like(kernel: Any, function: Callable[..., Any]) -> Any:
+    """Return a function jitted with the options of a kernel."""
+    if not JIT:
+        return function
+    return _compile(function, **kernel.targetoptions)
 
 
 class _UniqueNumbers:
@@ -77,6 +100,13 @@ def refuse_stale(function: Callable[..., Any]) -> None:
     kept = getattr(function, "_cache", None)
     if isinstance(kept, KernelCache) and not is_of_package(function):
         kept.refuse_stale()
+
+
+def note_references(function: Callable[..., Any]) -> None:
+    """Note what a jitted function refers to now, as if it was compiled: `refuse_stale` compares with it."""
+    kept = getattr(function, "_cache", None)
+    if isinstance(kept, KernelCache):
+        kept.note_references()
 
 
 def current(function: Callable[..., Any]) -> Any:
@@ -118,55 +148,6 @@ def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., A
     compiled = current(function)
     compiled.compile(signature)
     return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point
-
-
-def address(function: Callable[..., Any], signature: str) -> Any:
-    """Where the machine code of a jitted function for one signature lies: a number, for `caller`.
-
-    So one compiled loop runs anybody's functions, and is compiled once. The function must live as long as the number is used.
-    With the JIT off it is the function itself.
-    """
-    if not hasattr(function, "compile"):
-        return function
-    compiled = current(function)
-    compiled.compile(signature)
-    result = compiled.overloads[sigutils.normalize_signature(signature)[0]]
-    wanted = sigutils.normalize_signature(signature)[1]
-    if wanted is not None and result.signature.return_type != wanted:
-        raise TypeError(f"{compiled.__name__} returns {result.signature.return_type}, expected {wanted}")
-    return result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
-
-
-def caller(signature: str) -> Any:
-    """Return a function for jitted code, call(where, (argument, ...)), that calls what lies at an `address` of that signature.
-
-    The arguments must have exactly the signature's types.
-    """
-    if not JIT:
-        return lambda function, arguments: function(*arguments)
-    types, given_return = sigutils.normalize_signature(signature)
-    returned: Any = given_return
-
-    @intrinsic
-    def call(context: Any, where: Any, arguments: Any) -> Any:
-        given = tuple(arguments)
-        if given != types:
-            raise TypingError(f"call through an address: got {given}, expected {types}")
-
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            convention = context.call_conv
-            kind = convention.get_function_type(returned, types)
-            function = builder.inttoptr(values[0], kind.as_pointer())
-            parts = [builder.extract_value(values[1], place) for place in range(len(types))]
-            status, result = convention.call_function(builder, function, returned, types, parts)
-            with cgutils.if_unlikely(builder, status.is_error):
-                convention.return_status_propagate(builder, status)
-            return result
-
-        return returned(numba.types.int64, arguments), generate
-
-    tell_apart(call, f"caller {signature}")
-    return call
 
 
 @cache

@@ -60,7 +60,7 @@ class KernelCache:
         """Return the compiled function for a signature; None where it has to be compiled."""
         target_context.refresh()
         self.refuse_stale()
-        self._made_from = self._made_from or self._current()
+        self.note_references()
         path = self._path(signature, target_context.codegen())
         content = None if path is None else _read(path)
         if path is None or content is None:
@@ -82,6 +82,10 @@ class KernelCache:
             _forget_oldest(path.parent)
         except OSError as error:
             tell(f"compiled kernels cannot be kept in {path.parent} ({error.strerror}): they are compiled in every process")
+
+    def note_references(self) -> None:
+        """Note what the function and those that it calls refer to now, unless that was done before."""
+        self._made_from = self._made_from or self._current()
 
     def refuse_stale(self) -> None:
         """Compare what the function and those that it calls refer to with what they were compiled from.

@@ -1,4 +1,8 @@
-"""Notices of the compiler on stderr: what is compiled, for how long, where it is kept. ``GRANULAR_ENV_QUIET=1`` hides them."""
+"""Notices of the compiler on stderr: what is compiled, for how long, where it is kept. ``GRANULAR_ENV_QUIET=1`` hides them.
+
+A package whose kernels take seconds to compile declares ``COMPILATION = ("the chain", 8)``: their name, and the seconds of one
+core that all of them take, about.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,10 @@ from typing import Any
 from numba.core import event
 
 _said: set[str] = set()
-_locks: list[Any] = []  # open files; a lock is held as long as its file is open
+_locks: list[int] = []  # open files; a lock is held as long as its file is open
 
-# Where a function lives, what it belongs to, and the seconds of one core that all of them take, about.
-_GROUPS = (
-    ("granular_env.components.chain.adjoint", "gradients", 10),
-    ("granular_env.components", "the chain", 8),
-    ("granular_env", "environments", 10),
-)
+# The name of what is compiled and its seconds, in the package that the kernels live in, or in one above it.
+_DECLARATION = "COMPILATION"
 
 
 def tell(message: str) -> None:
@@ -54,10 +54,9 @@ def listen() -> None:
 def _tell_of(module: str) -> None:
     from .kernel_cache import cache_folder
 
-    group = next((group for group in _GROUPS if f"{module}.".startswith(f"{group[0]}.")), None)
-    if group is None or group[1] in _said:
+    name, seconds = _declaration(module)
+    if not name or name in _said:
         return
-    _, name, seconds = group
     _said.add(name)
     folder = cache_folder()
     if folder is None or _is_first(folder, name):
@@ -65,12 +64,22 @@ def _tell_of(module: str) -> None:
         tell(f"compiling the kernels of {name} for this computer: about {seconds} s of one core, {kept}")
 
 
+def _declaration(module: str) -> tuple[str, int]:
+    """Return what the nearest package around a module says of its kernels: their name, and the seconds that they take."""
+    while module:
+        found = getattr(sys.modules.get(module), _DECLARATION, None)
+        if found is not None:
+            return found
+        module = module.rpartition(".")[0]
+    return "", 0
+
+
 def _is_first(folder: Path, name: str) -> bool:
     """Return whether no other process that is still there has said it: of many workers one speaks."""
     try:
         import fcntl
 
-        file = (folder / f".{name.replace(' ', '-')}.told").open("a")
+        file = os.open(folder / f".{name.replace(' ', '-')}.notice", os.O_WRONLY | os.O_CREAT, 0o600)
         _locks.append(file)
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except ImportError:

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from ..elements import check_index, index_text, parse_index
 from ..errors import Fault, Location, ParameterError, nearest, shortened
 from .arrays import FloatArray
 
@@ -163,7 +164,8 @@ def _owner(model: type[BaseModel], name: str, value: Any) -> str:
 def start_array(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the rest is 0).
 
-    A row is what one index of the first axis holds: for shape (n, 2) two numbers.
+    A row is what one index of the first axis holds: for shape (n, 2) two numbers; {"3,1": value} or {(3, 1): value} gives a
+    single element.
 
     Raises:
         ParameterError: it is none of these, or not finite.
@@ -174,12 +176,12 @@ def start_array(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
         return array
     if not shape:
         raise ParameterError("got {index: value}, expected a single number", at=name)
-    indices = [_index(name, key, shape[0]) for key in value]
+    indices = [_index(name, key, shape) for key in value]
     if len(set(indices)) < len(indices):
         raise ParameterError(f"got the indices {shortened(list(value))}, expected each index once", at=name)
     for index, item in zip(indices, value.values(), strict=True):
-        place = f"{name}[{index}]"
-        array[index] = _values(place, item, shape[1:], "a number, or") if len(shape) > 1 else finite_number(place, item)
+        place, rest = f"{name}[{index_text(index)}]", shape[len(index) :]
+        array[index] = _values(place, item, rest, "a number, or") if rest else finite_number(place, item)
     return array
 
 
@@ -204,14 +206,15 @@ def _values(name: str, value: Any, shape: tuple[int, ...], also: str) -> FloatAr
     return given.astype(np.float64)
 
 
-def _index(name: str, key: Any, length: int) -> int:
+def _index(name: str, key: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the index of a row or of an element, counted from 0."""
     try:
-        index = int(key if not isinstance(key, bool) else "")
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ParameterError(f"got the index {shortened(key)}, expected a whole number", at=name) from error
-    if not -length <= index < length or (isinstance(key, float) and key != index):
-        raise ParameterError(f"got the index {key}, expected {-length} to {length - 1}", at=name)
-    return index % length
+        index = parse_index(key)
+        # One number is a row's; more must be an element's.
+        check_index(index, shape[:1] if len(index) == 1 else shape, f"got the index {shortened(key)}")
+    except ParameterError as error:
+        raise ParameterError(*(fault.within(*name.split(".")) for fault in error.faults)) from None
+    return tuple(number % size for number, size in zip(index, shape, strict=False))
 
 
 def finite_number(name: str, value: Any, expected: str = "a number") -> float:
@@ -233,6 +236,19 @@ def positive_number(name: str, value: Any) -> float:
     if number <= 0.0:
         raise ParameterError(f"got {number:g}, expected more than 0", at=name)
     return number
+
+
+def whole_number(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
+    """`value` as an int from `least` to `most`; `ParameterError` for truth values, fractions and whatever else is none."""
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, np.integer))
+        or value < least
+        or (most is not None and value > most)
+    ):
+        limits = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise ParameterError(f"got {shortened(value)}, expected a whole number {limits}", at=name)
+    return int(value)
 
 
 def plain(name: str, value: Any) -> Any:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.components.elements import parse_element
 from granular_env.components.errors import ParameterError
 from granular_env.domains import domain_of
 
@@ -171,7 +172,8 @@ class TaskProblem:
         """Return the arrays among the observed outputs at the end, velocities first; of vectors, each component by itself."""
         component, final = env.component, {}
         for name in sorted(env.task.observations, reverse=True):
-            value, unit = np.asarray(component.get(name)), component.variables[name].unit
+            element = parse_element(name)
+            value, unit = np.asarray(element.of(component.get(element.name))), component.variables[element.name].unit
             for place in np.ndindex(value.shape[1:]) if value.ndim else ():
                 part = f"[{', '.join([':', *map(str, place)])}]" if place else ""
                 final[f"{name.replace('_', ' ')}{part} [{unit}]"] = value[(slice(None), *place)]

@@ -1,4 +1,7 @@
-"""Single keys of a document, set from outside: `{"component.grains": 500}` in a script, `component.grains=500` in a shell."""
+"""Single keys of a document, set from outside: `{"component.grains": 500}` in a script, `component.grains=500` in a shell.
+
+`start.velocity[40]` is one element, or one row, of an array or of a list; `start.velocity[3,1]` an element of several axes.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from granular_env.components.errors import ExperimentError, Fault, Override, Phrase, shortened
+from granular_env.components.elements import index_text, parse_element
+from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, Phrase, shortened
 
 from .toml import toml_value
 
@@ -54,19 +58,31 @@ def set_key(content: dict[str, Any], override: Override) -> None:
         ExperimentError: the key leads into what is no table, or past the end of a list.
     """
     node: Any = content
-    for depth, part in enumerate(override.key):
-        key: Any = part
-        if isinstance(node, list):
-            if part not in map(str, range(len(node))):
-                raise _fault(override, f"got the index {shortened(part)}, expected 0 to {len(node) - 1}")
-            key = int(part)
-        elif not isinstance(node, dict):
-            above = ".".join(override.key[:depth])
-            raise _fault(override, f"{above} is {shortened(node)}, so it has no {part!r}; set {above} as a whole")
-        if depth == len(override.key) - 1:
-            node[key] = override.value
-        else:
-            node = node.setdefault(key, {}) if isinstance(node, dict) else node[key]
+    *above, last = override.key
+    for depth, part in enumerate(above):
+        node, key = _holder(node, part, depth, override)
+        node = node.setdefault(key, {}) if isinstance(node, dict) else node[key]
+    node, key = _holder(node, last, len(above), override)
+    node[key] = override.value
+
+
+def _holder(node: Any, part: str, depth: int, override: Override) -> tuple[Any, Any]:
+    """Return the table or the list that holds a part of a key, and what it is called there; "3,1" is one of lists in a list."""
+    if isinstance(node, dict):
+        return node, part
+    *rows, index = part.split(",")
+    for row in rows:
+        node = node[_list_index(node, row, override)] if isinstance(node, list) else node
+    if not isinstance(node, list):
+        whole = ".".join(override.key[:depth])
+        raise _fault(override, f"{whole} is {shortened(node)}, so it has no {part!r}; set {whole} as a whole")
+    return node, _list_index(node, index, override)
+
+
+def _list_index(node: list[Any], text: str, override: Override) -> int:
+    if text not in map(str, range(-len(node), len(node))):
+        raise _fault(override, f"got the index {shortened(text)}, expected {-len(node)} to {len(node) - 1}")
+    return int(text)
 
 
 def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> Phrase:
@@ -102,11 +118,21 @@ def _parse_value(text: str, value: str) -> Any:
 
 
 def _override(key: Any, value: Any, text: str | None = None) -> Override:
-    parts = tuple(part.strip().strip("\"'") for part in key.split(".")) if isinstance(key, str) else ()
+    names = [part.strip().strip("\"'") for part in key.split(".")] if isinstance(key, str) else []
+    parts = tuple(part for name in names for part in _split_index(name))
     override = Override(parts, value, text or f"{key}={_text_of(value)}")
     if not all(parts) or not parts:
         raise _fault(override, f"got the key {shortened(key)}, expected names with dots between them, such as component.grains")
     return override
+
+
+def _split_index(name: str) -> tuple[str, ...]:
+    """Return a name and the index after it, "3,1" of velocity[3, 1]; what is no such text stays as it is."""
+    try:
+        element = parse_element(name)
+    except ParameterError:
+        return (name,)
+    return (element.name, index_text(element.index)) if element.index else (name,)
 
 
 def _text_of(value: Any) -> str:

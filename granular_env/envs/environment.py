@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, SupportsFloat, TypeVar
 
 import gymnasium
@@ -14,8 +14,9 @@ import numpy.typing as npt
 from gymnasium.envs.registration import EnvSpec
 
 from ..components.component import Component
-from ..components.errors import ParameterError, StepError, nearest, shortened
-from ..components.support.validation import finite_number
+from ..components.elements import Element, parse_element
+from ..components.errors import ParameterError, StepError, shortened
+from ..components.support.validation import finite_number, whole_number
 from .clock import clock_readings
 from .copies import Given, Recreatable, recreatable
 from .render import draw
@@ -39,9 +40,9 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     ## Action space
     `Box(-1, 1, (entries,), float32)`: an entry for each input that is a number, as many as it has elements for one that is an
-    array, row by row. Each times the task's declared scale (`env.unwrapped.task.actions`, in the input's unit) is held over
-    `hold` control steps. Entries outside [-1, 1] are clipped; NaN, infinity and wrong shapes are refused with `ParameterError`,
-    and nothing has moved.
+    array, row by row, and one for an element such as `force[3,0]`; the elements that are not driven are 0. Each times the
+    task's declared scale (`env.unwrapped.task.actions`, in the input's unit) is held over `hold` control steps. Entries outside
+    [-1, 1] are clipped; NaN, infinity and wrong shapes are refused with `ParameterError`, and nothing has moved.
 
     ## Observation space
     `Box(-limit, limit, (size,), float32)`: the task's outputs one after the other, arrays row by row, each divided by its
@@ -91,15 +92,15 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         refuse_incomplete(task)
         self.component, self.task, self.render_mode = component, task, render_mode
         self._drawn: Drawn = {}
-        self.internal_steps = _count("internal_steps", internal_steps)
-        self.deadline = math.inf if deadline is None else _count("deadline", deadline)
-        self.hold, self.clock = _count("hold", hold), _clock(clock, deadline)
+        self.internal_steps = whole_number("internal_steps", internal_steps)
+        self.deadline = math.inf if deadline is None else whole_number("deadline", deadline)
+        self.hold, self.clock = whole_number("hold", hold), _clock(clock, deadline)
         if self.hold > self.deadline:
             raise ParameterError(f"hold: got {self.hold}, expected at most the deadline of {self.deadline} control steps")
         self.step_error_reward = finite_number("step_error_reward", step_error_reward)
         self.duration = self.internal_steps * component.step_size
-        self._scales = _validate_scales("actions", task.actions, component, "input")
-        self._readings = _validate_scales("observations", task.observations, component, "output")
+        self._scales = element_scales("actions", task.actions, component, "input")
+        self._readings = element_scales("observations", task.observations, component, "output")
         self._lay_out_observation()
         self._lay_out_action()
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self._entries),), np.float32)
@@ -116,22 +117,29 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def _lay_out_action(self) -> None:
         """Say which entries of the action are which input, and what each entry is called in messages."""
-        self._driven: list[tuple[str, float, slice | int, tuple[int, ...]]] = []
+        self._driven: list[_Driven] = []
         self._entries: list[str] = []
-        for name, scale in self._scales:
-            shape, begin = self.component.variables[name].shape, len(self._entries)
-            self._entries += [f"{name}{list(index)}" if index else name for index in np.ndindex(shape)]
-            self._driven.append((name, scale, slice(begin, len(self._entries)) if shape else begin, shape))
+        for element, scale in self._scales:
+            shape, begin = self.component.variables[element.name].shape, len(self._entries)
+            if element.index or not shape:
+                self._entries.append(str(element))
+            else:
+                self._entries += [str(Element(element.name, index)) for index in np.ndindex(shape)]
+            self._driven.append(_Driven(element, scale, slice(begin, len(self._entries)), shape))
+        whole = {one.element.name for one in self._driven if not one.element.index}
+        for one in self._driven:
+            if one.element.index and one.element.name in whole:
+                raise ParameterError(f"actions: {one.element.name} is driven as a whole and by elements; give one or the other")
 
     def _lay_out_observation(self) -> None:
         parts, begin = [], 0  # of each output: its place in the observation, and the factor that scales it
-        for name, scale in self._readings:
-            shape = self.component.variables[name].shape
+        for element, scale in self._readings:
+            shape = () if element.index else self.component.variables[element.name].shape
             size = math.prod(shape)
-            parts.append((name, slice(begin, begin + size), shape, np.array(1.0 / scale)))
+            parts.append((element, slice(begin, begin + size), shape, np.array(1.0 / scale)))
             begin += size
         self._size, self._scaled = begin, np.empty(begin)
-        self._parts = [(name, self._scaled[part].reshape(shape), factor) for name, part, shape, factor in parts]
+        self._parts = [(element, self._scaled[part].reshape(shape), factor) for element, part, shape, factor in parts]
         self._low, self._high = np.array(-self.task.observation_limit), np.array(self.task.observation_limit)
 
     # -- Gymnasium --------------------------------------------------------------------------------------------------
@@ -224,7 +232,18 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
         """
-        self._take_state(state, self.refuse_foreign(state))
+        if (
+            state.__class__ is not EnvState
+            or state.drawn is not self._drawn
+            or state.random is not self._random_state
+            or state.task != self.task.name
+        ):
+            self._take_state(state, self.refuse_foreign(state))
+            return
+        # One of the present component, as a tree search restores them: the component refuses what is not its own.
+        self._refuse_episode(state)
+        self.component.restore(state.snapshot)
+        self._go_on(state.episode)
 
     def refuse_foreign(self, state: EnvState) -> Any:
         """Raise what `restore` would raise for this state, and change nothing; return what `_take_state` needs."""
@@ -338,10 +357,17 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             if not math.isfinite(number):
                 raise ParameterError(f"action: got {number} for {entry}, expected a number from -1 to 1")
         clipped = [-1.0 if number < -1.0 else 1.0 if number > 1.0 else float(number) for number in numbers]
-        return {
-            name: scale * clipped[part] if isinstance(part, int) else scale * np.array(clipped[part]).reshape(shape)
-            for name, scale, part, shape in self._driven
-        }
+        inputs: dict[str, Any] = {}
+        for one in self._driven:
+            if one.element.index:
+                inputs.setdefault(one.element.name, np.zeros(one.shape))[one.element.index] = (
+                    one.scale * clipped[one.part.start]
+                )
+            elif one.shape:
+                inputs[one.element.name] = one.scale * np.array(clipped[one.part]).reshape(one.shape)
+            else:
+                inputs[one.element.name] = one.scale * clipped[one.part.start]
+        return inputs
 
     def _validate_action(self, action: npt.ArrayLike) -> npt.NDArray[Any]:
         count = len(self._entries)
@@ -356,8 +382,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     def _see(self) -> dict[str, Any]:
         """Return the observed outputs, fresh; scaled, they are in `_scaled` then."""
         seen = {}
-        for name, scaled, factor in self._parts:
-            value = seen[name] = self.component.get(name)
+        for element, scaled, factor in self._parts:
+            value = seen[str(element)] = element.of(self.component.get(element.name))
             np.multiply(value, factor, out=scaled)
         return seen
 
@@ -418,30 +444,43 @@ def validate_seed(seed: Any) -> int | None:
     return None if seed is None else int(seed)
 
 
-def _count(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a whole number from 1")
-    return int(value)
-
-
 def _clock(value: Any, deadline: int | None) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value <= _LARGEST_CLOCK:
-        raise ParameterError(f"clock: got {shortened(value)}, expected a whole number from 0 (none) to {_LARGEST_CLOCK}")
-    if value and deadline is None:
+    readings = whole_number("clock", value, 0, _LARGEST_CLOCK)
+    if readings and deadline is None:
         raise ParameterError(f"clock: got {value}, but there is no deadline that it could tell; give a deadline, or clock=0")
-    return int(value)
+    return readings
 
 
-def _validate_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[str, float]]:
-    known = [variable.name for variable in component.variables.values() if variable.causality == causality]
+@dataclass(frozen=True)
+class _Driven:
+    """An input, or an element of one, that an action drives.
+
+    Attributes:
+        element: of the input.
+        scale: its value at action 1.
+        part: its entries in the action.
+        shape: of the whole input.
+    """
+
+    element: Element
+    scale: float
+    part: slice
+    shape: tuple[int, ...]
+
+
+def element_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[Element, float]]:
+    """Return a task's actions or observations with their scales; `ParameterError` where the component has none such."""
     checked = []
     for name, scale in scales.items():
-        if name not in known:
-            raise ParameterError(f"{what}: {name!r} is no {causality} of this {component.name}; {nearest(name, known)}")
+        try:
+            element = parse_element(name)
+            element.find(component.variables, f"{causality} of this {component.name}", causality)
+        except ParameterError as error:
+            raise ParameterError(f"{what}: {error}") from None
         number = finite_number(f"{what}.{name}", scale)
         if number <= 0.0:
             raise ParameterError(f"{what}.{name}: got {number:g}, expected more than 0")
-        checked.append((name, number))
+        checked.append((element, number))
     if not checked:
         raise ParameterError(f"{what}: the task names none, expected at least one {causality}")
     return checked

@@ -17,6 +17,7 @@ from granular_env.colours import diverging
 
 from ..components.component import Component
 from ..components.drawables import Points, main_points
+from ..components.elements import parse_element
 from .task import Task
 
 Colour = tuple[int, ...]
@@ -59,7 +60,8 @@ def draw(
 def _caption(component: Component, task: Task) -> str:
     parts = [task.name, f"t = {component.time * 1e3:.4f} ms" if component.step_size < 1e-3 else f"t = {component.time:.2f} s"]
     for name in task.actions:
-        value, unit = component.get(name), component.variables[name].unit
+        element = parse_element(name)
+        value, unit = element.of(component.get(element.name)), component.variables[element.name].unit
         shown = f"{name} = {value:+.2f}" if np.ndim(value) == 0 else f"|{name}| <= {np.abs(value).max():.2f}"
         parts.append(f"{shown} {unit}")
     return "      ".join(parts)
@@ -112,12 +114,13 @@ def _draw_row(
 
 
 def _draw_outputs(pen: ImageDraw.ImageDraw, component: Component, task: Task) -> None:
-    values = [np.ravel(component.get(name)) / scale for name, scale in task.observations.items()]
+    elements = {parse_element(name): scale for name, scale in task.observations.items()}
+    values = [np.ravel(one.of(component.get(one.name))) / scale for one, scale in elements.items()]
     flat = np.concatenate(values)
     pitch = (WIDTH - 2 * _MARGIN) / len(flat)
     _draw_axis(
         pen,
-        ", ".join(f"{name} / {scale:g} {component.variables[name].unit}" for name, scale in task.observations.items()),
+        ", ".join(f"{one} / {scale:g} {component.variables[one.name].unit}" for one, scale in elements.items()),
         1.0,
     )
     for index, (value, colour) in enumerate(zip(flat, _colours(flat), strict=True)):

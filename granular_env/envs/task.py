@@ -26,10 +26,10 @@ class Task(ABC):
 
     Attributes:
         name: for messages and pictures.
-        actions: input -> its value at action 1, in the unit of the input; action -1 is the opposite. The order is that of the
-            action's entries.
-        observations: output -> its value that is observed as 1, in the unit of the output. The order is that of the
-            observation's parts.
+        actions: input, or an element of one such as "force[3,0]" -> its value at action 1, in the unit of the input; action -1
+            is the opposite. The order is that of the action's entries.
+        observations: output, or an element of one -> its value that is observed as 1, in the unit of the output. The order is
+            that of the observation's parts.
         observation_limit: observations are clipped to +- this.
         counters: what the task itself remembers of the episode, name -> number. It is saved and restored with the environment
             and shown in ``info``.

@@ -166,7 +166,7 @@ def _of_component(name: str) -> str:
         "",
         _line("# [[stop]]", "ends the run early; there may be several"),
         f'# variable = "{kept[0] if kept else "kinetic_energy"}"',
-        _line("# above = 1.0", "or below; for arrays also index, or reduce"),
+        _line("# above = 1.0", "or below; of an array one element, NAME[3], or reduce"),
         "",
         "[record]",
         _line(f"every = {_tidy(10 * step)}", "s between two frames"),

@@ -13,11 +13,11 @@ from ..components.errors import LogError, ParameterError, nearest
 from ..components.inputs import Held
 from ..components.profiles import Profile
 from .arguments import make_schedule, names_to_record
-from .error_note import note_log_on_error
 from .log_file import create
 from .log_writer import as_path
 from .message_index import Segment
 from .reader import Log, open_log, restore
+from .record import note_log_on_error
 from .recorder import Recorder
 from .sampling import Schedule
 from .verification import advance

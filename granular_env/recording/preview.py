@@ -368,21 +368,21 @@ class Others:
     def of(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> Others:
         """Return what there is to draw beside the points."""
         points = {one.name: main_points([one]) for one in facts.drawables if isinstance(one, Points)}
-        drawables = tuple(one for one in facts.drawables if not isinstance(one, Points) and _is_small(one))
+        drawables = tuple(one for one, _ in topics_of_others(facts.drawables))
         return Others(points, drawables, {name: _largest(frames, name) for name in facts.sizes})  # type: ignore[arg-type]
 
     def pictures(self, frame: PreviewFrame) -> Iterator[tuple[Topic, list[bytes | memoryview]]]:
         """Yield the messages of one frame."""
-        for drawable in self.drawables:
+        for drawable, topic in topics_of_others(self.drawables):
             if isinstance(drawable, Links):
-                name, drawn = "links", self._dots(drawable, frame)
+                drawn = self._dots(drawable, frame)
             elif isinstance(drawable, Cells):
-                name, drawn = "cells", self._nodes(drawable, frame)
+                drawn = self._nodes(drawable, frame)
             elif isinstance(drawable, Curve):
-                name, drawn = "curves", self._heights(drawable, frame)
+                drawn = self._heights(drawable, frame)
             else:
                 continue
-            cloud = _cloud_topic(f"/{name}/{drawable.name}")
+            cloud = _cloud_topic(topic)
             yield cloud, schemas.encode_point_cloud(frame.nanoseconds, np.asarray(drawn[0], np.float32), drawn[1])
 
     def _dots(self, links: Links, frame: PreviewFrame) -> tuple[np.ndarray, np.ndarray]:
@@ -416,10 +416,30 @@ def _is_small(drawable: Drawable) -> bool:
     return len(getattr(drawable, counts[type(drawable)])) <= _MOST_OTHERS  # type: ignore[index]
 
 
-def picture_box(points: Points) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest corner of all that is drawn, with the particles at rest; shape (3,) each [m]."""
-    low, high = _extent(points)
-    return low, high + [0.0, 0.0, sum(_lift_and_height(low, high))]
+_FOLDERS = {Links: "links", Cells: "cells", Curve: "curves"}
+
+
+def topics_of_others(drawables: Sequence[Drawable]) -> list[tuple[Drawable, str]]:
+    """Return the drawables that are no points, but for those that are too large for a preview, each with its topic."""
+    others = [one for one in drawables if not isinstance(one, Points)]
+    return [(one, f"/{_FOLDERS[type(one)]}/{one.name}") for one in others if _is_small(one)]
+
+
+def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest corner of all that is drawn, before anything moves; shape (3,) each [m]."""
+    points = main_points(drawables)
+    boxes = [_rest_box(one) for one in drawables if not isinstance(one, Points | Links)]
+    if points is not None:
+        low, high = _extent(points)
+        boxes.append((low, high + [0.0, 0.0, sum(_lift_and_height(low, high))]))
+    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def _rest_box(drawable: Cells | Curve) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners of cells before they move, of a curve with its highest value."""
+    places = spatial(drawable.nodes if isinstance(drawable, Cells) else drawable.coordinate)
+    low, high = places.min(axis=0), places.max(axis=0)
+    return low, high + [0.0, 0.0, 0.0 if isinstance(drawable, Cells) else _HEIGHT * float(np.ptp(drawable.coordinate))]
 
 
 def _extent(points: Points) -> tuple[np.ndarray, np.ndarray]:

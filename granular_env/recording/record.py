@@ -1,12 +1,14 @@
-"""Begin to record: the arguments are checked before any file exists."""
+"""Begin to record, and say which log a run that failed has left; the arguments are checked before any file exists."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from ..components.component import Component
+from ..components.errors import GranularError
 from .arguments import make_schedule, names_to_record
 from .header import plain_json
 from .log_file import create
@@ -57,3 +59,30 @@ def record(
     schedule = make_schedule(component, every, hash_every, key_every, experiment, names)
     facts = plain_json("experiment", experiment), plain_json("parent", parent)
     return Recorder(component, target, create(target, overwrite), names, schedule, *facts)
+
+
+@contextmanager
+def note_log_on_error(recorder: Recorder) -> Iterator[None]:
+    """Add a note to an error that ends a recorded run: where the log is, and until when it is complete.
+
+    Enter it before the recorder, so that the log is closed by the time that it is looked at.
+    """
+    try:
+        yield
+    except GranularError as error:
+        error.add_note(_log_note(recorder.path) if recorder.published else f"log: what stood at {str(recorder.path)!r} is kept")
+        raise
+
+
+def _log_note(path: str | os.PathLike[str]) -> str:
+    from .reader import open_log
+
+    name = os.fspath(path)
+    try:
+        with open_log(path, allow_large=True) as log:
+            end = f"{log.end_tick * log.step_size:.9g} s"
+            if log.complete:
+                return f"log: {name!r} is complete until {end}"
+            return f"log: {name!r} is incomplete, it holds the run until {end}; `granular-env recover` makes it whole"
+    except GranularError:
+        return f"log: {name!r} cannot be read"

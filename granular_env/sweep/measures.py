@@ -1,7 +1,7 @@
 """What a plan measures of each run: words for the component's own variables, tables for its domain's measurements.
 
 [measure]
-peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min
+peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min; of several axes velocity[3,1]
 largest = "max |velocity|"            # an array without an index: over all its elements
 energy = "final kinetic_energy"       # whatever `granular-env describe` names as an output
 pressure = "report peak contact pressure"   # a figure that a run ends with; the beginning of its name is enough
@@ -12,6 +12,7 @@ pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, a
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ import numpy as np
 from pydantic import PlainValidator
 
 from granular_env.components.component import Component
+from granular_env.components.elements import ELEMENT, Element, parse_element
 from granular_env.components.errors import ParameterError, nearest, shortened
 from granular_env.components.support.validation import refusal
 from granular_env.domains import DOMAINS, load
@@ -29,9 +31,7 @@ from granular_env.domains import DOMAINS, load
 OWN_COLUMNS = ("task", "sample", "repetition", "seed", "outcome", "error", "notes", "hash", "log")
 EXTREMES = ("max", "min", "mean", "time of max", "time of min")
 _KINDS = (*EXTREMES, "final", "start")
-_WORDS = re.compile(
-    rf"(?P<kind>{'|'.join(_KINDS)})\s+(?P<bar>\|?)(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>-?\d{{1,9}})\])?(?P=bar)"
-)
+_WORDS = re.compile(rf"(?P<kind>{'|'.join(_KINDS)})\s+(?P<bar>\|?)(?P<element>{ELEMENT})(?P=bar)")
 _REPORT = re.compile(r"report\s+(?P<name>\S.*)")
 
 
@@ -41,28 +41,26 @@ class Reading:
 
     Attributes:
         kind: final, start, max, min, mean, time of max, time of min.
-        name: of the variable.
-        index: one element; None for a number, or for all elements.
+        element: of a variable; without an index a number, or all elements.
         absolute: of the magnitude.
     """
 
     kind: str
-    name: str
-    index: int | None
+    element: Element
     absolute: bool
+
+    @property
+    def name(self) -> str:
+        """The variable's."""
+        return self.element.name
 
     def check(self, component: Component) -> None:
         """`ParameterError` where this component has no such variable, or no such element."""
-        variable = component.variables.get(self.name)
-        known = [v.name for v in component.variables.values() if v.causality != "parameter"]
-        if variable is None or variable.causality == "parameter":
-            raise ParameterError(f"{self.name!r} is no output of this {component.name}; {nearest(self.name, known)}")
-        size = int(np.prod(variable.shape))
-        if self.index is not None and (not variable.shape or not -size <= self.index < size):
-            expected = f"{-size} to {size - 1}" if variable.shape else "none: it is a single number"
-            raise ParameterError(f"got the index {self.index} of {self.name!r}, expected {expected}")
-        if self.index is None and variable.shape and (self.kind not in ("max", "min") or not size):
-            raise ParameterError(f"{self.name!r} has {size} elements; name one, such as {self.name}[-1], or take max or min")
+        variable = self.element.find(component.variables, f"output of this {component.name}", "output", "input")
+        size = math.prod(variable.shape)
+        if not self.element.index and variable.shape and (self.kind not in ("max", "min") or not size):
+            example = Element(self.name, (-1,) * len(variable.shape))
+            raise ParameterError(f"{self.name!r} has {size} elements; name one, such as {example}, or take max or min")
 
     def unit(self, component: Component) -> str:
         """Return the unit of the number."""
@@ -70,12 +68,9 @@ class Reading:
 
     def of(self, component: Component) -> float:
         """Return the present value; of all elements the greatest, or the least for min."""
-        value = component.peek(self.name)
+        value = self.element.of(component.peek(self.name))
         if value.__class__ is not np.ndarray or value.ndim == 0:
             number = float(value)
-            return abs(number) if self.absolute else number
-        if self.index is not None:
-            number = float(value.ravel()[self.index])
             return abs(number) if self.absolute else number
         values = np.abs(value) if self.absolute else value
         return float(values.min() if self.kind == "min" else values.max())
@@ -142,8 +137,10 @@ def parse_measure(given: Any) -> Measure:
         return _parse_measurement(given)
     words = " ".join(given.split()) if isinstance(given, str) else ""
     if (match := _WORDS.fullmatch(words)) is not None:
-        index = None if match["index"] is None else int(match["index"])
-        return Reading(match["kind"], match["name"], index, bool(match["bar"]))
+        try:
+            return Reading(match["kind"], parse_element(match["element"]), bool(match["bar"]))
+        except ParameterError as error:
+            raise refusal(str(error)) from None
     if (match := _REPORT.fullmatch(words)) is not None:
         return Figure(match["name"])
     raise refusal(

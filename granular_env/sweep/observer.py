@@ -129,7 +129,7 @@ class _Gathered:
     def take(self, component: Component, time: float) -> None:
         """Take one more reading."""
         value = self._reading.of(component)
-        self._single = self._reading.index is not None or not component.variables[self._reading.name].shape
+        self._single = bool(self._reading.element.index) or not component.variables[self._reading.name].shape
         self._sum += value
         self._count += 1
         height = self._sign * value

@@ -10,7 +10,7 @@ from granular_env.components.errors import ExperimentError
 from granular_env.components.support.serialization import canonical_json
 from granular_env.experiments import Experiment
 
-from .csv_files import gather_files
+from .experiment_files import gather_files
 from .parameter_grid import Choice
 from .plan import Plan
 from .tasks import Task, axes, basis_of, make_tasks

@@ -11,7 +11,7 @@ from typing import Any
 from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.support.serialization import canonical_json
 
-from .csv_files import names_a_file
+from .experiment_files import names_a_file
 from .parameter_grid import Range, draws
 from .plan import LARGEST, Plan
 

@@ -19,7 +19,7 @@ from granular_env.components.support.kernel_cache import cache_folder
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import Prepared, prepare
 
-from .csv_files import write_files
+from .experiment_files import write_files
 from .measures import Measure
 from .observer import RunObserver
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from .optional_packages import import_optional
 from .plot_groups import Plot, select_plots
-from .scene import TIMELINE, Scales, is_plane, whole_camera
+from .scene import TIMELINE, Scales, whole_camera
 from .scene_data import Motion, SceneData
 from .views import Views
 
@@ -62,7 +62,7 @@ def _plot(rrb: Any, plot: Plot) -> Any:
 def _whole(rrb: Any, motion: Motion, scales: Scales, views: Views) -> Any:
     """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in."""
     drawn = f"displacements drawn {scales.stretch}" if motion.located else "positions at the start"
-    name = f"{'From above' if is_plane(motion) else 'From the side'}; {drawn}, particles to scale"
+    name = f"{'From above' if motion.is_plane else 'From the side'}; {drawn}, particles to scale"
     return rrb.Tabs(
         whole_camera(motion, scales, views).view(name, ["scene/**"]),
         rrb.Spatial3DView(origin="scene", name="The same in 3D", line_grid=False, eye_controls=_oblique(rrb, scales)),

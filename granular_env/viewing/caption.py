@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .scene_data import Motion, SceneData
 
 if TYPE_CHECKING:
@@ -45,18 +47,21 @@ def _motion_lines(motion: Motion, scales: Scales) -> list[str]:
     if motion.radius.max() > motion.radius.min():
         radii += f" to {motion.radius.max() * 1e3:.4g}"
     lines = [f"**{motion.total} particles**, radius {radii} mm (true to scale).", ""]
-    if motion.located:
+    if motion.located and scales.settled and scales.exaggeration == 1.0:
+        lines += ["**Displacements are true to scale** as well.", ""]
+    elif motion.located:
         lines += [
             f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.** The overlaps you see are stretched "
             "by the same factor." + ("" if scales.settled else " Factor and limits are adjusted while the run goes on."),
             "",
         ]
     if motion.colour is not None:
-        lines += [
-            f"**Colour: {name}**, from -{scales.colour_limit:g} {unit} (blue) through 0 (white) "
-            f"to +{scales.colour_limit:g} {unit} (red).",
-            "",
-        ]
+        has_sign = not scales.settled or bool(np.nanmin(motion.colour, initial=0.0) < 0.0)
+        below = f"-{scales.colour_limit:g} {unit} (blue) through " if has_sign else ""
+        lines += [f"**Colour: {name}**, from {below}0 (white) to +{scales.colour_limit:g} {unit} (red).", ""]
+    for links in motion.links:
+        words = f"a broken one, whose {plain(links.state_name)} is 0, has no line"
+        lines += [f"**Lines: {len(links.pairs)} {plain(links.name)}**; {words}.", ""]
     return lines
 
 

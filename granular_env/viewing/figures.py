@@ -14,6 +14,7 @@ import numpy as np
 
 from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.arrays import FloatArray
 
 from .fields import Field, as_field
 from .figure_style import (
@@ -98,7 +99,7 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Fi
     figure = new_figure(8.0, 0.8 + 1.6 * len(chosen))
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for panel, time in zip(panels, chosen, strict=True):
-        frame = frame_at(shown, time)
+        frame = frame_at(shown.times, time)
         panel.plot(indices(shown), shown.values[frame], color=PALETTE[0], **markers(shown))
         panel.set_title(f"t = {shown.times[frame] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
@@ -185,14 +186,14 @@ def default_grains(motion: Motion | Field) -> list[int]:
     return (columns * shown.every).tolist()
 
 
-def frame_at(shown: Motion | Field, time: float) -> int:
-    """Return the frame nearest to an instant [s]; `ParameterError` outside the recorded span."""
-    first, last = float(shown.times[0]), float(shown.times[-1])
+def frame_at(times: FloatArray, time: float) -> int:
+    """Return which frame is nearest to an instant [s]; `ParameterError` outside the recorded span."""
+    first, last = float(times[0]), float(times[-1])
     slack = 1e-9 * max(abs(first), abs(last))
     if isinstance(time, bool) or not isinstance(time, (int, float)) or not first - slack <= time <= last + slack:
         got = f"{time:g} s" if isinstance(time, (int, float)) else repr(time)
         raise ParameterError(f"times: got {got}, expected {first:g} to {last:g} s, the recorded span")
-    return int(np.argmin(np.abs(shown.times - time)))
+    return int(np.argmin(np.abs(times - time)))
 
 
 def column_of(shown: Motion | Field, grain: int) -> int:

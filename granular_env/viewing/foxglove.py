@@ -11,20 +11,31 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from granular_env.colours import PALETTE
-from granular_env.components.drawables import main_points
+from granular_env.components.drawables import Cells, Points, spatial
 from granular_env.components.errors import LogError
 from granular_env.output_files import replacing
 from granular_env.recording import cdr
-from granular_env.recording.preview import ABOUT_TOPIC, GRAINS_TOPIC, PARTICLES_TOPIC, PREVIEW_TOPIC, picture_box
+from granular_env.recording.preview import (
+    ABOUT_TOPIC,
+    GRAINS_TOPIC,
+    PARTICLES_TOPIC,
+    PREVIEW_TOPIC,
+    picture_box,
+    topics_of_others,
+)
 from granular_env.recording.reader import Log
 from granular_env.recording.schemas import FRAME
 
-_DRAWN = {PARTICLES_TOPIC: 4, PREVIEW_TOPIC: 5}
+_POINT_SIZES, _OTHER_SIZE = {PARTICLES_TOPIC: 4, PREVIEW_TOPIC: 5}, 3
 # Vertical opening of the camera [degrees], and the width of its picture in heights, at least.
 _OPENING, _ASPECT = 45.0, 1.6
 _TANGENT = math.tan(math.radians(_OPENING / 2))
+# Phi is the angle from straight above [degrees].
 _SIDE_VIEW = {"phi": 80.0, "thetaOffset": 0.0, "perspective": True, "fovy": _OPENING}
+_PLANE_PHI = 30.0
 
 
 def save_foxglove_layout(log: Log, path: str | os.PathLike[str]) -> Path:
@@ -50,7 +61,7 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
     """Return the layout for a log as Foxglove exports one; `LogError` where the log has no preview."""
     plots = {f"Plot!{place}": _plot(topic, names, place) for place, (topic, names) in enumerate(_numbers_of(log).items())}
     about = {"RawMessages!about": {"topicPath": f"{ABOUT_TOPIC}.data", "diffEnabled": False}}
-    scene = {"3D!preview": _scene(log)} if main_points(log.drawables) is not None else {}
+    scene = {"3D!preview": _scene(log)} if log.drawables else {}
     below = _row([*about, *plots])
     layout: Any = {"direction": "column", "first": "3D!preview", "second": below, "splitPercentage": 60} if scene else below
     return {
@@ -80,16 +91,20 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
 
 
 def _scene(log: Log) -> dict[str, Any]:
-    low, high = picture_box(main_points(log.drawables))  # type: ignore[arg-type]
-    middle, width, height = (low + high) / 2, float(high[0] - low[0]), float(high[2] - low[2])
-    # With the chain across the picture, the height of what the camera sees at the chain's distance.
-    seen = 1.1 * max(height, width / _ASPECT)
+    low, high = picture_box(log.drawables)
+    middle, (width, depth, height) = (low + high) / 2, (high - low).tolist()
+    view = {**_SIDE_VIEW, "phi": _PLANE_PHI} if _is_plane(log) else _SIDE_VIEW
+    tilt = math.radians(view["phi"])
+    # With x across the picture, the height of what the camera sees at that distance.
+    seen = 1.1 * max(height * math.sin(tilt) + depth * math.cos(tilt), width / _ASPECT)
     distance = seen / 2 / _TANGENT
-    topics: dict[str, Any] = {GRAINS_TOPIC: {"visible": True}}
-    for topic, size in _DRAWN.items():
+    has_points = any(isinstance(one, Points) for one in log.drawables)
+    topics: dict[str, Any] = {GRAINS_TOPIC: {"visible": True}} if has_points else {}
+    sizes = {**(_POINT_SIZES if has_points else {}), **{topic: _OTHER_SIZE for _, topic in topics_of_others(log.drawables)}}
+    for topic, size in sizes.items():
         topics[topic] = {"visible": True, "pointSize": size, "colorMode": "rgba", "colorField": "rgba"}
     camera = {
-        **_SIDE_VIEW,
+        **view,
         "distance": distance,
         "target": [0.0, 0.0, 0.0],
         "targetOffset": middle.tolist(),
@@ -101,6 +116,14 @@ def _scene(log: Log) -> dict[str, Any]:
     hidden = {f"frame:{FRAME}": {"visible": False}}
     followed = {"followMode": "follow-none", "followTf": FRAME}
     return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}
+
+
+def _is_plane(log: Log) -> bool:
+    """Return whether points or nodes lie side by side along y."""
+    places = [
+        one.reference if isinstance(one, Points) else one.nodes for one in log.drawables if isinstance(one, Points | Cells)
+    ]
+    return any(bool(np.ptp(spatial(rows)[:, 1]) > 0.0) for rows in places)
 
 
 def _plot(topic: str, names: list[str], place: int) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from granular_env.components.errors import ParameterError
 
-from . import figures
+from . import figures, plane
 from .fields import Field, as_field, field_names, load_field, require_names
 from .plot_groups import plots
 from .scene_data import Curve, SceneData, from_log
@@ -78,6 +78,8 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     share = 1.0 / (1 + len(arrays))
     scene_data = from_log(log, FRAMES, lambda part: progress(share * part))
     drawn: dict[str, Shown] = {}
+    if choice.variables is None and (shown := plane.load_plane(log, scene_data.motion, choice.times)) is not None:
+        drawn["plane"] = Shown("In the plane", plane.draw_plane(shown), plane.words(shown))
     main = (
         scene_data.motion.colour_variable.name
         if scene_data.motion is not None and scene_data.motion.colour is not None

@@ -1,6 +1,7 @@
 """A rerun scene: what is sent, entity by entity. The same functions send a whole log or the one frame of a live component.
 
 scene/particles_...     spheres with their true radii, coloured by a variable, displacements stretched by a stated factor
+scene/links_...         lines between linked particles
 scene/..., closeup/...  what the component's domain adds (`views.Views`)
 energy, inputs, ...     scalar plots
 caption                 what is seen, in words: units, factors, limits
@@ -22,6 +23,7 @@ from granular_env.recording.displacement_scale import choose_exaggeration
 
 from .camera import Camera
 from .caption import caption
+from .links import send_links
 from .optional_packages import import_optional
 from .plot_groups import plots
 from .scene_data import Motion, SceneData
@@ -62,7 +64,9 @@ class Scales:
     @property
     def stretch(self) -> str:
         """The factor in words, for titles."""
-        return f"{self.exaggeration:g} x larger" if self.settled else "larger than they are (how much: see the text)"
+        if not self.settled:
+            return "larger than they are (how much: see the text)"
+        return "true to scale" if self.exaggeration == 1.0 else f"{self.exaggeration:g} x larger"
 
 
 def scales_of(motion: Motion, exaggerate: float | None = None) -> Scales:
@@ -97,16 +101,11 @@ def whole_camera(motion: Motion, scales: Scales, views: Views) -> Camera:
     """Return the camera that sees everything: a row from the side, a plane from above."""
     low, high = np.array(scales.low), np.array(scales.high)
     middle = 0.5 * (low + high)
-    if is_plane(motion):
+    if motion.is_plane:
         width, height = 1.05 * (high - low)[:2]
         return Camera("cameras/whole", (middle[0], middle[1]), float(width), float(height), is_above=True)
     bottom, top = views.reach(scales)
     return Camera("cameras/whole", (middle[0], 0.5 * (top + bottom)), 1.03 * float(high[0] - low[0]), 1.08 * (top - bottom))
-
-
-def is_plane(motion: Motion) -> bool:
-    """Return whether the particles lie side by side along y."""
-    return bool(np.ptp(motion.reference[:, 1]) > 0.0)
 
 
 def send(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
@@ -147,6 +146,7 @@ def send_motion(recording: Any, motion: Motion, scales: Scales, views: Views) ->
     colours = _colours(motion, scales)
     particles = rr.Points3D.columns(positions=drawn.reshape(-1, 3), colors=colours.reshape(-1, 3))
     recording.send_columns(scales.particles_entity, when, particles.partition(np.full(frames, count)))
+    send_links(recording, motion, drawn, when)
     views.send_frames(recording, motion, scales, drawn, colours, when)
 
 

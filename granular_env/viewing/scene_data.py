@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from granular_env.components.component import Component
 from granular_env.components.contract import Variable
-from granular_env.components.drawables import Points, main_points, spatial
+from granular_env.components.drawables import Drawable, Links, Points, main_points, spatial
 from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.header import BalanceNames, balance_facts, balance_names_from
 
@@ -21,6 +21,7 @@ from .views import views_class
 # Bounds of what is shown: viewers die of more.
 MAXIMUM_FRAMES = 400
 MAXIMUM_SHOWN_PARTICLES = 20_000
+MAXIMUM_SHOWN_LINKS = 60_000
 MAXIMUM_POINTS = 1_000_000
 MAXIMUM_CURVE_POINTS = 4_000
 # Up to so many numbers a whole series is read at once; beyond, frame by frame.
@@ -50,6 +51,23 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class LinkFrames:
+    """Links between the particles of a `Motion`, in its frames.
+
+    Attributes:
+        name: what they are.
+        pairs: indices of the particles, shape (m, 2).
+        state: 0 where a pair is not linked, shape (frames, m).
+        state_name: of the output that holds it.
+    """
+
+    name: str
+    pairs: npt.NDArray[np.int64]
+    state: FloatArray
+    state_name: str
+
+
+@dataclass(frozen=True)
 class Motion:
     """Particles in some frames of a run.
 
@@ -67,6 +85,8 @@ class Motion:
         total: how many particles there are.
         located: whether the displacements were recorded; otherwise the particles stay at their positions at the start.
         cuts: indices of the first frames of later segments.
+        is_plane: whether they lie, or can move, in two dimensions; otherwise they are a row along x.
+        links: between them; none where particles are left out.
     """
 
     times: FloatArray
@@ -83,6 +103,8 @@ class Motion:
     total: int = 0
     located: bool = True
     cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    is_plane: bool = False
+    links: tuple[LinkFrames, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -158,6 +180,8 @@ def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion 
     every = -(-len(particles.radius) // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
     count = len(particles.radius[shown])
+    joined = _links_to_show(log.drawables, particles, lambda name: _has_frames(log, name)) if every == 1 else []
+    count = max([count, *(len(one.pairs) for one in joined)])
     picked = evenly_picked(len(log.times(clock)), max(2, min(frames, MAXIMUM_POINTS // count)))
     displacement = _displacement(log, particles, source, picked, lambda part: progress(0.5 * part))
     colour = None
@@ -174,7 +198,21 @@ def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion 
         colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
         *(contacts(particles, displacement if source else None, read) if every == 1 else (None, "", "")),
         every, len(particles.radius), source is not None, cuts_of(log, clock, picked),
+        _is_plane(particles, log.variables.get(particles.displacement)),
+        tuple(LinkFrames(one.name, one.pairs, sample_frames(log, one.state, picked)[1], one.state) for one in joined),
     )  # fmt: skip
+
+
+def _links_to_show(drawables: Iterable[Drawable], points: Points, is_known: Callable[[str], bool]) -> list[Links]:
+    """Return the links between these points, so few that they can be drawn, whose state is known."""
+    links = (one for one in drawables if isinstance(one, Links) and one.points == points.name and len(one.pairs))
+    return [one for one in links if len(one.pairs) <= MAXIMUM_SHOWN_LINKS and is_known(one.state)]
+
+
+def _is_plane(points: Points, displacement: Variable | None) -> bool:
+    """Return whether points, their reference of three columns, lie or move in more than one dimension."""
+    moves = displacement is not None and len(displacement.shape) == 2 and displacement.shape[1] > 1
+    return moves or bool(np.ptp(points.reference[:, 1:], axis=0).any())
 
 
 def _displacement(
@@ -281,6 +319,8 @@ def _notes(log: Any, motion: Motion | None) -> Iterable[str]:
         yield "Displacements were not recorded: the particles are drawn at their positions at the start."
     if motion is not None and motion.colour is None and motion.colour_variable.name:
         yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
+    if motion is not None and len(motion.links) < sum(isinstance(one, Links) for one in log.drawables):
+        yield "Not all links are shown: their state was not recorded, or there are too many."
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown."
 
@@ -321,10 +361,12 @@ def _present_motion(component: Component, now: FloatArray, tick: npt.NDArray[np.
     def read(name: str) -> FloatArray | None:
         return np.asarray(component.get(name))[None] if name in component.variables else None
 
+    joined = _links_to_show(component.drawables(), particles, component.variables.__contains__) if every == 1 else []
+    links = tuple(LinkFrames(one.name, one.pairs, np.asarray(component.get(one.state))[None], one.state) for one in joined)
     return Motion(
         now, tick, particles.reference[shown], particles.radius[shown], displacement[:, shown],
         np.asarray(component.get(particles.colour))[None, shown] if particles.colour else None,
         component.variables.get(particles.colour) or Variable("", "output", "", (), ""),
         *(contacts(particles, displacement, read) if every == 1 else (None, "", "")),
-        every, total,
+        every, total, is_plane=_is_plane(particles, component.variables.get(particles.displacement)), links=links,
     )  # fmt: skip

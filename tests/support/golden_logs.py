@@ -66,6 +66,57 @@ def pushed_oscillator(component: ge.Component) -> None:
     component.step(2.0, force=ge.Profile.triangle(1.0, 1.5, start=1.2))
 
 
+def breaking_block(component: ge.Component) -> None:
+    """A block that spins, is torn apart by an array profile, pushed by arrays, and flies against the walls of its box."""
+    apart = np.array([[-1.0, -0.5], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 0.5]])
+    component.reset(velocity={1: (0.3, 0.2)})
+    component.step(5e-3, force=ge.Profile.half_sine(2.0, 4e-3) * apart)
+    for number in range(5):
+        component.step(1e-3, force=0.2 * number * apart)
+    component.step(1e-2, force=0.0)
+
+
+GRID_EDGES = {
+    "mesh": {
+        "name": "rectangle", "columns": 5, "rows": 4, "cell_size": [0.02, 0.012],
+        "holes": [{"name": "disc", "centre": [0.05, 0.018], "radius": 0.006}],
+    },
+    "material": ["steel", "aluminium"],
+    "regions": [{"area": {"name": "box", "x": [0.06, 0.1], "y": [0.0, 0.1]}, "material": 1}],
+    "boundaries": {
+        "left": "periodic", "right": "periodic", "top": {"name": "traction", "along": "nodes"},
+        "bottom": {"name": "absorbing", "sponge_width": 0.015},
+    },
+    "forced_nodes": [14],
+}  # fmt: skip
+GRID_YIELDING = {
+    "mesh": {
+        "name": "quadrilaterals",
+        "nodes": [[0, 0], [3, 0], [3, 3], [0, 3], [1.1, 0.9], [2.0, 1.1], [1.9, 2.0], [0.9, 1.8]],
+        "cells": [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [5, 6, 7, 4]],
+        "edges": {"below": [0, 1], "above": [2, 3]},
+    },
+    "plasticity": {"name": "drucker_prager", "yield_stress": 1e8, "friction": 0.4, "dilatancy": 0.1, "hardening": 1e9},
+    "boundaries": {"below": "symmetry", "above": "velocity"},
+}  # fmt: skip
+
+
+def driven_grid(component: ge.Component) -> None:
+    """Tractions along an edge, a force on a node, first as a profile, then as numbers."""
+    traction = np.outer(0.25 * np.arange(6.0) - 0.5, [2e6, -5e6])
+    component.reset(velocity=(0.1, -0.2))
+    component.step(
+        4e-5, top_traction=ge.Profile.half_sine(1.0, 3e-5) * traction, force=ge.Profile.triangle(1e4, 2e-5) * [[1.0, 0.5]]
+    )
+    component.step(4e-5, top_traction=0.5e6, force=[[-1e3, 2e3]])
+
+
+def yielding_grid(component: ge.Component) -> None:
+    """Five plates of a pinwheel are pressed and sheared until they yield, and released."""
+    component.step(6e-3, above_velocity=[0.6, -1.2])
+    component.step(6e-3, above_velocity=[-0.3, 1.0])
+
+
 def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
     return lambda: ge.make(name, **parameters)
 
@@ -134,7 +185,16 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
         2e-5,
     ),
     "oscillator": (make("oscillator", stiffness=2.0), pushed_oscillator, 0.1),
+    "discs": (
+        make("discs", rows=2, columns=3, clearance=0.01, breaking_strain=0.005, step_size=5e-5),
+        breaking_block,
+        5e-3,
+    ),
+    "grid-edges": (make("grid", **GRID_EDGES), driven_grid, 8e-5),
+    "grid-yielding": (make("grid", **GRID_YIELDING), yielding_grid, 6e-3),
 }
+# Cases of some thousand ticks.
+MANY_TICKS = ("wall-striker", "discs")
 
 
 def log_path(name: str) -> Path:
@@ -150,8 +210,9 @@ def played(name: str, path: Path | None = None) -> ge.Component:
         if path is None:
             play(component)
         else:
-            # Of very short ticks every third one is hashed, so that the file stays small.
-            with ge.record(component, path, every=every, hash_every=1 if component.step_size >= 1e-7 else 3):
+            # Of very short ticks and of many every third one is hashed, so that the file stays small.
+            is_dense = component.step_size >= 1e-7 and name not in MANY_TICKS
+            with ge.record(component, path, every=every, hash_every=1 if is_dense else 3):
                 play(component)
     return component
 

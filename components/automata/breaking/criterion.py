@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
+from ...support.fields import field
 from ...support.tagged_union import Named
-from ..shapes import field
 
 # Numbers of the criteria in kernels; see `functions.failure`.
 NONE, VON_MISES, DRUCKER_PRAGER, MOHR_COULOMB, STRAIN = range(5)

@@ -12,6 +12,8 @@ from .contact_states import contact_states
 from .gradient import Adjoints, check_functions, evaluate, validate_drive, value_and_adjoint, value_and_slopes
 from .parameters import KNOWN, natural_mass, parameter_gradient
 
+COMPILATION = ("gradients", 10)
+
 __all__ = [
     "KNOWN",
     "Adjoints",

@@ -13,8 +13,9 @@ import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, shortened
+from ...support.addresses import address
 from ...support.arrays import FloatArray
-from ...support.jit import JIT, address, current, jit, refuse_stale
+from ...support.jit import JIT, current, jit, refuse_stale
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
@@ -30,19 +31,22 @@ _NO_PIECES = np.zeros((0, 2))
 _NO_STATES = np.zeros((0, 2, 0))
 
 
-def _address_of(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
-    """Return where compiled code finds a function, and what has to live meanwhile."""
-    where, compiled = _look_up(function, signature, name)
-    refuse_stale(compiled)
+def _address_of(function: Callable[..., Any], law: type[Law], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
+    """Return where compiled code finds a function for a contact law, and what has to live meanwhile."""
+    where, jitted, compiled = _look_up(function, law, signature, name)
+    refuse_stale(jitted)
     return where, compiled
 
 
 # Looking it up takes longer than many a run.
 @lru_cache(maxsize=64)
-def _look_up(function: Callable[..., Any], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
-    compiled = function if hasattr(function, "compile") or not JIT else jit(function)
+def _look_up(
+    function: Callable[..., Any], law: type[Law], signature: str, name: str
+) -> tuple[Any, Callable[..., Any], Callable[..., Any]]:
+    jitted = function if hasattr(function, "compile") or not JIT else jit(function)
+    compiled = specialise(jitted, law)
     try:
-        return address(compiled, signature), compiled
+        return address(compiled, signature), jitted, compiled
     except (NumbaError, TypeError) as error:
         reason = " ".join(str(error).split())
         raise ParameterError(f"{name}: it does not compile as {signature}: {shortened(reason, 400)}") from None
@@ -123,7 +127,7 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
     sums, saved = _run(chain, a, inputs, ticks, objective, interval)
     value, slopes = value_and_slopes(objective, sums)
     bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
-    pull, kept = _address_of(objective.pull, loops.PULL, "objective.pull")
+    pull, kept = _address_of(objective.pull, law, loops.PULL, "objective.pull")
     step, ended = specialise(loops.backward, law)(
         a, bar, pull, inputs, ticks, objective.constants, slopes, saved, interval,
         composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
@@ -149,8 +153,9 @@ def _run(
     count = -(-len(drive) // interval) if interval else 0
     saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
     sums = np.zeros(objective.count)
-    advance, _ = _address_of(chain.scheme_kernel, SIGNATURE, "integrator")
-    note, kept = _address_of(objective.note, loops.NOTE, "objective.note")
+    law = type(chain.parameters.law)
+    advance, _ = _address_of(chain.scheme_kernel, law, SIGNATURE, "integrator")
+    note, kept = _address_of(objective.note, law, loops.NOTE, "objective.note")
     step, ended = loops.forward(
         a, advance, note, drive, _NO_PIECES, chain.tick, ticks,
         objective.constants, sums, saved, max(interval, 1),
@@ -182,10 +187,10 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
     return value, slopes
 
 
-def check_functions(objective: Objective) -> None:
-    """Whether an objective's note and pull compile; `ParameterError` otherwise."""
-    _address_of(objective.note, loops.NOTE, "objective.note")
-    _address_of(objective.pull, loops.PULL, "objective.pull")
+def check_functions(objective: Objective, law: type[Law]) -> None:
+    """Compile an objective's note and pull for a contact law; `ParameterError` where one does not compile."""
+    _address_of(objective.note, law, loops.NOTE, "objective.note")
+    _address_of(objective.pull, law, loops.PULL, "objective.pull")
 
 
 def has_gradient(law: type[Law]) -> bool:

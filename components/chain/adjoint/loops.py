@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...support.jit import caller, jit
+from ...support.addresses import caller
+from ...support.jit import jit
 from ..integrators import SIGNATURE
 from ..layout import (
     DISSIPATED,

@@ -140,13 +140,13 @@ def _too_fast(a, fastest, low, high):
     return found
 
 
-@jit
+@inlined
 def _drift(a, here, drift, low, high):
     for i in range(np.uint64(low), np.uint64(high)):
         a[here, i] += drift * a[V, i]
 
 
-@jit
+@inlined
 def _watch(a, here, j):
     """Keep the peak of one contact; whether it is above its limit."""
     d = a[here, j] - a[here, j + 1] + a[REST_OVERLAP, j]

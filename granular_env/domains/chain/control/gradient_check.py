@@ -39,8 +39,13 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
         ParameterError: a derivative is wrong, or `note` reads what no derivative goes through; names the entry.
     """
     objective.fit(chain.parameters.grains, steps)
-    check_functions(objective)
-    objective = replace(objective, note=current(objective.note), value=current(objective.value), pull=current(objective.pull))
+    check_functions(objective, type(chain.parameters.law))
+    objective = replace(
+        objective,
+        note=chain.specialise(objective.note),
+        value=current(objective.value),
+        pull=chain.specialise(objective.pull),
+    )
     rng = np.random.default_rng(_SEED)
     a, inputs = _state(chain, rng), rng.normal(size=2)
     sums = _feature_sums(objective, a, 0, steps, inputs)

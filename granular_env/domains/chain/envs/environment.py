@@ -17,7 +17,7 @@ from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import entry_point
 from granular_env.components.support.validation import finite_number
 from granular_env.envs.clock import show_clock
-from granular_env.envs.environment import ComponentEnv, Observation, Ready, _validate_scales, observation_box
+from granular_env.envs.environment import ComponentEnv, Observation, Ready, element_scales, observation_box
 from granular_env.envs.render import draw
 from granular_env.envs.state import Drawn, EnvState
 
@@ -136,9 +136,10 @@ class ChainEnv(ComponentEnv):
         )
         self.observation_size = self.observing.size + len(self._goal_scales) + self.clock
         self._action = np.zeros(len(self.actuator.names))
-        self._begin_task = _compile(first, "begin_kernel", BEGIN)
-        self._judge = _compile(first, "judge_kernel", JUDGE)
-        self._actuate, self._look = entry_point(actuate, ACTUATE), entry_point(observe_kernel, OBSERVE)
+        self._begin_task = _compile(component, first, "begin_kernel", BEGIN)
+        self._judge = _compile(component, first, "judge_kernel", JUDGE)
+        self._actuate = entry_point(actuate, ACTUATE)
+        self._look = entry_point(component.specialise(observe_kernel), OBSERVE)
         self._lay_out(np.zeros(COUNTERS + len(first.counter_names) + self.actuator.memory_size))
         self.randomization = Randomization.of(randomise, component.parameters.grains)
         if self.randomization.parameters:
@@ -150,9 +151,9 @@ class ChainEnv(ComponentEnv):
     def _fit(self, chain: Chain, task: ChainTask) -> None:
         """Take from a chain and its task what steps and observations need."""
         task.hold = self.hold
-        scales = dict(_validate_scales("actions", task.actions, chain, "input"))
+        scales = _scales_by_name("actions", task.actions, chain, "input")
         self.actuator = Actuator.of(scales, *self._acting)
-        readings = dict(_validate_scales("observations", task.observations, chain, "output"))
+        readings = _scales_by_name("observations", task.observations, chain, "output")
         readings["force"] = finite_number("observed_force", task.observed_force)
         self.observing = Observing.of(chain, self._seeing[0], readings, task.observation_limit, self._seeing[1])
         self.constants = np.ascontiguousarray(task.constants, dtype=np.float64)
@@ -371,10 +372,19 @@ class ChainEnv(ComponentEnv):
         return self._observation(), total + self.step_error_reward, True, False, info
 
 
-def _compile(task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
+def _compile(chain: Chain, task: ChainTask, kernel: str, signature: str) -> Callable[..., Any]:
     try:
-        return entry_point(task_kernel(task, kernel), signature)
+        return entry_point(chain.specialise(task_kernel(task, kernel)), signature)
     except GranularError:
         raise
     except Exception as error:  # numba hands on what it meets in the function
         raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None
+
+
+def _scales_by_name(what: str, scales: Mapping[str, float], chain: Chain, causality: str) -> dict[str, float]:
+    """Return scales by the variable's name; single grains are chosen by the sensors of the environment, not by the task."""
+    found = element_scales(what, scales, chain, causality)
+    for element, _ in found:
+        if element.index:
+            raise ParameterError(f"{what}: got {element}, expected {element.name}; observe=... says which grains are seen")
+    return {element.name: scale for element, scale in found}

@@ -12,12 +12,14 @@ import numpy.typing as npt
 from granular_env.components.chain.integrators import SIGNATURE as ADVANCE
 from granular_env.components.chain.layout import U, V
 from granular_env.components.errors import ParameterError, shortened
-from granular_env.components.support.jit import JIT, address
+from granular_env.components.support.addresses import address
+from granular_env.components.support.jit import JIT
 from granular_env.envs.state import EnvState
 
 from .domain_randomization import info_of_draws
 from .environment import ChainEnv
 from .episode_state import COUNTERS, ELAPSED, LEFT, START
+from .sensors import OBSERVE, observe
 from .task import JUDGE, task_kernel
 from .vector_kernel import observe_lanes, step_lanes
 
@@ -67,9 +69,10 @@ class EnvironmentBatch:
     def _stack(self, first: ChainEnv) -> None:
         lanes, actuator = self.single, first.actuator
         # One address for each chain: laws and schemes may differ.
-        kernels = [lane.component.scheme_kernel for lane in lanes]
-        found = {kernel: address(kernel, ADVANCE) for kernel in set(kernels)}
-        advances = np.array([found[kernel] for kernel in kernels], dtype=np.int64 if JIT else object)
+        judge = task_kernel(first.task, "judge_kernel")
+        advances = _addresses([lane.component.scheme_kernel for lane in lanes], ADVANCE)
+        judges = _addresses([lane.component.specialise(judge) for lane in lanes], JUDGE)
+        observes = _addresses([lane.component.specialise(observe) for lane in lanes], OBSERVE)
         constants = np.concatenate([lane.constants for lane in lanes])
         places = np.cumsum([0, *(len(lane.constants) for lane in lanes)], dtype=np.int64)
         stacked = lambda values: np.array(list(values), dtype=np.float64)  # noqa: E731
@@ -81,13 +84,13 @@ class EnvironmentBatch:
         state = [lane.component.state_rows for lane in lanes]
         first_row, last_row = min(rows.start for rows in state), max(rows.stop for rows in state)
         self._judging = (
-            advances, address(task_kernel(first.task, "judge_kernel"), JUDGE), constants, places, self._counters,
+            advances, judges, constants, places, self._counters,
             self._steps_each, self._deadlines, stacked(lane.duration for lane in lanes),
             actuator.sides, stacked(lane.actuator.scales for lane in lanes), stacked(lane.actuator.rate for lane in lanes),
             actuator.delay, first.hold,
         )  # fmt: skip
         self._seeing = (
-            first.observing.blocks, stacked(lane.observing.factors for lane in lanes),
+            observes, first.observing.blocks, stacked(lane.observing.factors for lane in lanes),
             stacked(lane.observing.limit for lane in lanes), stacked(lane.observing.noise for lane in lanes),
             stacked(lane._goal_scales for lane in lanes), first.clock,
         )  # fmt: skip
@@ -99,7 +102,7 @@ class EnvironmentBatch:
         if not self._new:
             return
         _, _, constants, places, *_ = self._judging
-        scales, (_, factors, _, _, goals, _) = self._judging[9], self._seeing
+        scales, (_, _, factors, _, _, goals, _) = self._judging[9], self._seeing
         lanes = {k: self.single[k] for k in self._new}
         self._new.clear()
         for k, lane in lanes.items():
@@ -188,6 +191,12 @@ class EnvironmentBatch:
     def count(self, hold: int) -> npt.NDArray[np.int64]:
         """How many actions each episode has had."""
         return -(-self.memories[:, ELAPSED].astype(np.int64) // hold)
+
+
+def _addresses(kernels: Sequence[Callable[..., Any]], signature: str) -> npt.NDArray[Any]:
+    """Return where compiled code finds each of these kernels, of which most are the same."""
+    found = {kernel: address(kernel, signature) for kernel in set(kernels)}
+    return np.array([found[kernel] for kernel in kernels], dtype=np.int64 if JIT else object)
 
 
 def _goes_alone(lane: ChainEnv) -> bool:

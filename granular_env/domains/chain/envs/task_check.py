@@ -158,7 +158,7 @@ def _guard_copy(env: ChainEnv, grains: int) -> Any:
 def _kernel(env: ChainEnv, name: str) -> Callable[..., Any]:
     from .task import task_kernel
 
-    return task_kernel(env.task, name)
+    return env.component.specialise(task_kernel(env.task, name))
 
 
 def _run(kernel: Callable[..., Any], name: str, *arguments: Any) -> Any:

@@ -5,24 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from granular_env.components.chain.integrators import SIGNATURE as ADVANCE
-from granular_env.components.support.jit import caller, jit
+from granular_env.components.support.addresses import caller
+from granular_env.components.support.jit import jit
 from granular_env.envs.clock import show_clock
 
 from .actuator import actuate
 from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
-from .sensors import observe, show_goal
+from .sensors import OBSERVE, show_goal
 from .task import JUDGE
 
 _advance = caller(ADVANCE)
 _judge = caller(JUDGE)
+_observe = caller(OBSERVE)
 
 
 @jit
 def step_lanes(
     tables, memories, actions, going,
-    advances, judge, constants, places, counters, lengths, steps, durations,
+    advances, judges, constants, places, counters, lengths, steps, durations,
     sides, scales, rates, delay, hold,
-    blocks, factors, limits, noises, goals, clock,
+    observes, blocks, factors, limits, noises, goals, clock,
     drive, kept, kept_memory, first,
     observations, rewards, terminated, truncated, refused,
 ):  # fmt: skip
@@ -31,9 +33,10 @@ def step_lanes(
     Lane k is `tables[k]`, `memories[k]` and row k of all that is as long. A lane whose chain refuses is put back to where it
     was, and marked in `refused`. Returns how many lanes are refused, or have ended.
 
-    `advances` and `judge` are addresses; lane k has the `constants` from `places[k]` to `places[k + 1]`, and as many as its
-    task needs; `counters`, `delay`, `hold` and `clock` are counts; `lengths` internal steps of a control step; `drive` no
-    pieces of a drive; `kept` and `kept_memory` room for a chain's state, whose rows begin with `first`, and for a memory.
+    `advances`, `judges` and `observes` are addresses; lane k has the `constants` from `places[k]` to `places[k + 1]`, and as
+    many as its task needs; `counters`, `delay`, `hold` and `clock` are counts; `lengths` internal steps of a control step;
+    `drive` no pieces of a drive; `kept` and `kept_memory` room for a chain's state, whose rows begin with `first`, and for a
+    memory.
     """
     special, none = 0, np.int64(0)
     for k in range(len(going)):
@@ -56,7 +59,7 @@ def step_lanes(
             memory[ELAPSED] += 1.0
             elapsed = np.int64(memory[ELAPSED])
             reward, over = _judge(
-                judge, (a, inputs, tally, constants[places[k] : places[k + 1]], durations[k], elapsed, steps[k])
+                judges[k], (a, inputs, tally, constants[places[k] : places[k + 1]], durations[k], elapsed, steps[k])
             )
             total += reward
             late = not over and elapsed >= steps[k] and steps[k] > 0
@@ -70,24 +73,25 @@ def step_lanes(
         if over or late:
             memory[RUNNING] = 0.0
             special += 1
-        _show(a, memory, steps[k], blocks, factors[k], limits[k], noises[k], goals[k], clock, observations[k])
+        _show(a, memory, steps[k], observes[k], blocks, factors[k], limits[k], noises[k], goals[k], clock, observations[k])
     return special
 
 
 @jit
-def observe_lanes(tables, memories, steps, blocks, factors, limits, noises, goals, clock, observations):
+def observe_lanes(tables, memories, steps, observes, blocks, factors, limits, noises, goals, clock, observations):
     """Write the present observation of every lane."""
     for k in range(len(limits)):
         _show(
-            tables[k], memories[k], steps[k], blocks, factors[k], limits[k], noises[k], goals[k], clock, observations[k]
+            tables[k], memories[k], steps[k], observes[k], blocks, factors[k], limits[k], noises[k], goals[k], clock,
+            observations[k],
         )  # fmt: skip
 
 
 @jit
-def _show(a, memory, steps, blocks, factors, limit, noise, goal, clock, out):
+def _show(a, memory, steps, observe, blocks, factors, limit, noise, goal, clock, out):
     """One lane's readings, goal and clock."""
     elapsed, end = np.int64(memory[ELAPSED]), len(out) - clock
-    observe(a, blocks, factors, limit, noise, np.int64(memory[SEED]), elapsed, out)
+    _observe(observe, (a, blocks, factors, limit, noise, np.int64(memory[SEED]), elapsed, out))
     show_goal(memory[COUNTERS:], goal, limit, out[:end])
     if clock > 0:
         show_clock(elapsed, steps, out[end:])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from granular_env.components.chain import kernels, layout
-from granular_env.components.chain.laws import LAWS, Law
+from granular_env.components.chain.laws import Law
 from granular_env.components.chain.laws import functions as law_functions
 from granular_env.components.chain.specialisation import specialise
 from granular_env.components.snapshot import FloatArray
@@ -38,11 +38,7 @@ def _chain(law: Law, stiffness: FloatArray, constants: FloatArray) -> FloatArray
     a = np.zeros((layout.FREE_ROW, layout.row_width(len(stiffness) - 1)))
     a[layout.STIFFNESS, places] = stiffness
     a[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + constants.shape[1], places] = constants.T
-    for name, value in (
-        (layout.GRAINS, len(stiffness) - 1), (layout.LAW, list(LAWS).index(law.name)),
-        (layout.EXPONENT, law.exponent),
-    ):  # fmt: skip
-        a[layout.SCALARS, name] = value
+    a[layout.SCALARS, layout.GRAINS], a[layout.SCALARS, layout.EXPONENT] = len(stiffness) - 1, law.exponent
     if law.has_history:
         specialise(kernels.begin_histories, type(law))(a)
     return a

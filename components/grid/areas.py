@@ -1,0 +1,57 @@
+"""Areas of the plane, by name: what a hole takes out of a mesh, and where a material lies."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import SerializeAsAny, model_validator
+
+from ..support.arrays import FloatArray
+from ..support.fields import Pair, field
+from ..support.tagged_union import ByName, Named
+
+
+class Area(Named):
+    """A part of the plane."""
+
+    def contains(self, points: FloatArray) -> np.ndarray:
+        """Return which of the points, shape (k, 2) [m], lie inside."""
+        raise NotImplementedError
+
+
+class Box(Area):
+    """Everything between two abscissas and two ordinates."""
+
+    name: Literal["box"] = field("box", "a rectangle along the axes", "1")
+    x: Pair = field(..., "from and to along x", "m")
+    y: Pair = field(..., "from and to along y", "m")
+
+    @model_validator(mode="after")
+    def _validate_order(self) -> Box:
+        for axis in ("x", "y"):
+            low, high = getattr(self, axis)
+            if not low < high:
+                raise ValueError(f"{axis}: got [{low:g}, {high:g}], expected the smaller number first")
+        return self
+
+    def contains(self, points: FloatArray) -> np.ndarray:  # noqa: D102
+        x, y = points[:, 0], points[:, 1]
+        return (self.x[0] < x) & (x < self.x[1]) & (self.y[0] < y) & (y < self.y[1])
+
+
+class Disc(Area):
+    """Everything within a distance from a point."""
+
+    name: Literal["disc"] = field("disc", "a disc", "1")
+    centre: Pair = field(..., "its middle", "m")
+    radius: float = field(..., "its radius", "m", gt=0.0)
+
+    def contains(self, points: FloatArray) -> np.ndarray:  # noqa: D102
+        x, y = points[:, 0] - self.centre[0], points[:, 1] - self.centre[1]
+        return x * x + y * y < self.radius * self.radius
+
+
+AREAS: dict[str, type[Area]] = {"box": Box, "disc": Disc}
+
+ChosenArea = Annotated[SerializeAsAny[Any], ByName(AREAS)]

@@ -1,0 +1,316 @@
+"""The grid as a component: a continuum in plane strain on a mesh of quadrilaterals that moves with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..component import Component
+from ..contract import Balance, Variable
+from ..drawables import Cells, Drawable, Points
+from ..errors import ParameterError, StepError
+from ..inputs import Held
+from ..materials.elastic import Material, material
+from ..profiles import CompiledProfile
+from ..snapshot import EVENT_ROWS, FloatArray
+from ..support.roots import round_down_to_125
+from . import kernels, layout, threads
+from .assembly import Assembly, assemble
+from .boundaries import Boundary
+from .drive import make_drive, signal_factors
+from .mesh import IntArray, Mesh
+from .parameters import GridParameters, Place
+from .stability import ALLOWED, SUGGESTED, highest_frequency
+
+# The state, and what kernels keep beside it, for each cell of a large mesh.
+_BYTES_OF_CELL = 420
+_STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
+_YIELD = {"cell_yielded": "the equivalent stress of a cell reached its yield stress for the first time"}
+
+
+class Grid(Component):
+    """A continuum in plane strain on a mesh of quadrilaterals that moves with it: Wilkins (1964), Psakhie et al. (2003).
+
+    rho u'' = div sigma with a hypoelastic law (Jaumann rate) and plasticity. Forces, masses and energies are those of a slab
+    one metre thick. See `GridParameters`.
+    """
+
+    name = "grid"
+    Parameters = GridParameters
+    parameters: GridParameters
+
+    # -- building ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def memory_needed(cls, parameters: GridParameters) -> int:
+        """Return what mesh, state, its copy and the kernels' tables take."""
+        return _BYTES_OF_CELL * parameters.mesh.cell_count
+
+    def _build(self) -> None:
+        p = self.parameters
+        try:
+            self.mesh: Mesh = p.mesh.build()
+        except ValueError as error:
+            raise ParameterError(f"component 'grid': {error}") from None
+        self.cell_material: IntArray = self._materials_of_cells()
+        self._materials: list[Material] = [material(one) for one in p.materials]
+        self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
+        self._receivers = self._nodes_at("receivers", p.receivers)
+        self._plastic = any(p.plastic_laws[number].code for number in np.unique(self.cell_material))
+        self._assembly: Assembly = self._assemble()
+        self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
+        self.mass: FloatArray = self._assembly.mass
+        self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
+        self.step_size = self._suggest_step() if p.step_size is None else p.step_size
+        self._refuse_large_step()
+        self._lay_out_state()
+
+    def _materials_of_cells(self) -> IntArray:
+        p, count = self.parameters, len(self.mesh.cells)
+        if p.cell_material is not None:
+            if len(p.cell_material) != count:
+                raise ParameterError(f"cell_material: got {len(p.cell_material)} numbers, expected {count}, one for each cell")
+            return np.array(p.cell_material, dtype=np.int64)
+        numbers = np.zeros(count, dtype=np.int64)
+        for place, region in enumerate(p.regions):
+            inside = region.area.contains(self.mesh.centres)
+            if not inside.any():
+                raise ParameterError(f"regions[{place}]: contains the middle of no cell")
+            numbers[inside] = region.material
+        return numbers
+
+    def _nodes_at(self, name: str, places: list[Place]) -> IntArray:
+        """Return the nodes that are meant by numbers or points."""
+        found = []
+        for index, place in enumerate(places):
+            if isinstance(place, int) and place >= len(self.mesh.nodes):
+                raise ParameterError(f"{name}[{index}]: got node {place}, expected 0 to {len(self.mesh.nodes) - 1}")
+            found.append(place if isinstance(place, int) else self.mesh.nearest_node(place[0], place[1]))
+            if found[-1] in found[:-1]:
+                raise ParameterError(f"{name}[{index}]: node {found[-1]} is there already; give each node once")
+        return np.array(found, dtype=np.int64)
+
+    def _assemble(self) -> Assembly:
+        p = self.parameters
+        try:
+            return assemble(
+                self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
+                forced=self._forced.tolist(), hourglass=p.hourglass, parts=self._parts(),
+            )  # fmt: skip
+        except ValueError as error:
+            raise ParameterError(f"component 'grid': {error}") from None
+
+    def _parts(self) -> int:
+        """Return in how many parts threads can advance the grid: yielding cells note events, in the order of cells."""
+        return 2 if len(self.mesh.cells) >= threads.LEAST_CELLS and not self._plastic else 1
+
+    def _suggest_step(self) -> float:
+        if self.highest_frequency == 0.0:
+            raise ParameterError("boundaries: no node can move; leave an edge free, or make the mesh finer")
+        return round_down_to_125(SUGGESTED * 2.0 / self.highest_frequency)
+
+    def _refuse_large_step(self) -> None:
+        if self.highest_frequency * self.step_size > 2.0 * ALLOWED:
+            largest = 2.0 / self.highest_frequency
+            raise ParameterError(
+                f"step_size: got {self.step_size:g} s, expected at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest "
+                f"stable one, 2 / omega = {largest:.4g} s; leave it out, or make the cells larger"
+            )
+
+    def _lay_out_state(self) -> None:
+        n, m = len(self.mesh.nodes), len(self.mesh.cells)
+        plastic = m if self._plastic else 0
+        self._lay_out(
+            growing={"events": EVENT_ROWS} if self._plastic else None,
+            displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), force=("f8", (n, 2)), stress=("f8", (m, 4)),
+            hourglass_force=("f8", (m, 2)), energy=("f8", (m,)), plastic_strain=("f8", (plastic,)),
+            plastic_work=("f8", (plastic,)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
+        )  # fmt: skip
+        if self._plastic:  # only then can anything happen that is an event
+            vars(self)["event_kinds"] = _YIELD
+        self._state = layout.State(*(self._block[name] for name in _STATE))
+        self._driven_by: Mapping[str, Held] | None = None
+        self._signals: list[CompiledProfile] = []
+        self._failed = np.zeros(2, dtype=np.int64)
+
+    # -- the contract -----------------------------------------------------------------------------------------------
+
+    def _declare(self) -> Iterable[Variable]:
+        n, m, k = len(self.mesh.nodes), len(self.mesh.cells), len(self._receivers)
+        nodes, cells, received = ("node", "direction"), ("cell",), ("receiver", "direction")
+        for one in self._assembly.inputs:
+            yield one.variable
+        yield Variable("displacement", "output", "m", (n, 2), "displacement of the nodes from the mesh", state=True, axes=nodes)
+        yield Variable("velocity", "output", "m/s", (n, 2), "velocity of the nodes", state=True, axes=nodes)
+        yield Variable("speed", "output", "m/s", (n,), "magnitude of the velocity", minimum=0.0, axes=("node",))
+        yield Variable(
+            "stress", "output", "Pa", (m, 4), "stresses xx, yy, zz, xy of the cells, tension positive; a start value of the "
+            "displacement gives them too, elastically, where they have none of their own", state=True, axes=("cell", "entry"),
+        )  # fmt: skip
+        yield Variable("pressure", "output", "Pa", (m,), "mean of the normal stresses, compression positive", axes=cells)
+        yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=cells)
+        yield Variable("plastic_strain", "output", "1", (m,), "equivalent plastic strain of the cells", minimum=0.0, axes=cells)
+        yield Variable("internal_energy", "output", "J", (m,), "work that stresses have done on the cells", axes=cells)
+        yield Variable("receiver_displacement", "output", "m", (k, 2), "displacement of the `receivers`", axes=received)
+        yield Variable("receiver_velocity", "output", "m/s", (k, 2), "velocity of the `receivers`", axes=received)
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        state = self._state
+        return {
+            "displacement": lambda: state.displacement,
+            "velocity": lambda: state.velocity,
+            "speed": lambda: np.sqrt((state.velocity * state.velocity).sum(axis=1)),
+            "stress": lambda: state.stress,
+            "pressure": lambda: -state.stress[:, :3].sum(axis=1) / 3.0,
+            "equivalent_stress": self._equivalent_stress,
+            "plastic_strain": lambda: state.plastic_strain if self._plastic else np.zeros(len(self.mesh.cells)),
+            "internal_energy": lambda: state.energy,
+            "receiver_displacement": lambda: state.displacement[self._receivers],
+            "receiver_velocity": lambda: state.velocity[self._receivers],
+        }
+
+    def _equivalent_stress(self) -> FloatArray:
+        xx, yy, zz, xy = self._state.stress.T
+        spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+        return np.sqrt(0.5 * spread + 3.0 * xy * xy)
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        state = self._state
+        for name in ("displacement", "velocity"):
+            if name in values:
+                self._refuse_parting(name, values[name])
+        if "displacement" in values:
+            # As if it had happened in one tick.
+            state.displacement[:] = state.velocity[:] = values["displacement"]
+            self._refuse_inverted_start(self._update_forces(1.0))
+            state.velocity[:] = 0.0
+        if "stress" in values:
+            state.stress[:] = values["stress"]
+            self._update_forces(0.0)
+        kernels.stress_energies(self._grid, state)
+        if "velocity" in values:
+            state.velocity[:] = values["velocity"]
+        self._driven_by = None
+        sums = self._sums()
+        self._block["start"][:] = sums["energy"], *sums["momentum"], sums["angular_momentum"]
+        return {}
+
+    def _update_forces(self, step: float) -> int:
+        """Advance stresses elastically by velocity x step [s], and write the forces; return a cell that is inverted, or -1."""
+        elastic = self._grid._replace(laws=np.zeros_like(self._grid.laws))
+        groups, events, counts = self._conditions.groups, np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
+        return int(kernels.forces(elastic, self._state, groups, self._corner, step, 0, events, counts))
+
+    def _refuse_parting(self, name: str, value: FloatArray) -> None:
+        for group in self._assembly.joined:
+            members = group[group >= 0]
+            if (value[members] != value[members[0]]).any():
+                raise ParameterError(
+                    f"start.{name}: the nodes {members.tolist()} are joined by periodic edges; give them one value"
+                )
+
+    def _refuse_inverted_start(self, cell: int) -> None:
+        if cell >= 0:
+            raise ParameterError(f"start.displacement: cell {cell} would be inverted; give smaller displacements")
+
+    def _advance(self, ticks: int) -> int:
+        if self._held is not self._driven_by:
+            self._signals, drive = make_drive(self._assembly, self._held)
+            self._conditions = self._conditions._replace(drive=drive)
+            self._driven_by = self._held
+        events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
+        if self._plastic:
+            counts[0] = self._block.count("events")
+            events = self._block.room("events", len(self.mesh.cells) - int(counts[0]))
+        advance = threads.advance if len(self._grid.parts) > 2 and threads.available() else kernels.advance
+        status = advance(
+            self._grid, self._state, self._conditions, signal_factors(self._signals, self._tick, ticks), self._corner,
+            self._block["tally"], self.step_size, self._tick, events, counts, self._failed,
+        )  # fmt: skip
+        if self._plastic:
+            self._block.set_count("events", int(counts[0]))
+        return int(status)
+
+    def _explain(self, status: int) -> StepError:
+        cell, tick = (int(number) for number in self._failed)
+        time = tick * self.step_size
+        area = float(self._smallest_corner(cell))
+        return StepError(
+            f"displacement: cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
+            f"load the grid less, or take a smaller step_size (now {self.step_size:g} s)",
+            time=time, variable="displacement", index=cell, value=area, limit=0.0,
+        )  # fmt: skip
+
+    def _smallest_corner(self, cell: int) -> Any:
+        """Return the area of the triangle at a corner of a cell [m2]: the smallest, which is negative past 180 degrees."""
+        nodes = self.mesh.cells[cell]
+        with np.errstate(all="ignore"):
+            corners = self.mesh.nodes[nodes] + self._state.displacement[nodes]
+            onward, back = np.roll(corners, -1, axis=0) - corners, np.roll(corners, 1, axis=0) - corners
+            return 0.5 * (onward[:, 0] * back[:, 1] - onward[:, 1] * back[:, 0]).min()
+
+    # -- reading ----------------------------------------------------------------------------------------------------
+
+    def _sums(self) -> dict[str, Any]:
+        """Return energies, momentum, angular momentum as they are."""
+        sums = np.zeros(6)
+        with np.errstate(all="ignore"):
+            kernels.energies(self._grid, self._state, self.mass, sums)
+            kinetic, hourglass, pulled = (float(number) for number in sums[:3])
+            some = self._conditions
+            force = np.where(some.prescribed > 0, 0.0, self._state.force[some.nodes])
+            pulled += float(((force * force).sum(axis=1) / some.mass * some.share).sum())
+            plastic = float(self._state.plastic_work.sum())
+            elastic = float(self._state.energy.sum()) - plastic
+        correction = -0.125 * self.step_size * self.step_size * pulled
+        return {
+            "kinetic": kinetic, "elastic": elastic, "hourglass": hourglass, "correction": correction, "plastic": plastic,
+            "energy": kinetic + elastic + hourglass + correction, "momentum": sums[3:5].copy(),
+            "angular_momentum": float(sums[5]),
+        }  # fmt: skip
+
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.
+
+        `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass: with it, the energy that the scheme conserves to rounding.
+        """
+        sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
+        stored = {
+            "kinetic_energy": sums["kinetic"],
+            "elastic_energy": sums["elastic"],
+            "hourglass_energy": sums["hourglass"],
+            "leapfrog_energy": sums["correction"],
+        }
+        lost = {"plastic_work": sums["plastic"], "absorbed_energy": float(tally[layout.ABSORBED])}
+        impulse = {
+            "impulse": tally[layout.IMPULSE : layout.IMPULSE + 2],
+            "boundary_impulse": tally[layout.BOUNDARY_IMPULSE : layout.BOUNDARY_IMPULSE + 2],
+        }
+        mass = float(self.mass.sum())
+        found = [
+            Balance("energy", "J", stored, {"input_work": float(tally[layout.WORK])}, lost, float(start[0])),
+            Balance("momentum", "kg m/s", {"momentum": sums["momentum"]}, impulse, initial=start[1:3]),
+            Balance("mass", "kg", {"mass": mass}, initial=mass),
+        ]
+        if not len(self._assembly.joined):
+            turning = {
+                "angular_impulse": float(tally[layout.ANGULAR]),
+                "boundary_angular_impulse": float(tally[layout.BOUNDARY_ANGULAR]),
+            }
+            turned = {"angular_momentum": sums["angular_momentum"]}
+            found.insert(2, Balance("angular_momentum", "kg m2/s", turned, turning, initial=float(start[3])))
+        return tuple(found)
+
+    def drawables(self) -> tuple[Drawable, ...]:
+        """Return the grid, coloured by speed, and the receivers."""
+        shown: list[Drawable] = [Cells("grid", self.mesh.nodes, self.mesh.cells, "speed", "displacement")]
+        if len(self._receivers):
+            radius = np.full(len(self._receivers), 0.5 * float(np.sqrt(self.mesh.areas.min())))
+            shown.append(Points("receivers", self.mesh.nodes[self._receivers], radius, "receiver_displacement"))
+        return tuple(shown)
+
+    def boundary_of(self, edge: str) -> Boundary | None:
+        """Return what an edge does; None where it is free."""
+        return self.parameters.boundaries.get(edge)

@@ -1,0 +1,267 @@
+"""From boundaries and inputs to the nodes with conditions: which they are, what is prescribed, and what inputs do to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..contract import Variable
+from ..support.arrays import FloatArray
+from .boundaries import Absorbing, Boundary, Fixed, Periodic, PrescribedVelocity, Symmetry, Traction
+from .mesh import IntArray, Mesh
+
+_OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
+# Coordinates of joined nodes may differ by this part of the edge's length.
+_MISFIT = 1e-9
+
+
+@dataclass(frozen=True)
+class EdgeInput:
+    """An input and how it acts: its value, shape (rows, 2), times weights gives what nodes get.
+
+    Attributes:
+        variable: the input.
+        nodes: which nodes it acts on, shape (k,).
+        weights: node i gets sum_r weights[i, r] value[r], shape (k, rows); None: node i gets value[i].
+        velocity: whether it prescribes a velocity; otherwise it is a force.
+    """
+
+    variable: Variable
+    nodes: IntArray
+    weights: FloatArray | None
+    velocity: bool
+
+    def act(self, value: Any) -> FloatArray:
+        """Return what each of the nodes gets, shape (k, 2) [N or m/s]."""
+        rows = np.asarray(value).reshape(-1, 2)
+        if self.weights is None:
+            return np.broadcast_to(rows, (len(self.nodes), 2))
+        # Sums in a fixed order: what einsum or BLAS would do depends on the processor.
+        given = np.zeros((len(self.nodes), 2))
+        for row in range(len(rows)):
+            given += self.weights[:, row, None] * rows[row]
+        return given
+
+
+def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
+    """Return the groups of nodes that periodic edges join, the rest of each row -1, shape (k, 4).
+
+    Raises:
+        ValueError: an edge has no partner, or their nodes do not lie opposite each other.
+    """
+    pairs: list[IntArray] = []
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, Periodic):
+            partner = boundary.partner or _OPPOSITE.get(name, "")
+            other = boundaries.get(partner)
+            if not isinstance(other, Periodic) or (other.partner or _OPPOSITE.get(partner, "")) != name:
+                raise ValueError(f"boundaries.{name}: is periodic, so its partner {partner!r} has to be periodic too")
+            if name < partner:
+                pairs.append(_opposite_nodes(mesh, name, partner))
+    if not pairs:
+        return np.zeros((0, 4), dtype=np.int64)
+    leader = np.arange(len(mesh.nodes))
+    for pair in pairs:
+        for _ in range(2):
+            low = np.minimum(leader[pair[:, 0]], leader[pair[:, 1]])
+            np.minimum.at(leader, pair[:, 0], low)
+            np.minimum.at(leader, pair[:, 1], low)
+    members: dict[int, list[int]] = {}
+    for node in np.unique(np.concatenate(pairs)):
+        members.setdefault(int(leader[node]), []).append(int(node))
+    rows = np.full((len(members), 4), -1, dtype=np.int64)
+    for row, nodes in zip(rows, members.values(), strict=True):
+        row[: len(nodes)] = nodes
+    return rows
+
+
+def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
+    """Return pairs of nodes of two edges that differ by one vector, shape (k, 2)."""
+    one, two = mesh.edge_nodes(first), mesh.edge_nodes(second)
+    if len(one) != len(two):
+        raise ValueError(f"boundaries.{first}: has {len(one)} nodes, and {second} has {len(two)}; periodic edges need as many")
+    way = mesh.nodes[two] - mesh.nodes[one]
+    if np.abs(way - way[0]).max() > _MISFIT * np.abs(way[0]).max():
+        raise ValueError(f"boundaries.{first}: its nodes do not lie opposite those of {second}, as periodic edges need")
+    return np.stack([one, two], axis=1)
+
+
+def edge_inputs(mesh: Mesh, boundaries: Mapping[str, Boundary], forced: Sequence[int]) -> list[EdgeInput]:
+    """Return the inputs of a grid: tractions, velocities, forces on nodes."""
+    found = []
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, (Traction, PrescribedVelocity)):
+            nodes = mesh.edge_nodes(name)
+            single = boundary.along == "edge"
+            shape = (2,) if single else (len(nodes), 2)
+            axes = ("direction",) if single else (f"{name}_node", "direction")
+            moves = isinstance(boundary, PrescribedVelocity)
+            what = f"velocity of the {name} edge" if moves else f"force per area on the {name} edge"
+            each = "" if single else ", for each of its nodes in the order of x, then y"
+            variable = Variable(
+                f"{name}_{'velocity' if moves else 'traction'}", "input", "m/s" if moves else "Pa", shape,
+                f"{what}, along x and y{each}", start=0.0, axes=axes,
+            )  # fmt: skip
+            weights = None if moves else _traction_weights(mesh, name, nodes, single)
+            found.append(EdgeInput(variable, nodes, weights, moves))
+    if len(forced):
+        text = "force on each of the `forced_nodes`, along x and y"
+        variable = Variable("force", "input", "N", (len(forced), 2), text, start=0.0, axes=("forced_node", "direction"))
+        found.append(EdgeInput(variable, np.array(forced, dtype=np.int64), None, False))
+    return found
+
+
+def _traction_weights(mesh: Mesh, name: str, nodes: IntArray, single: bool) -> FloatArray:
+    """Return the nodal forces of tractions, linear along each side, shape (k, 1 or k) [m2, of a slab one metre thick]."""
+    place = {int(node): index for index, node in enumerate(nodes)}
+    weights = np.zeros((len(nodes), len(nodes)))
+    for first, second in mesh.edges[name].tolist():
+        i, j = place[first], place[second]
+        length = _length(mesh, first, second)
+        # The exact integral of linear tractions with linear displacements along the side.
+        weights[i, i] += length / 3.0
+        weights[j, j] += length / 3.0
+        weights[i, j] += length / 6.0
+        weights[j, i] += length / 6.0
+    if not single:
+        return weights
+    whole = np.zeros((len(nodes), 1))
+    for first, second in mesh.edges[name].tolist():
+        half = 0.5 * _length(mesh, first, second)
+        whole[place[first], 0] += half
+        whole[place[second], 0] += half
+    return whole
+
+
+def _length(mesh: Mesh, first: int, second: int) -> float:
+    way = mesh.nodes[second] - mesh.nodes[first]
+    return float(np.sqrt(way[0] * way[0] + way[1] * way[1]))
+
+
+def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dict[int, dict[int, str]]:
+    """Return node -> component -> edge whose boundary prescribes it; "" is never one.
+
+    Raises:
+        ValueError: a symmetry edge does not lie along an axis.
+    """
+    found: dict[int, dict[int, str]] = {}
+    order = sorted(boundaries, key=lambda name: boundaries[name].precedence)
+    for name in order:
+        boundary = boundaries[name]
+        if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
+            for node in mesh.edge_nodes(name).tolist():
+                for component in _components(mesh, name, boundary):
+                    found.setdefault(node, {})[component] = name
+    return found
+
+
+def _components(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
+    if isinstance(boundary, Symmetry):
+        nodes = mesh.nodes[mesh.edge_nodes(name)]
+        extent = nodes.max(axis=0) - nodes.min(axis=0)
+        if extent.min() > _MISFIT * extent.max():
+            raise ValueError(f"boundaries.{name}: a symmetry edge has to lie along x or y; this one does not")
+        return (int(np.argmin(extent)),)
+    if isinstance(boundary, PrescribedVelocity) and boundary.components != "both":
+        return (("x", "y").index(boundary.components),)
+    return 0, 1
+
+
+def dashpots(
+    mesh: Mesh, boundaries: Mapping[str, Boundary], density: FloatArray, longitudinal: FloatArray, shear: FloatArray,
+    mass: FloatArray,
+) -> dict[int, FloatArray]:  # fmt: skip
+    """Return node -> damping coefficients xx, yy, xy [N s/m] of absorbing edges and their sponges.
+
+    Args:
+        mesh: the mesh.
+        boundaries: of the edges.
+        density: of each cell, shape (m,), as the next two [kg/m3].
+        longitudinal: wave speed [m/s].
+        shear: wave speed [m/s].
+        mass: of each node by itself, shape (n,) [kg].
+    """
+    found: dict[int, FloatArray] = {}
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, Absorbing):
+            cell = _cells_of_sides(mesh, mesh.edges[name])
+            constants = np.stack([density, longitudinal, shear], axis=1)
+            for (first, second), c in zip(mesh.edges[name].tolist(), cell.tolist(), strict=True):
+                tensor = _impedance(mesh, first, second, *constants[c].tolist())
+                for node in (first, second):
+                    found[node] = found.get(node, np.zeros(3)) + tensor
+            if boundary.sponge_width > 0.0:
+                _add_sponge(found, mesh, name, boundary, longitudinal, mass)
+    return found
+
+
+def _impedance(mesh: Mesh, first: int, second: int, density: float, longitudinal: float, shear: float) -> FloatArray:
+    """Return half of rho c_p n n + rho c_s t t times the length of a side: xx, yy, xy."""
+    length = _length(mesh, first, second)
+    tx, ty = (mesh.nodes[second] - mesh.nodes[first]) / length
+    along, across = 0.5 * density * shear * length, 0.5 * density * longitudinal * length
+    return np.array([along * tx * tx + across * ty * ty, along * ty * ty + across * tx * tx, (along - across) * tx * ty])
+
+
+def _add_sponge(
+    found: dict[int, FloatArray], mesh: Mesh, name: str, boundary: Absorbing, longitudinal: FloatArray, mass: FloatArray
+) -> None:
+    speed = np.zeros(len(mesh.nodes))
+    for corner in range(4):
+        np.maximum.at(speed, mesh.cells[:, corner], longitudinal)
+    width = boundary.sponge_width
+    for node, distance in _nodes_near(mesh, name, width):
+        part = 1.0 - distance / width
+        rate = boundary.sponge_strength * float(speed[node]) / width * part * part * float(mass[node])
+        found[node] = found.get(node, np.zeros(3)) + np.array([rate, rate, 0.0])
+
+
+def _nodes_near(mesh: Mesh, name: str, width: float) -> list[tuple[int, float]]:
+    """Return the nodes within a distance from the nodes of an edge, and their distance [m]."""
+    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+    distance, _ = cKDTree(mesh.nodes[mesh.edge_nodes(name)]).query(mesh.nodes)
+    near = np.flatnonzero(distance < width)
+    return [(int(node), float(distance[node])) for node in near]
+
+
+def _cells_of_sides(mesh: Mesh, sides: IntArray) -> IntArray:
+    """Return the cell of each side of the boundary."""
+    n = len(mesh.nodes)
+    keys = np.concatenate([mesh.cells[:, j] * n + mesh.cells[:, (j + 1) % 4] for j in range(4)])
+    order = np.argsort(keys, kind="stable")
+    return order[np.searchsorted(keys[order], sides[:, 0] * n + sides[:, 1])] % len(mesh.cells)
+
+
+def special_nodes(
+    joined: IntArray,
+    inputs: Sequence[EdgeInput],
+    prescribed: Mapping[int, object],
+    damped: Mapping[int, object],
+    further: IntArray,
+) -> IntArray:
+    """Return all nodes with conditions, in increasing order, shape (s,)."""
+    groups = [joined[joined >= 0], *[one.nodes for one in inputs], further]
+    groups += [np.array(list(some), dtype=np.int64) for some in (prescribed, damped)]
+    return np.unique(np.concatenate(groups).astype(np.int64))
+
+
+def join_rows(rows: FloatArray, places: IntArray, joined: IntArray) -> FloatArray:
+    """Return rows, one for each special node, with those of joined nodes added up.
+
+    Args:
+        rows: shape (s, k).
+        places: node -> its row, shape (n,).
+        joined: see `joined_nodes`.
+    """
+    total = rows.copy()
+    for group in joined:
+        members = places[group[group >= 0]]
+        added = rows[members[0]] + rows[members[1]]
+        if len(members) == 4:
+            added = added + (rows[members[2]] + rows[members[3]])
+        total[members] = added
+    return total

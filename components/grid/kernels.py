@@ -1,0 +1,483 @@
+"""The moving grid: strains, stresses, forces, and the motion of the nodes.
+
+Wilkins' scheme on quadrilaterals: one stress a cell, and the contour integral (11) of Psakhie et al. (2003) for the force on a
+node; hourglass modes have the stiffness of a fully integrated cell. A tick is a half kick, a drift, new stresses and forces, a
+half kick (velocity Verlet), which is Wilkins' leapfrog with the velocities of whole ticks. Every node gathers its forces in a
+fixed order, and pairs them so that mirror images along x or y have mirrored bits.
+
+A parent that advances the grid together with something else calls `drift`, `forces` and `kick` itself.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from ..materials.drucker_prager import return_to_cone
+from ..materials.hypoelastic import elastic_increment, energy_density, rotate_stress, rotation_of
+from ..materials.plastic_law import VON_MISES
+from ..materials.von_mises import plastic_strain
+from ..support.jit import inlined, jit
+from .layout import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
+
+# Number of the event kind for a cell that yields first.
+_YIELDED = 0
+# Indices are unsigned throughout the long loops: numba then need not look for negative ones.
+_ONE, _TWO, _THREE = np.uint32(1), np.uint32(2), np.uint32(3)
+
+
+@inlined
+def yield_cell(law, moduli, hardened, area, old, trial):
+    """Return the stresses xx, yy, zz, xy of a cell that may yield, the plastic strain and work of the step, q and its limit.
+
+    Args:
+        law: code and constants of its law, shape (5,); see `layout.Grid`.
+        moduli: Lame's constants, shape (2,) [Pa].
+        hardened: equivalent plastic strain before the step.
+        area: in the middle of the step [m2].
+        old: stresses before the step, turned [Pa].
+        trial: stresses of an elastic step [Pa].
+    """
+    shear = moduli[1]
+    bulk = moduli[0] + 2.0 * shear / 3.0
+    code, hardening, friction, dilatancy = law[0], law[2], law[3], law[4]
+    strength = law[1] + hardening * hardened
+    xx, yy, zz, xy = trial
+    pressure = -(xx + yy + zz) / 3.0
+    sxx, syy, szz = xx + pressure, yy + pressure, zz + pressure
+    q = sqrt(1.5 * (sxx * sxx + syy * syy + szz * szz + 2.0 * (xy * xy)))
+    new_pressure, left, limit = pressure, q, strength + friction * pressure
+    if code == VON_MISES:
+        strain = plastic_strain(q, strength, shear, hardening)
+        left = q - 3.0 * shear * strain
+    else:
+        strain, left, new_pressure = return_to_cone(q, pressure, strength, bulk, shear, hardening, friction, dilatancy)
+    scale = left / q if strain > 0.0 and q > 0.0 else 1.0
+    gone = 1.0 - scale
+    new_xx, new_yy, new_zz = scale * sxx - new_pressure, scale * syy - new_pressure, scale * szz - new_pressure
+    new_xy = scale * xy
+    middle_pressure = -(old[0] + old[1] + old[2]) / 6.0 + 0.5 * new_pressure
+    sheared = (
+        (0.5 * (old[0] + new_xx) + middle_pressure) * (gone * sxx)
+        + (0.5 * (old[1] + new_yy) + middle_pressure) * (gone * syy)
+        + (0.5 * (old[2] + new_zz) + middle_pressure) * (gone * szz)
+        + (old[3] + new_xy) * (gone * xy)
+    ) / (2.0 * shear)
+    work = area * (sheared - middle_pressure * ((new_pressure - pressure) / bulk))
+    return (new_xx, new_yy, new_zz, new_xy), strain, work, q, limit
+
+
+@inlined
+def corner_forces(stress, hourglass, diagonals, pattern):
+    """Return the stress part of the forces on the first two corners: x and y of one, then of the other [N].
+
+    The other two get the opposite. The contour integral (11), less what the hourglass forces do in a linear field.
+
+    Args:
+        stress: xx, yy, xy [Pa].
+        hourglass: forces x, y [N].
+        diagonals: from corner 0 to 2, x and y, and from corner 1 to 3 [m].
+        pattern: (1, -1, 1, -1) times the corners' positions, x and y [m].
+    """
+    ax, ay, bx, by = diagonals
+    inverse = 2.0 / (ax * by - bx * ay)
+    qx, qy = hourglass[0] * inverse, hourglass[1] * inverse
+    fxx, fxy = 0.5 * (stress[0] - qx * pattern[0]), 0.5 * (stress[2] - qx * pattern[1])
+    fyx, fyy = 0.5 * (stress[2] - qy * pattern[0]), 0.5 * (stress[1] - qy * pattern[1])
+    return fxx * by - fxy * bx, fyx * by - fyy * bx, fxy * ax - fxx * ay, fyy * ax - fyx * ay
+
+
+@jit
+def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
+    """Advance stresses and energies of a tile whose nodes have drifted, and write the corner forces; strains of mid-step.
+
+    Returns:
+        The first cell that is not convex any more, or -1. See `forces` for the arguments.
+    """
+    # Arrays are taken out of their tuples before the loop: inside, each access would count references.
+    cells, x, u, v, slots = grid.cells, grid.reference, state.displacement, state.velocity, grid.slots
+    stresses, twists, energy, stiffness = state.stress, state.hourglass_force, state.energy, grid.hourglass
+    material, moduli, laws = grid.material, grid.moduli, grid.laws
+    plastic_strains, plastic_works = state.plastic_strain, state.plastic_work
+    failed, half = np.int64(-1), 0.5 * step
+    for c in range(np.uint64(grid.tiles[tile, 0]), np.uint64(grid.tiles[tile + 1, 0])):
+        n0, n1, n2, n3 = cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]
+        x0, y0, x1, y1 = x[n0, 0] + u[n0, 0], x[n0, 1] + u[n0, 1], x[n1, 0] + u[n1, 0], x[n1, 1] + u[n1, 1]
+        x2, y2, x3, y3 = x[n2, 0] + u[n2, 0], x[n2, 1] + u[n2, 1], x[n3, 0] + u[n3, 0], x[n3, 1] + u[n3, 1]
+        vx0, vy0, vx1, vy1 = v[n0, 0], v[n0, 1], v[n1, 0], v[n1, 1]
+        vx2, vy2, vx3, vy3 = v[n2, 0], v[n2, 1], v[n3, 0], v[n3, 1]
+        # Diagonals, and the hourglass pattern (1, -1, 1, -1), of positions and velocities.
+        ax, ay, bx, by = x2 - x0, y2 - y0, x3 - x1, y3 - y1
+        px, py = (x0 + x2) - (x1 + x3), (y0 + y2) - (y1 + y3)
+        wax, way, wbx, wby = vx2 - vx0, vy2 - vy0, vx3 - vx1, vy3 - vy1
+        gx, gy = (vx0 + vx2) - (vx1 + vx3), (vy0 + vy2) - (vy1 + vy3)
+        # The gradient of the velocity times the step, in the middle of the step.
+        mx_a, my_a, mx_b, my_b = ax - half * wax, ay - half * way, bx - half * wbx, by - half * wby
+        twice = mx_a * my_b - mx_b * my_a
+        scale = step / twice
+        exx, eyx = (my_b * wax - my_a * wbx) * scale, (my_b * way - my_a * wby) * scale
+        exy, eyy = (mx_a * wbx - mx_b * wax) * scale, (mx_a * wby - mx_b * way) * scale
+        cosine, sine = rotation_of(0.5 * (eyx - exy))
+        # Hourglass forces turn with the cell and grow with what the gradient does not explain.
+        mpx, mpy, rate = px - half * gx, py - half * gy, stiffness[c]
+        hx, hy = twists[c, 0], twists[c, 1]
+        qx = (cosine * hx - sine * hy) + rate * (step * gx - (exx * mpx + exy * mpy))
+        qy = (sine * hx + cosine * hy) + rate * (step * gy - (eyx * mpx + eyy * mpy))
+        twists[c, 0], twists[c, 1] = qx, qy
+        # Stresses and their work.
+        number = material[c]
+        sxx, syy, sxy = rotate_stress(stresses[c, 0], stresses[c, 1], stresses[c, 3], cosine, sine)
+        szz, shear_strain = stresses[c, 2], 0.5 * (exy + eyx)
+        dxx, dyy, dzz, dxy = elastic_increment(exx, eyy, shear_strain, moduli[number, 0], moduli[number, 1])
+        txx, tyy, tzz, txy = sxx + dxx, syy + dyy, szz + dzz, sxy + dxy
+        if laws[number, 0] > 0.0:
+            (txx, tyy, tzz, txy), strain, work, q, limit = yield_cell(
+                laws[number], moduli[number], plastic_strains[c], 0.5 * twice, (sxx, syy, szz, sxy), (txx, tyy, tzz, txy)
+            )
+            if strain > 0.0:
+                if plastic_strains[c] == 0.0:
+                    row = counts[0]
+                    events[row, 0], events[row, 1], events[row, 2], events[row, 3], events[row, 4] = tick, _YIELDED, c, q, limit
+                    counts[0] = row + 1
+                plastic_strains[c] += strain
+                plastic_works[c] += work
+        energy[c] += (0.25 * twice) * (((sxx + txx) * exx + (syy + tyy) * eyy) + 2.0 * ((sxy + txy) * shear_strain))
+        stresses[c, 0], stresses[c, 1], stresses[c, 2], stresses[c, 3] = txx, tyy, tzz, txy
+        cx, cy, dx, dy = corner_forces((txx, tyy, txy), (qx, qy), (ax, ay, bx, by), (px, py))
+        slot = slots[c]
+        corner_out[slot, 0], corner_out[slot, 1] = cx - qx, cy - qy
+        corner_out[slot + _ONE, 0], corner_out[slot + _ONE, 1] = dx + qx, dy + qy
+        corner_out[slot + _TWO, 0], corner_out[slot + _TWO, 1] = -cx - qx, -cy - qy
+        corner_out[slot + _THREE, 0], corner_out[slot + _THREE, 1] = qx - dx, qy - dy
+        # All four corners are below 180 degrees; what is not a number is not either.
+        area = ax * by - bx * ay
+        if not (area > abs(px * by - py * bx) and area > abs(ax * py - ay * px)) and failed < 0:
+            failed = np.int64(c)
+    return failed
+
+
+@inlined
+def gather(slots, corner, n, k):
+    """Return component k of the force on a node [N]: its corners in two pairs, so that mirror images have mirrored bits."""
+    return (corner[slots[n, 0], k] + corner[slots[n, 1], k]) + (corner[slots[n, 2], k] + corner[slots[n, 3], k])
+
+
+@jit
+def gather_tile(grid, state, corner, tile):
+    """Write the forces on the nodes whose last cell is in a tile."""
+    slots, order, force, further = grid.node_slots, grid.order, state.force, grid.further
+    for place in range(np.uint64(grid.tiles[tile, 1]), np.uint64(grid.tiles[tile + 1, 1])):
+        n = order[place]
+        force[n, 0], force[n, 1] = gather(slots, corner, n, 0), gather(slots, corner, n, 1)
+    add_further(further, force, corner, grid.tiles[tile, 2], grid.tiles[tile + 1, 2])
+
+
+@inlined
+def add_further(further, force, corner, begin, end):
+    """Add the corner forces of nodes with more cells than one for each corner."""
+    for row in range(begin, end):
+        n, slot = further[row, 0], further[row, 1]
+        force[n, 0] += corner[slot, 0]
+        force[n, 1] += corner[slot, 1]
+
+
+@jit
+def finish_tile(grid, state, corner, tile, step, again):
+    """Kick the nodes whose last cell is in a tile for the second half of a step.
+
+    Where the next tick follows at once (`again`) it begins for them: half a kick, and the drift. Of nodes with conditions only
+    the force is written.
+    """
+    slots, order, special, half_inverse = grid.node_slots, grid.order, grid.special, grid.half_inverse
+    force, velocity, displacement = state.force, state.velocity, state.displacement
+    for place in range(np.uint64(grid.tiles[tile, 1]), np.uint64(grid.tiles[tile + 1, 1])):
+        n = order[place]
+        fx, fy = gather(slots, corner, n, 0), gather(slots, corner, n, 1)
+        if special[n]:
+            force[n, 0], force[n, 1] = fx, fy
+            continue
+        weight = step * half_inverse[n]
+        vx, vy = velocity[n, 0] + weight * fx, velocity[n, 1] + weight * fy
+        if again:
+            vx, vy = vx + weight * fx, vy + weight * fy
+            displacement[n, 0] += step * vx
+            displacement[n, 1] += step * vy
+        else:
+            force[n, 0], force[n, 1] = fx, fy
+        velocity[n, 0], velocity[n, 1] = vx, vy
+    add_further(grid.further, force, corner, grid.tiles[tile, 2], grid.tiles[tile + 1, 2])
+
+
+@inlined
+def join(state, groups):
+    """Give all nodes of each group the sum of their forces."""
+    force = state.force
+    for row in range(len(groups)):
+        a, b, c, d = groups[row, 0], groups[row, 1], groups[row, 2], groups[row, 3]
+        for k in range(2):
+            total = force[a, k] + force[b, k]
+            if c >= 0:
+                total = total + (force[c, k] + force[d, k])
+                force[c, k] = force[d, k] = total
+            force[a, k] = force[b, k] = total
+
+
+@jit
+def forces(grid, state, groups, corner, step, tick, events, counts):
+    """Advance all stresses by a step after the nodes have drifted, and write the forces on all nodes.
+
+    Args:
+        grid: see `layout.Grid`.
+        state: `stress`, `hourglass_force`, `energy` and the plastic ones are updated, `force` is written.
+        groups: nodes that move as one; see `layout.Conditions`.
+        corner: scratch, shape (rows of the schedule, 2); the last row is 0.
+        step: length of the drift [s].
+        tick: at the end of the step, for events.
+        events: room for a row for each cell that can yield, shape (capacity, 5).
+        counts: rows of `events` in use, shape (1,).
+
+    Returns:
+        The first cell that is not convex any more, or -1.
+    """
+    failed = -1
+    for tile in range(len(grid.tiles) - 1):
+        bad = advance_cells(grid, state, corner, tile, step, tick, events, counts)
+        failed = bad if failed < 0 else failed
+        gather_tile(grid, state, corner, tile)
+    join(state, groups)
+    return failed
+
+
+@jit
+def kick(grid, state, step, begin, end):
+    """Add what the forces give in half a step [s] to the velocities of nodes begin..end-1 that have no conditions."""
+    special, half_inverse, velocity, force = grid.special, grid.half_inverse, state.velocity, state.force
+    for n in range(begin, end):
+        if not special[n]:
+            weight = step * half_inverse[n]
+            velocity[n, 0] += weight * force[n, 0]
+            velocity[n, 1] += weight * force[n, 1]
+
+
+@jit
+def drift(grid, state, step, begin, end):
+    """Move the nodes begin..end-1 that have no conditions with their velocities for a step [s]."""
+    special, displacement, velocity = grid.special, state.displacement, state.velocity
+    for n in range(begin, end):
+        if not special[n]:
+            displacement[n, 0] += step * velocity[n, 0]
+            displacement[n, 1] += step * velocity[n, 1]
+
+
+@jit
+def begin_conditions(grid, state, conditions, factors, row, step):
+    """Kick and drift the nodes with conditions: half a kick with what is applied in this tick, then the drift.
+
+    Dashpots are implicit in the velocity of the middle of the step, so that no damping is unstable.
+
+    Args:
+        grid: see `layout.Grid`.
+        state: `velocity` and `displacement` of these nodes are updated.
+        conditions: see `layout.Conditions`; `begin` is written.
+        factors: of the signals in the middle of each tick, shape (ticks, signals).
+        row: of this tick.
+        step: [s].
+    """
+    for i in range(len(conditions.nodes)):
+        n = conditions.nodes[i]
+        drive_x = drive_y = 0.0
+        for signal in range(factors.shape[1]):
+            drive_x += factors[row, signal] * conditions.drive[signal, i, 0]
+            drive_y += factors[row, signal] * conditions.drive[signal, i, 1]
+        given_x, given_y = conditions.prescribed[i, 0] > 0, conditions.prescribed[i, 1] > 0
+        force_x, force_y = 0.0 if given_x else drive_x, 0.0 if given_y else drive_y
+        vx, vy = state.velocity[n, 0], state.velocity[n, 1]
+        weight = 0.5 * step / conditions.mass[i]
+        right_x = vx + weight * (state.force[n, 0] + force_x)
+        right_y = vy + weight * (state.force[n, 1] + force_y)
+        cxx, cyy, cxy = conditions.damping[i, 0], conditions.damping[i, 1], conditions.damping[i, 2]
+        mxx, myy, mxy = 1.0 + weight * cxx, 1.0 + weight * cyy, weight * cxy
+        determinant = mxx * myy - mxy * mxy
+        middle_x = drive_x if given_x else (myy * right_x - mxy * right_y) / determinant
+        middle_y = drive_y if given_y else (mxx * right_y - mxy * right_x) / determinant
+        begin = conditions.begin
+        begin[i, 0, 0], begin[i, 0, 1] = vx, vy
+        begin[i, 1, 0], begin[i, 1, 1] = state.force[n, 0], state.force[n, 1]
+        begin[i, 2, 0], begin[i, 2, 1] = force_x, force_y
+        begin[i, 3, 0] = -(cxx * middle_x + cxy * middle_y)
+        begin[i, 3, 1] = -(cxy * middle_x + cyy * middle_y)
+        begin[i, 4, 0], begin[i, 4, 1] = middle_x, middle_y
+        state.velocity[n, 0], state.velocity[n, 1] = middle_x, middle_y
+        state.displacement[n, 0] += step * middle_x
+        state.displacement[n, 1] += step * middle_y
+
+
+@jit
+def finish_conditions(grid, state, conditions, step, tally):
+    """Kick the nodes with conditions for the second half of a step, and add up work and impulses.
+
+    Work of a force f that is held over a tick is f.(v0 + v1)/2 times the step: with it the energy that leapfrog conserves
+    closes to rounding. See `begin_conditions`; `tally` has the entries of `layout`.
+    """
+    for i in range(len(conditions.nodes)):
+        n, mass, share = conditions.nodes[i], conditions.mass[i], conditions.share[i]
+        weight = 0.5 * step / mass
+        work = absorbed = 0.0
+        for k in range(2):
+            before, old = conditions.begin[i, 0, k], conditions.begin[i, 1, k]
+            applied, dashpot, middle = conditions.begin[i, 2, k], conditions.begin[i, 3, k], conditions.begin[i, 4, k]
+            new = state.force[n, k]
+            given = conditions.prescribed[i, k] > 0
+            after = middle if given else middle + weight * ((new + applied) + dashpot)
+            state.velocity[n, k] = after
+            # What the condition gives in the first half of the step, and in the second.
+            if given:
+                first = mass * (middle - before) - 0.5 * step * old
+                second = -0.5 * step * new
+                work += 0.5 * mass * (after * after - before * before) - 0.5 * step * middle * (old + new)
+            else:
+                first = second = 0.5 * step * dashpot
+                work += step * applied * (0.5 * (before + after))
+                absorbed -= step * dashpot * (0.5 * (before + after))
+            lever = grid.reference[n, 1 - k] + state.displacement[n, 1 - k]
+            lever_before = lever - step * conditions.begin[i, 4, 1 - k]
+            sign = share if k == 1 else -share
+            tally[IMPULSE + k] += share * (step * applied)
+            tally[BOUNDARY_IMPULSE + k] += share * (first + second)
+            tally[ANGULAR] += sign * (step * applied) * (0.5 * (lever + lever_before))
+            tally[BOUNDARY_ANGULAR] += sign * (lever_before * first + lever * second)
+        tally[WORK] += share * work
+        tally[ABSORBED] += share * absorbed
+
+
+@jit
+def advance_part(grid, state, corner, part, step, tick, again, events, counts):
+    """Advance one part of the mesh by a tick, tile after tile: as soon as the cells around a node are done it is kicked.
+
+    So nothing is read from memory twice in a tick. Two threads can advance two parts of one grid.
+
+    Args:
+        grid: see `layout.Grid`.
+        state: see `layout.State`; updated.
+        corner: scratch, shape (rows of the schedule, 2); the last row is 0.
+        part: its number.
+        step: internal step [s].
+        tick: at the end of this one.
+        again: whether the next tick follows at once, and is begun.
+        events: as of `advance`.
+        counts: as of `advance`.
+
+    Returns:
+        The first cell that is not convex any more, or -1.
+    """
+    for tile in range(grid.parts[part], grid.parts[part + 1]):
+        failed = advance_cells(grid, state, corner, tile, step, tick, events, counts)
+        if failed >= 0:
+            return failed
+        finish_tile(grid, state, corner, tile, step, again)
+    return np.int64(-1)
+
+
+@jit
+def begin_advance(grid, state, conditions, factors, step):
+    """Begin the first tick of some: half a kick and the drift of all nodes. See `advance` for the arguments."""
+    kick(grid, state, step, 0, len(grid.reference))
+    drift(grid, state, step, 0, len(grid.reference))
+    begin_conditions(grid, state, conditions, factors, 0, step)
+
+
+@jit
+def finish_tick(grid, state, conditions, factors, corner, tally, row, step):
+    """Finish a tick after all parts: the nodes between them, those with conditions; begin the next where there is one."""
+    again = row + 1 < len(factors)
+    finish_tile(grid, state, corner, len(grid.tiles) - 2, step, again)
+    join(state, conditions.groups)
+    finish_conditions(grid, state, conditions, step, tally)
+    if again:
+        begin_conditions(grid, state, conditions, factors, row + 1, step)
+
+
+@jit
+def advance(grid, state, conditions, factors, corner, tally, step, tick, events, counts, failure_out):
+    """Advance the grid by whole ticks.
+
+    Args:
+        grid: see `layout.Grid`.
+        state: see `layout.State`; updated.
+        conditions: see `layout.Conditions`; its `begin` is scratch.
+        factors: of the signals in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
+        corner: scratch, shape (rows of the schedule, 2); the last row is 0.
+        tally: work and impulses since the reset, updated, shape (layout.TALLY,).
+        step: internal step [s].
+        tick: at the beginning.
+        events: room for a row for each cell that can yield, shape (capacity, 5).
+        counts: rows of `events` in use, shape (1,); updated.
+        failure_out: where a cell is not convex any more, its number and the tick, shape (2,).
+
+    Returns:
+        0, or 1 where a cell is not convex any more.
+    """
+    begin_advance(grid, state, conditions, factors, step)
+    for row in range(len(factors)):
+        for part in range(len(grid.parts) - 1):
+            failed = advance_part(grid, state, corner, part, step, tick + row + 1, row + 1 < len(factors), events, counts)
+            if failed >= 0:
+                failure_out[0], failure_out[1] = failed, tick + row + 1
+                return 1
+        finish_tick(grid, state, conditions, factors, corner, tally, row, step)
+    return 0
+
+
+@jit
+def energies(grid, state, own_mass, sums_out):
+    """Write kinetic energy, hourglass energy, sum of force^2 / mass of nodes without conditions, momentum, angular momentum.
+
+    Args:
+        grid: see `layout.Grid`.
+        state: see `layout.State`.
+        own_mass: of each node, without those that it is joined to, shape (n,) [kg].
+        sums_out: written, shape (6,).
+    """
+    special, velocity, force, twists = grid.special, state.velocity, state.force, state.hourglass_force
+    reference, displacement, stiffness = grid.reference, state.displacement, grid.hourglass
+    kinetic = pulled = momentum_x = momentum_y = turning = twisted = 0.0
+    for n in range(len(own_mass)):
+        vx, vy, mass = velocity[n, 0], velocity[n, 1], own_mass[n]
+        kinetic += 0.5 * mass * (vx * vx + vy * vy)
+        if not special[n]:
+            fx, fy = force[n, 0], force[n, 1]
+            pulled += (fx * fx + fy * fy) / mass
+        momentum_x += mass * vx
+        momentum_y += mass * vy
+        x, y = reference[n, 0] + displacement[n, 0], reference[n, 1] + displacement[n, 1]
+        turning += mass * (x * vy - y * vx)
+    for c in range(len(stiffness)):
+        if stiffness[c] > 0.0:
+            hx, hy = twists[c, 0], twists[c, 1]
+            twisted += (hx * hx + hy * hy) / (2.0 * stiffness[c])
+    sums_out[0], sums_out[1], sums_out[2] = kinetic, twisted, pulled
+    sums_out[3], sums_out[4], sums_out[5] = momentum_x, momentum_y, turning
+
+
+@jit
+def stress_energies(grid, state):
+    """Write the elastic energy of the stresses as they are into `energy` [J], as at a start."""
+    cells, x, u, s, energy = grid.cells, grid.reference, state.displacement, state.stress, state.energy
+    material, moduli = grid.material, grid.moduli
+    for c in range(len(cells)):
+        n0, n1, n2, n3 = cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]
+        ax, ay = x[n2, 0] + u[n2, 0] - (x[n0, 0] + u[n0, 0]), x[n2, 1] + u[n2, 1] - (x[n0, 1] + u[n0, 1])
+        bx, by = x[n3, 0] + u[n3, 0] - (x[n1, 0] + u[n1, 0]), x[n3, 1] + u[n3, 1] - (x[n1, 1] + u[n1, 1])
+        first, shear = moduli[material[c], 0], moduli[material[c], 1]
+        energy[c] = 0.5 * (ax * by - bx * ay) * energy_density(s[c, 0], s[c, 1], s[c, 2], s[c, 3], first, shear)
+
+
+@jit
+def norm_ratio(image, vector, mass):
+    """Return |image| / |vector| in the norm that weighs nodes with their masses; both of shape (n, 2)."""
+    above = below = 0.0
+    for n in range(len(mass)):
+        above += mass[n] * (image[n, 0] * image[n, 0] + image[n, 1] * image[n, 1])
+        below += mass[n] * (vector[n, 0] * vector[n, 0] + vector[n, 1] * vector[n, 1])
+    return sqrt(above / below)

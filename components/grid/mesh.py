@@ -1,0 +1,160 @@
+"""Meshes of quadrilaterals: nodes, cells, and the edges of the domain by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..support.arrays import FloatArray
+
+IntArray = npt.NDArray[np.int64]
+# A cell that is flatter than this, its area over the square of its longest side, is a slip.
+_FLATTEST = 1e-6
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Nodes, cells, and the edges of the domain.
+
+    Attributes:
+        nodes: where they are before anything moves, shape (n, 2) [m].
+        cells: the nodes of each cell, counterclockwise, shape (m, 4).
+        edges: name -> sides of cells on that part of the boundary, shape (k, 2): their two nodes, the body on the left.
+        counts: cells along x and y where it is a full rectangle; () otherwise.
+    """
+
+    nodes: FloatArray
+    cells: IntArray
+    edges: Mapping[str, IntArray] = field(default_factory=dict)
+    counts: tuple[int, ...] = ()
+
+    @cached_property
+    def areas(self) -> FloatArray:
+        """Area of each cell, shape (m,) [m2]."""
+        return cell_areas(self.nodes, self.cells)
+
+    @cached_property
+    def centres(self) -> FloatArray:
+        """Mean of the four nodes of each cell, shape (m, 2) [m]."""
+        corners = self.nodes[self.cells]
+        return 0.25 * ((corners[:, 0] + corners[:, 2]) + (corners[:, 1] + corners[:, 3]))
+
+    @cached_property
+    def sides(self) -> IntArray:
+        """The sides that belong to one cell alone, shape (k, 2): their two nodes, the body on the left."""
+        sides = np.concatenate([self.cells[:, [j, (j + 1) % 4]] for j in range(4)])
+        keys = np.sort(sides, axis=1)
+        _, places, counts = np.unique(keys[:, 0] * len(self.nodes) + keys[:, 1], return_index=True, return_counts=True)
+        return sides[np.sort(places[counts == 1])]
+
+    def edge_nodes(self, name: str) -> IntArray:
+        """Return the nodes of an edge in the order of its coordinates, first x, then y, shape (k,)."""
+        nodes = np.unique(self.edges[name])
+        return nodes[np.lexsort((self.nodes[nodes, 1], self.nodes[nodes, 0]))]
+
+    def nearest_node(self, x: float, y: float) -> int:
+        """Return the node that is nearest to a point [m]; the first of several."""
+        offsets = self.nodes - (x, y)
+        return int(np.argmin((offsets * offsets).sum(axis=1)))
+
+    def problem(self) -> tuple[str, str] | None:
+        """Return what is wrong, as location and sentence; None where it is a mesh that can be computed on."""
+        n = len(self.nodes)
+        outside = np.argwhere((self.cells < 0) | (self.cells >= n))
+        if len(outside):
+            cell, corner = outside[0]
+            return f"cells[{cell}]", f"got node {self.cells[cell, corner]}, expected 0 to {n - 1}"
+        ordered = np.sort(self.cells, axis=1)
+        twice = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+        if len(twice):
+            return f"cells[{twice[0]}]", f"got {self.cells[twice[0]].tolist()}, expected four different nodes"
+        unused = np.flatnonzero(np.bincount(self.cells.ravel(), minlength=n) == 0)
+        if len(unused):
+            return f"nodes[{unused[0]}]", "belongs to no cell; remove it, or number the nodes anew"
+        return self._shape_problem() or self._side_problem()
+
+    def _shape_problem(self) -> tuple[str, str] | None:
+        """Return the first cell with an inverted or flat corner."""
+        corners = self.nodes[self.cells]
+        worst = np.full(len(self.cells), np.inf)
+        longest = np.zeros(len(self.cells))
+        for j in range(4):
+            onward, back = corners[:, (j + 1) % 4] - corners[:, j], corners[:, (j + 3) % 4] - corners[:, j]
+            worst = np.minimum(worst, 0.5 * (onward[:, 0] * back[:, 1] - onward[:, 1] * back[:, 0]))
+            longest = np.maximum(longest, (onward * onward).sum(axis=1))
+        bad = np.flatnonzero(~(worst > _FLATTEST * longest))
+        if not len(bad):
+            return None
+        cell, area = int(bad[0]), float(self.areas[bad[0]])
+        what = "inverted (its nodes run clockwise)" if area < 0.0 else "flat, crossed or not convex"
+        return f"cells[{cell}]", (
+            f"nodes {self.cells[cell].tolist()} make a cell of area {area:.6g} m2 that is {what}; expected four corners "
+            "counterclockwise, each below 180 degrees"
+        )
+
+    def _side_problem(self) -> tuple[str, str] | None:
+        """Return a side with more than two cells."""
+        sides = np.sort(np.concatenate([self.cells[:, [j, (j + 1) % 4]] for j in range(4)]), axis=1)
+        keys, counts = np.unique(sides[:, 0] * len(self.nodes) + sides[:, 1], return_counts=True)
+        if counts.max() <= 2:
+            return None
+        side = divmod(int(keys[np.argmax(counts)]), len(self.nodes))
+        return (
+            "cells",
+            f"the side between the nodes {side[0]} and {side[1]} belongs to {counts.max()} cells, expected one or two",
+        )
+
+
+def cell_areas(nodes: FloatArray, cells: IntArray) -> FloatArray:
+    """Return the area of each cell, negative where its nodes run clockwise, shape (m,) [m2]."""
+    corners = nodes[cells]
+    first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    return 0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+
+
+def rectangle(columns: int, rows: int, size: tuple[float, float], centre: tuple[float, float] | None) -> Mesh:
+    """Return columns x rows equal cells; nodes and cells are numbered along x first.
+
+    Coordinates are the centre plus a multiple of the cell's size: about a centre of 0 they are mirror images, to the bit.
+
+    Args:
+        columns: cells along x.
+        rows: cells along y.
+        size: width and height of a cell [m].
+        centre: of the rectangle [m]; None puts the lower left corner at 0.
+    """
+    middle = (0.5 * columns * size[0], 0.5 * rows * size[1]) if centre is None else centre
+    x, y = (middle[axis] + (np.arange(count + 1) - 0.5 * count) * size[axis] for axis, count in ((0, columns), (1, rows)))
+    nodes: FloatArray = np.stack([np.tile(x, rows + 1), np.repeat(y, columns + 1)], axis=1).astype(np.float64)
+    corner = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
+    cells = np.stack([corner, corner + 1, corner + columns + 2, corner + columns + 1], axis=1)
+    below, above = np.arange(columns), np.arange(columns) + rows * (columns + 1)
+    left = np.arange(rows) * (columns + 1)
+    edges = {
+        "left": np.stack([left + columns + 1, left], axis=1),
+        "right": np.stack([left + columns, left + 2 * columns + 1], axis=1),
+        "bottom": np.stack([below, below + 1], axis=1),
+        "top": np.stack([above + 1, above], axis=1),
+    }
+    return Mesh(nodes, cells, edges, (columns, rows))
+
+
+def without_cells(mesh: Mesh, removed: npt.NDArray[np.bool_]) -> Mesh:
+    """Return a mesh without some of its cells, and without the nodes that then belong to none."""
+    cells = mesh.cells[~removed]
+    used = np.zeros(len(mesh.nodes), dtype=bool)
+    used[cells] = True
+    number = np.cumsum(used) - 1
+    left = Mesh(mesh.nodes[used], number[cells])
+    # A side of an edge stays where its cell does.
+    there = {tuple(side) for side in left.sides.tolist()}
+    edges: dict[str, Any] = {}
+    for name, sides in mesh.edges.items():
+        kept = number[sides[used[sides].all(axis=1)]]
+        edges[name] = np.array([side for side in kept.tolist() if tuple(side) in there], dtype=np.int64).reshape(-1, 2)
+    return Mesh(left.nodes, left.cells, edges)

@@ -1,0 +1,93 @@
+"""Parameters of the grid."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import field_validator, model_validator
+
+from ..errors import nearest
+from ..materials.elastic import Material, Preset, preset_list
+from ..materials.plasticity import ChosenPlasticity, Elastic
+from ..support.fields import Index, Pair, Positive, field
+from ..support.validation import Parameters
+from .areas import ChosenArea
+from .boundaries import ChosenBoundary
+from .shapes import ChosenShape
+
+Place = Index | Pair
+
+
+class Region(Parameters):
+    """Where one of several materials lies."""
+
+    area: ChosenArea = field(..., "cells whose middle lies in this area: a box or a disc", "1")
+    material: int = field(..., "number of the material, from 0", "1", ge=0)
+
+
+class GridParameters(Parameters):
+    """A continuum in plane strain on a mesh of quadrilaterals that moves with it; a slab one metre thick."""
+
+    mesh: ChosenShape = field(
+        ..., "{name = rectangle, columns, rows, cell_size}, or {name = quadrilaterals, nodes, cells, edges}", "1"
+    )
+    material: Preset | Material | list[Preset | Material] = field(
+        "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `cell_material`", "1"
+    )
+    plasticity: list[ChosenPlasticity] = field(
+        [Elastic()], "plastic law: elastic, von_mises, drucker_prager, or a table; one for all materials, or one each", "1"
+    )
+    regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
+    cell_material: list[Index] | None = field(None, "number of the material of each cell, instead of `regions`", "1")
+    boundaries: dict[str, ChosenBoundary] = field(
+        {}, "what each edge does: free (the default), fixed, symmetry, periodic, velocity, traction, absorbing", "1"
+    )
+    forced_nodes: list[Place] = field([], "nodes with a force of their own, the input `force`: numbers, or points [x, y]", "1")
+    receivers: list[Place] = field([], "nodes whose motion has outputs of its own: numbers, or points [x, y]", "1")
+    hourglass: float = field(
+        1.0, "stiffness against hourglass modes, as a part of that of a fully integrated cell", "1", ge=0.0, le=4.0
+    )
+    step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
+
+    @property
+    def materials(self) -> list[Any]:
+        """Presets or materials by their number."""
+        return self.material if isinstance(self.material, list) else [self.material]
+
+    @property
+    def plastic_laws(self) -> list[Any]:
+        """The plastic law of each material."""
+        return self.plasticity * len(self.materials) if len(self.plasticity) == 1 else self.plasticity
+
+    @field_validator("plasticity", mode="before")
+    @classmethod
+    def _one_law_for_all(cls, given: Any) -> Any:
+        """Take one law, without brackets, for all materials."""
+        return given if isinstance(given, (list, tuple)) else [given]
+
+    @model_validator(mode="after")
+    def _validate_materials(self) -> GridParameters:
+        count = len(self.materials)
+        if not count:
+            raise ValueError("material: got none, expected at least one")
+        if len(self.plastic_laws) != count:
+            raise ValueError(
+                f"plasticity: got {len(self.plastic_laws)} laws for {count} materials; give one for all, or one each"
+            )
+        if self.regions and self.cell_material is not None:
+            raise ValueError("cell_material: `regions` says it too; give one of them")
+        for place, region in enumerate(self.regions):
+            if region.material >= count:
+                raise ValueError(f"regions[{place}].material: got {region.material}, expected 0 to {count - 1}")
+        for place, number in enumerate(self.cell_material or ()):
+            if number >= count:
+                raise ValueError(f"cell_material[{place}]: got {number}, expected 0 to {count - 1}")
+        return self
+
+    @model_validator(mode="after")
+    def _validate_edges(self) -> GridParameters:
+        known = self.mesh.edge_names
+        for name in self.boundaries:
+            if name not in known:
+                raise ValueError(f"boundaries.{name}: is no edge of this mesh; {nearest(name, known)}")
+        return self

@@ -1,0 +1,121 @@
+"""Meshes by name, as parameters: a rectangle with holes and notches, or nodes and cells that are given."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, SerializeAsAny, model_validator
+
+from ..support.fields import Index, Pair, Positive, PositivePair, field
+from ..support.tagged_union import ByName, Named
+from .areas import ChosenArea
+from .mesh import Mesh, rectangle, without_cells
+
+_Corners = Annotated[list[Index], Field(min_length=4, max_length=4)]
+_MOST_CELLS = 100_000_000
+
+
+class Shape(Named):
+    """A mesh, chosen by its `name`."""
+
+    @property
+    def cell_count(self) -> int:
+        """Number of cells, at most; known without building."""
+        raise NotImplementedError
+
+    @property
+    def edge_names(self) -> tuple[str, ...]:
+        """Names of the edges of the domain."""
+        raise NotImplementedError
+
+    def build(self) -> Mesh:
+        """Return the mesh; `ValueError` where it cannot be computed on."""
+        raise NotImplementedError
+
+
+class Rectangle(Shape):
+    """Equal cells along the axes, without those whose middle lies in a hole."""
+
+    name: Literal["rectangle"] = field("rectangle", "equal cells along the axes", "1")
+    columns: int = field(..., "cells along x", "1", ge=1, le=_MOST_CELLS)
+    rows: int = field(..., "cells along y", "1", ge=1, le=_MOST_CELLS)
+    cell_size: Positive | PositivePair = field(1e-3, "side of a cell, or its width and height", "m")
+    centre: Pair | None = field(
+        None, "middle of the rectangle; default: its lower left corner is at 0. About [0, 0] mirror images are exact", "m"
+    )
+    holes: list[ChosenArea] = field([], "areas without cells: a box or a disc; at the boundary it makes a notch", "1")
+
+    @property
+    def cell_count(self) -> int:  # noqa: D102
+        return self.columns * self.rows
+
+    @property
+    def edge_names(self) -> tuple[str, ...]:  # noqa: D102
+        return ("left", "right", "bottom", "top")
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """Width and height of a cell [m]."""
+        size = self.cell_size
+        return (size[0], size[1]) if isinstance(size, list) else (size, size)
+
+    def build(self) -> Mesh:  # noqa: D102
+        mesh = rectangle(self.columns, self.rows, self.sizes, None if self.centre is None else (self.centre[0], self.centre[1]))
+        if not self.holes:
+            return mesh
+        removed = np.zeros(len(mesh.cells), dtype=bool)
+        for place, hole in enumerate(self.holes):
+            inside = hole.contains(mesh.centres)
+            if not inside.any():
+                raise ValueError(f"holes[{place}]: contains the middle of no cell; make it larger, or leave it out")
+            removed |= inside
+        if removed.all():
+            raise ValueError("holes: nothing is left of the mesh")
+        return without_cells(mesh, removed)
+
+
+class Quadrilaterals(Shape):
+    """Nodes and cells that are given."""
+
+    name: Literal["quadrilaterals"] = field("quadrilaterals", "nodes and cells that are given", "1")
+    nodes: list[Pair] = field(..., "x and y of each node", "m", min_length=4)
+    cells: list[_Corners] = field(..., "the four nodes of each cell, counterclockwise", "1", min_length=1)
+    edges: dict[str, Annotated[list[Index], Field(min_length=2)]] = field(
+        {}, "parts of the boundary by name: their nodes, one after the other along the boundary", "1"
+    )
+
+    @model_validator(mode="after")
+    def _validate(self) -> Quadrilaterals:
+        self.build()
+        return self
+
+    @property
+    def cell_count(self) -> int:  # noqa: D102
+        return len(self.cells)
+
+    @property
+    def edge_names(self) -> tuple[str, ...]:  # noqa: D102
+        return tuple(self.edges)
+
+    def build(self) -> Mesh:  # noqa: D102
+        mesh = Mesh(np.array(self.nodes, dtype=np.float64), np.array(self.cells, dtype=np.int64))
+        problem = mesh.problem()
+        if problem is not None:
+            raise ValueError(": ".join(problem))
+        oriented = {tuple(sorted(side)): side for side in mesh.sides.tolist()}
+        edges = {}
+        for name, chain in self.edges.items():
+            sides = []
+            for first, second in zip(chain, chain[1:], strict=False):
+                side = oriented.get((min(first, second), max(first, second)))
+                if side is None:
+                    raise ValueError(f"edges.{name}: between the nodes {first} and {second} there is no side of the boundary")
+                sides.append(side)
+            edges[name] = np.array(sides, dtype=np.int64)
+        return Mesh(mesh.nodes, mesh.cells, edges)
+
+
+SHAPES: dict[str, type[Shape]] = {"rectangle": Rectangle, "quadrilaterals": Quadrilaterals}
+
+ChosenShape = Annotated[SerializeAsAny[Shape], ByName(SHAPES)]

@@ -1,0 +1,52 @@
+"""Hypoelasticity with the Jaumann rate: Ds/Dt = 2 mu dev(D) + W s - s W, dp/dt = -K tr(D), in plane strain.
+
+sigma' = lambda tr(D) I + 2 mu D, rotated with the material. Over a step the rotation is the exact one of Hughes and Winget
+(Int. J. Numer. Methods Eng. 15 (1980) 1862), of which Wilkins' first-order formula is the limit: a rigid motion leaves the
+invariants of the stress alone, whatever the step. Valid for small elastic strains; rotations and plastic strains may be large.
+Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211; S. G. Psakhie et al., Physical Mesomechanics 6 (2003),
+equations (6) to (9).
+"""
+
+from __future__ import annotations
+
+from ..support.jit import inlined
+
+
+@inlined
+def rotation_of(spin):
+    """Return cos and sin of the angle whose half has the tangent spin / 2.
+
+    Args:
+        spin: (dv_y/dx - dv_x/dy) / 2 times the step, in the middle of the step [rad].
+    """
+    half = 0.5 * spin
+    square = half * half
+    scale = 1.0 / (1.0 + square)
+    return (1.0 - square) * scale, 2.0 * half * scale
+
+
+@inlined
+def rotate_stress(xx, yy, xy, cosine, sine):
+    """Return the in-plane stresses [Pa] turned by an angle; what is along z stays."""
+    mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
+    double_cosine, double_sine = cosine * cosine - sine * sine, 2.0 * sine * cosine
+    turned = half * double_cosine - xy * double_sine
+    return mean + turned, mean - turned, half * double_sine + xy * double_cosine
+
+
+@inlined
+def elastic_increment(exx, eyy, exy, first_lame, shear):
+    """Return what strains of a step add to the stresses xx, yy, zz, xy [Pa]; exy is half the engineering shear strain."""
+    volume = first_lame * (exx + eyy)
+    double = 2.0 * shear
+    return volume + double * exx, volume + double * eyy, volume, double * exy
+
+
+@inlined
+def energy_density(xx, yy, zz, xy, first_lame, shear):
+    """Return the elastic energy per volume of a stress: p^2 / 2K + s:s / 4 mu [J/m^3]."""
+    pressure = -(xx + yy + zz) / 3.0
+    bulk = first_lame + 2.0 * shear / 3.0
+    sxx, syy, szz = xx + pressure, yy + pressure, zz + pressure
+    deviator = sxx * sxx + syy * syy + szz * szz + 2.0 * (xy * xy)
+    return pressure * pressure / (2.0 * bulk) + deviator / (4.0 * shear)

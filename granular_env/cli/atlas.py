@@ -1,0 +1,45 @@
+"""A paper's figures and numbers, computed anew: `atlas`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from granular_env.cli.command import command, quiet_option, set_option
+from granular_env.cli.completion import folders, papers
+from granular_env.cli.status import Status
+from granular_env.components.errors import Override, ParameterError, shortened
+
+
+@command("atlas")
+@click.argument("paper", help="Such as nesterenko-1983.", shell_complete=papers)
+@click.option("-o", "--out", metavar="FOLDER", shell_complete=folders, help="Where to write it (default: atlas/PAPER).")
+@set_option("A constant of the paper, such as A=6.391e12 or N=50; the page says what was changed.")
+@click.option("--only", metavar="ENTRY", multiple=True, help="Compute this entry, not all of them (may be repeated).")
+@click.option("--processes", metavar="N", type=int, default=2, help="How many entries at a time (default: 2).")
+@quiet_option("page")
+def atlas(
+    paper: str, out: str | None, overrides: tuple[Override, ...], only: tuple[str, ...], processes: int, quiet: bool
+) -> int:
+    """Compute a paper's figures and numbers anew, on one page beside the printed ones."""
+    from granular_env.atlas import run_atlas
+    from granular_env.atlas.console import closing
+
+    constants = _constants(overrides)
+    done = run_atlas(paper, out, overrides=constants, only=only, processes=processes, progress=not quiet)
+    print(done.page if quiet else closing(done))
+    return Status.DIFFERENT if done.failed else Status.DONE
+
+
+def _constants(overrides: tuple[Override, ...]) -> dict[str, Any]:
+    """Return the constants of a paper that --set gives, name -> value, each once."""
+    constants: dict[str, Any] = {}
+    for override in overrides:
+        name, value = ".".join(override.key), override.value
+        if name in constants:
+            raise ParameterError(
+                f"constant {name!r}: given twice, as {shortened(constants[name])} and {shortened(value)}; give it once"
+            )
+        constants[name] = value
+    return constants

@@ -1,0 +1,127 @@
+"""Commands of the program, and the options that several of them share."""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Sequence
+from itertools import chain, zip_longest
+from typing import Any
+
+import click
+
+from granular_env.components.errors import Override
+from granular_env.package_contents import first_sentence
+
+Body = Callable[..., int]
+Decorator = Callable[[Body], Body]
+
+
+class Command(click.Command):
+    """A command: the list of commands shows the first sentence of its docstring, whole."""
+
+    def get_short_help_str(self, limit: int = 45) -> str:
+        """Return the first sentence of the help."""
+        return first_sentence(self.help or "")
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse; an option whose value is missing does not take the next option for it."""
+        options = {name: one for one in self.get_params(ctx) if isinstance(one, click.Option) for name in one.opts}
+        before = args[: args.index("--")] if "--" in args else args
+        for given, following in zip_longest(before, before[1:]):
+            if given in options and not options[given].is_flag and (following is None or following in options):
+                if not ctx.resilient_parsing:
+                    raise click.BadOptionUsage(given, f"Option {given!r} requires an argument.", ctx)
+        return super().parse_args(ctx, args)
+
+
+def command(name: str, **attributes: Any) -> Callable[[Body], Command]:
+    """Make a command of a function, whose docstring is the help."""
+    return click.command(name, cls=Command, **attributes)
+
+
+def set_option(text: str) -> Decorator:
+    """Let the command take overrides, as `overrides`."""
+    return click.option("--set", "overrides", metavar="KEY=VALUE", multiple=True, callback=_parse_overrides, help=text)
+
+
+def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence[str]) -> tuple[Override, ...]:
+    if ctx.resilient_parsing or not texts:
+        return ()
+    from granular_env.documents import parse_assignments
+
+    return parse_assignments(texts)
+
+
+def quiet_option(product: str) -> Decorator:
+    """Let the command print nothing but the path of what it made, as `quiet`."""
+    text = f"No progress bar; print only the {product}'s path."
+    return click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)
+
+
+def _silence_compiler(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
+    if quiet:
+        os.environ.setdefault("GRANULAR_ENV_QUIET", "1")
+    return quiet
+
+
+def json_option(text: str = "Print the result for programs.") -> Decorator:
+    """Let the command print JSON, as `for_programs`."""
+    return click.option("--json", "for_programs", is_flag=True, help=text)
+
+
+def output_options(product: str) -> Decorator:
+    """Let the command print less, or JSON, as `quiet` or `for_programs`."""
+
+    def decorate(body: Body) -> Body:
+        as_json = json_option("No progress bar; print the result for programs.")
+        return quiet_option(product)(as_json(exclusive("quiet", "for_programs")(body)))
+
+    return decorate
+
+
+def overwrite_option(text: str) -> Decorator:
+    """Let the command replace what exists, as `overwrite`."""
+    return click.option("--overwrite", is_flag=True, help=text)
+
+
+def large_option(text: str = "Lift the caps on sizes that a log may declare.") -> Decorator:
+    """Let the command lift caps, as `allow_large`."""
+    return click.option("--allow-large", is_flag=True, help=text)
+
+
+def exclusive(*names: str) -> Decorator:
+    """Refuse two of these options together."""
+
+    def decorate(body: Body) -> Body:
+        @functools.wraps(body)
+        def call(**values: Any) -> int:
+            flags = {one.name: one.opts[0] for one in click.get_current_context().command.params}
+            given = [flags[name] for name in names if values[name]]
+            if len(given) > 1:
+                raise click.UsageError(f"{given[0]} and {given[1]} exclude each other; give one of them.")
+            return body(**values)
+
+        return call
+
+    return decorate
+
+
+class CommaSeparated(click.ParamType):
+    """Values of one type, apart by commas."""
+
+    def __init__(self, each: click.ParamType) -> None:
+        self.each, self.name = each, each.name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[Any]:
+        """Return the values of one text."""
+        return [self.each.convert(text.strip(), param, ctx) for text in value.split(",")]
+
+
+def list_option(flag: str, metavar: str, each: click.ParamType, text: str) -> Decorator:
+    """Let the command take several values, apart by commas or one after another; None where there are none."""
+    return click.option(flag, metavar=f"{metavar},...", type=CommaSeparated(each), multiple=True, callback=_join, help=text)
+
+
+def _join(ctx: click.Context, param: click.Parameter, lists: Sequence[list[Any]]) -> list[Any] | None:
+    return list(chain.from_iterable(lists)) or None

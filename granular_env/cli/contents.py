@@ -1,0 +1,103 @@
+"""What comes with the package: `list`, `describe`, and `new` to start from it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import click
+
+from granular_env.cli.command import command, json_option, set_option
+from granular_env.cli.completion import files, names
+from granular_env.components.errors import Override
+from granular_env.terminal import columns, printable, wrap_text
+
+_ANYTHING = names("components", "experiments", "plans of sweeps", "studies")
+
+
+@command("list")
+@json_option()
+def list_shipped(for_programs: bool) -> int:
+    """List the components, experiments, plans and studies that come with the package."""
+    from granular_env.package_contents import overview
+
+    known = overview()
+    if for_programs:
+        print(json.dumps(known, indent=2))
+        return 0
+    for kind, entries in known.items():
+        print(f"{kind}\n{columns(entries.items())}\n")
+    print(wrap_text("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one."))
+    return 0
+
+
+@command("describe")
+@click.argument("name", help="A name of `granular-env list`, or a TOML file.", shell_complete=_ANYTHING)
+@json_option()
+@set_option("A component's parameter, such as grains=5: shapes and inputs depend on them.")
+def describe(name: str, for_programs: bool, overrides: tuple[Override, ...]) -> int:
+    """Print a component's variables, or the file of an experiment, a plan or a study."""
+    from granular_env.components import catalogue
+
+    if name in catalogue.names():
+        _describe_component(name, for_programs, {override.key[-1]: override.value for override in overrides})
+        return 0
+    from granular_env.experiments.templates import template
+
+    text = _shipped_text(name)[0] or template(name)
+    if for_programs:
+        print(json.dumps(tomllib.loads(text), indent=2, default=str))
+    else:
+        print("\n".join(map(printable, text.splitlines())))
+    return 0
+
+
+def _describe_component(name: str, for_programs: bool, parameters: dict[str, Any]) -> None:
+    from granular_env import descriptions
+
+    if for_programs:
+        print(json.dumps(descriptions.component_facts(name, parameters), indent=2))
+    else:
+        print(descriptions.describe_component(name, parameters))
+
+
+@command("new")
+@click.argument(
+    "template",
+    help="An experiment, plan or study to copy, a log whose experiment to write, or a component for all its parameters.",
+    shell_complete=_ANYTHING,
+)
+@click.option("-o", "--out", metavar="FILE", shell_complete=files, help="The TOML file to write (default: print it).")
+@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+def new(template: str, out: str | None, force: bool) -> int:
+    """Write a file to start from: of an experiment, a plan of a sweep or a study, and the data files that it names."""
+    from granular_env.experiments import templates
+
+    text, runner = _shipped_text(template)
+    if templates.is_log(template):
+        text, runner = templates.of_log(template, out and Path(out).stem), "run"
+    if out is None:
+        print(text or templates.template(template), end="")
+        return 0
+    if text:
+        templates.write_text(text, Path(out), force)
+        written = [Path(out)]
+    else:
+        written = templates.write(template, Path(out), force)
+    print("\n".join(f"written: {path}" for path in written))
+    print(f"run it with: granular-env {runner} {shlex.quote(out)}")
+    return 0
+
+
+def _shipped_text(name: str) -> tuple[str, str]:
+    """Return the text of a shipped plan or study, or "", and the command that runs such a file."""
+    from granular_env.package_contents import shipped_files
+
+    if not Path(name).exists():
+        for kind, runner in (("plans of sweeps", "sweep"), ("studies", "study")):
+            if name in (known := shipped_files(kind)):
+                return known[name].read_text(encoding="utf-8"), runner
+    return "", "run"

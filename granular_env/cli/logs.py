@@ -1,0 +1,123 @@
+"""Running on from a log: `replay`, `branch`, `recover`."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from contextlib import ExitStack
+from pathlib import Path
+
+import click
+
+from granular_env.cli.command import command, json_option, large_option, overwrite_option, quiet_option, set_option
+from granular_env.cli.completion import files
+from granular_env.cli.log_paths import log_target
+from granular_env.cli.results import print_result, silence_own_warnings
+from granular_env.cli.status import Status
+from granular_env.components.errors import Override
+from granular_env.output_files import count_of
+from granular_env.terminal import printable
+
+_VERIFIED = {
+    "identical": Status.DONE,
+    "different": Status.DIFFERENT,
+    "incomplete": Status.INCOMPLETE,
+    "nothing was compared": Status.INCOMPLETE,
+}
+log_argument = click.argument("log", shell_complete=files)
+
+
+@command(
+    "replay",
+    epilog="Exit status with --verify: 0 identical; 1 different; 2 it is no log, or cannot be run again; 3 incomplete, "
+    "since the log was not closed (what it holds agrees), or nothing was compared, since it holds no step.",
+)
+@log_argument
+@click.option("--verify", is_flag=True, help="Compare every hash, frame and snapshot bit for bit.")
+@json_option("No progress bar; print the result for programs.")
+@large_option()
+def replay(log: str, verify: bool, for_programs: bool, allow_large: bool) -> int:
+    """Run a log again."""
+    if verify:
+        return _verify(log, for_programs, allow_large)
+    from granular_env.run_loop import replay
+
+    with silence_own_warnings():
+        result = replay(log, progress=not for_programs, allow_large=allow_large)
+    return print_result(result, for_programs=for_programs)
+
+
+def _verify(log: str, for_programs: bool, allow_large: bool) -> int:
+    from granular_env.recording import verify
+    from granular_env.run_loop import collect_warnings
+
+    with silence_own_warnings(), collect_warnings() as warned:
+        found = verify(log, progress=not for_programs, allow_large=allow_large)
+    if for_programs:
+        print(json.dumps({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": warned}, indent=2))
+    else:
+        print("\n".join(map(printable, [*found.message.splitlines(), *(f"note: {text}" for text in warned)])))
+    return _VERIFIED[found.outcome]
+
+
+@command("branch")
+@log_argument
+@click.option("--at", metavar="T", type=float, required=True, help="Where to leave the log [s].")
+@set_option("An input from there on, such as input.left_force=100; the others go on as in the log.")
+@click.option("--until", metavar="T", type=float, help="Where to end [s] (default: where the log ends).")
+@click.option("--log", "out", metavar="PATH", shell_complete=files, help="Where to record it (default: a new file in logs/).")
+@overwrite_option("Replace the branch's log if it exists.")
+@quiet_option("log")
+@large_option()
+def branch(
+    log: str,
+    at: float,
+    overrides: tuple[Override, ...],
+    until: float | None,
+    out: str | None,
+    overwrite: bool,
+    quiet: bool,
+    allow_large: bool,
+) -> int:
+    """Go on from any instant of a log, with other inputs or the same."""
+    from granular_env.branch_run import run_branch
+    from granular_env.experiments.preparation import branch_inputs
+    from granular_env.recording import open_log
+
+    with ExitStack() as stack:
+        parent = stack.enter_context(open_log(log, allow_large=allow_large))
+        begun = parent.branch(at)
+        left_at = _instant(at, begun.component.time, parent.step_size)
+        inputs = branch_inputs(overrides, begun.component)
+        stack.enter_context(silence_own_warnings())
+        path, replace = stack.enter_context(log_target(out, f"{Path(log).stem}-branch", overwrite))
+        result = run_branch(begun, path, inputs, until, progress=not quiet, overwrite=replace)
+    if not quiet:
+        print(f"branched at {left_at}, {result.ticks * parent.step_size:.9g} s long")
+    return print_result(result, quiet)
+
+
+def _instant(asked: float, found: float, step_size: float) -> str:
+    """Return when a log was left, in words; an instant between two ticks was moved to the nearest, which is said."""
+    between = abs(asked / step_size - round(asked / step_size)) > 1e-6
+    return f"{found:.9g} s" + (f" (the step nearest to {asked:.9g} s)" if between else "")
+
+
+@command("recover")
+@log_argument
+@click.option("-o", "--out", metavar="OUT", required=True, shell_complete=files, help="The log to write.")
+@overwrite_option("Replace OUT if it exists.")
+@large_option()
+def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:
+    """Make a whole log of one whose program was killed."""
+    from granular_env.recording import recover
+
+    whole = recover(log, out, allow_large=allow_large, overwrite=overwrite)
+    ticks = whole.end_tick - whole.start_tick
+    print(f"recovered: {out}, {whole.duration:g} s, {count_of(whole.calls, 'call')} of step, {count_of(ticks, 'tick')}")
+    lost = whole.metadata["incidents"][-1]
+    print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
+    if ticks:
+        return Status.DONE
+    print("nothing was recovered but the start: the log holds no step")
+    return Status.DIFFERENT

@@ -1,0 +1,81 @@
+"""One experiment at many values of its keys: `sweep`."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from granular_env.cli.command import command, large_option, output_options, set_option
+from granular_env.cli.completion import folders, names
+from granular_env.cli.kinds import refuse_other_kinds
+from granular_env.cli.status import Status
+from granular_env.components.errors import Override
+
+if TYPE_CHECKING:
+    from granular_env.sweep import Sweep
+
+
+@command("sweep")
+@click.argument("plan", help="A plan of `granular-env list`, or a TOML file.", shell_complete=names("plans of sweeps"))
+@click.option(
+    "-o",
+    "--out",
+    metavar="FOLDER",
+    shell_complete=folders,
+    help="Where results are kept (default: sweeps/ and the plan's name).",
+)
+@click.option(
+    "--engine",
+    type=click.Choice(("processes", "serial", "ray")),
+    default="processes",
+    help="Where tasks run (default: processes).",
+)
+@click.option("--address", metavar="HOST:PORT", help="A Ray cluster (default: one of our own, on this machine).")
+@click.option("--workers", metavar="N", type=int, help="How many tasks at a time (default: one for each core).")
+@set_option("A key of the experiment, for every task, such as component.grains=500.")
+@large_option("Lift the cap on the number of tasks.")
+@output_options("table")
+def sweep(
+    plan: str,
+    out: str | None,
+    engine: str,
+    address: str | None,
+    workers: int | None,
+    overrides: tuple[Override, ...],
+    allow_large: bool,
+    quiet: bool,
+    for_programs: bool,
+) -> int:
+    """Run an experiment at many values of its keys, into one table; tasks that have a result are not run again."""
+    from granular_env.sweep import run_sweep
+    from granular_env.sweep.console import closing
+    from granular_env.sweep.store import TABLE
+
+    refuse_other_kinds(plan, "sweep")
+    done = run_sweep(
+        plan,
+        out,
+        engine=engine,
+        workers=workers,
+        address=address,
+        overrides=overrides,
+        progress=not quiet and not for_programs,
+        allow_large=allow_large,
+    )
+    if for_programs:
+        print(json.dumps(_facts(done), indent=2))
+    else:
+        print(shlex.quote(str(done.folder / TABLE)) if quiet else closing(done))
+    return Status.INTERRUPTED if done.interrupted else Status.DIFFERENT if done.failed else Status.DONE
+
+
+def _facts(sweep: Sweep) -> dict[str, Any]:
+    from granular_env.sweep.store import CSV, TABLE
+
+    pending = sweep.size - sweep.done - sweep.failed
+    counts = {"tasks": sweep.size, "done": sweep.done, "failed": sweep.failed, "pending": pending}
+    files = {"folder": str(sweep.folder), "table": str(sweep.folder / TABLE), "csv": str(sweep.folder / CSV)}
+    return {**counts, "interrupted": sweep.interrupted, "errors": sweep.errors, "units": sweep.units, **files}

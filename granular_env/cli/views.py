@@ -1,0 +1,85 @@
+"""Looking at a log: `view` and `report`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from granular_env.cli.command import command, exclusive, large_option, list_option
+from granular_env.cli.completion import files, folders
+from granular_env.cli.logs import log_argument
+from granular_env.cli.status import Status
+
+
+@command("view")
+@log_argument
+@click.option("--web", is_flag=True, help="In the browser, served on this machine only.")
+@click.option("--save", metavar="RRD", shell_complete=files, help="Write a file for rerun instead.")
+@click.option("--screenshot", metavar="PNG", shell_complete=files, help="Write a picture instead; needs no screen.")
+@click.option(
+    "--foxglove-layout", metavar="JSON", shell_complete=files, help="Write a layout for Foxglove instead, to import there."
+)
+@click.option(
+    "--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: so that one sees them)."
+)
+@large_option()
+@exclusive("web", "save", "screenshot", "foxglove_layout")
+def view(
+    log: str,
+    web: bool,
+    save: str | None,
+    screenshot: str | None,
+    foxglove_layout: str | None,
+    exaggerate: float | None,
+    allow_large: bool,
+) -> int:
+    """Look at a log in rerun, or write what rerun or Foxglove show."""
+    from granular_env import viewing
+    from granular_env.recording import open_log
+
+    opened = open_log(log, allow_large=allow_large)
+    if save:
+        written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=True)
+    elif screenshot:
+        written = viewing.screenshot(opened, screenshot, exaggerate=exaggerate)
+    elif foxglove_layout:
+        written = viewing.save_foxglove_layout(opened, foxglove_layout)
+    else:
+        viewing.view(opened, web=web, exaggerate=exaggerate)
+        return Status.DONE
+    print(f"written: {written}")
+    return Status.DONE
+
+
+@command("report")
+@log_argument
+@click.option(
+    "-o", "--out", metavar="FOLDER", shell_complete=folders, help="Where to write it (default: beside the log, by its name)."
+)
+@list_option("--variables", "NAME", click.STRING, "Recorded outputs to show (default: all).")
+@list_option("--grains", "I", click.INT, "Whose histories (default: up to five).")
+@list_option("--times", "T", click.FLOAT, "Instants of the profiles [s] (default: four).")
+@large_option()
+def report(
+    log: str,
+    out: str | None,
+    variables: list[str] | None,
+    grains: list[int] | None,
+    times: list[float] | None,
+    allow_large: bool,
+) -> int:
+    """Write a page with figures of a log."""
+    from granular_env import viewing
+    from granular_env.recording import open_log
+
+    with open_log(log, allow_large=allow_large) as opened:
+        folder = Path(out) if out else _report_folder(Path(log))
+        page = viewing.report(opened, folder, variables=variables, grains=grains, times=times, progress=True)
+        print(f"written: {page}")
+    return Status.DONE
+
+
+def _report_folder(log: Path) -> Path:
+    """Return the folder beside the log, by its name; never the log itself, whose name may have no suffix."""
+    return log.with_suffix("") if log.suffix else log.with_name(f"{log.name}-report")

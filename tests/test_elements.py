@@ -1,0 +1,150 @@
+"""One element of an array has the same name in stop rules, measures, overrides, start values and tasks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import granular_env as ge
+from granular_env.components.contract import Variable
+from granular_env.components.elements import Element, parse_element, parse_index
+from granular_env.components.errors import ExperimentError, GranularError, ParameterError
+from granular_env.envs import ComponentEnv, Task
+from granular_env.experiments import load_experiment
+from granular_env.run_loop import RunResult
+from granular_env.sweep import run_sweep
+
+ROW = "discs/broken-row"
+VELOCITY = Variable("velocity", "output", "m/s", (10, 2), "velocity", axes=("disc", "direction"))
+
+
+@pytest.mark.parametrize(
+    ("text", "element"),
+    [
+        ("velocity", Element("velocity")),
+        ("velocity[40]", Element("velocity", (40,))),
+        (" velocity[ -1 , +2 ] ", Element("velocity", (-1, 2))),
+    ],
+)
+def test_a_text_names_an_element(text: str, element: Element) -> None:
+    assert parse_element(text) == element and parse_element(str(element)) == element
+
+
+@pytest.mark.parametrize(
+    "text", ["", "3", "velocity[", "velocity[]", "velocity[a]", "velocity[1][2]", "velocity[1:3]", "v[1.5]", 3, None]
+)
+def test_other_texts_are_refused(text: object) -> None:
+    with pytest.raises(ParameterError, match="expected"):
+        parse_element(text)
+
+
+@pytest.mark.parametrize("given", ["3,1", "(3, 1)", (3, 1), (np.int64(3), 1.0)])
+def test_an_index_is_a_text_or_numbers(given: object) -> None:
+    assert parse_index(given) == (3, 1)
+
+
+@pytest.mark.parametrize("given", [True, "x", 1.5, (), ("a",), None, "1,,2", 10**400])
+def test_what_is_no_index_is_refused(given: object) -> None:
+    with pytest.raises(ParameterError, match="whole number for each axis"):
+        parse_index(given)
+
+
+@pytest.mark.parametrize("index", [(10, 0), (0, 2), (0,), (0, 0, 0), (-11, 0)])
+def test_an_index_outside_names_the_axes(index: tuple[int, ...]) -> None:
+    with pytest.raises(ParameterError, match=r"expected 2 numbers: -10 to 9 \(disc\), -2 to 1 \(direction\)"):
+        Element("velocity", index).check(VELOCITY)
+
+
+def test_a_stop_rule_watches_one_element() -> None:
+    def stop(variable: str) -> RunResult:
+        return ge.run(ROW, overrides={"duration": 0.02, "stop": [{"variable": variable, "above": 0.05, "every": 1e-4}]})
+
+    result = stop("velocity[9,0]")
+    assert result.stopped_by == "velocity[9,0] above 0.05" and result.component.get("velocity")[9, 0] > 0.05
+    assert stop("velocity[9,1]").stopped_by is None
+    with pytest.raises(ExperimentError, match=r"stop.0.variable: got the index 9 of 'velocity', expected 2 numbers"):
+        stop("velocity[9]")
+    with pytest.raises(
+        ExperimentError, match=r"stop.0.variable: 'velocty' is no output of this discs; did you mean 'velocity'"
+    ):
+        stop("velocty[9,0]")
+    with pytest.raises(ExperimentError, match="stop.0.variable: got 'velocity.0', expected a variable"):
+        stop("velocity.0")
+
+
+def test_a_measure_takes_one_element(tmp_path) -> None:
+    plan = {
+        "version": 1, "experiment": ROW, "set": {"duration": 2e-3}, "grid": {"start.velocity[4,1]": [0.0, 0.01]},
+        "measure": {
+            "x": "final velocity[9,0]", "y": "final velocity[-6,1]",
+            "peak": "max |displacement[0,0]|", "all": "max |velocity|",
+        },
+    }  # fmt: skip
+    columns = run_sweep(plan, tmp_path / "sweep", engine="serial").columns()
+    assert columns["x"][0] > 0.0 and columns["y"][0] == 0.0 != columns["y"][1]
+    assert columns["all"][0] == columns["x"][0] and columns["peak"][0] > 0.0
+    plan["measure"] = {"x": "final velocity[9]"}
+    with pytest.raises(GranularError, match="measure.x: got the index 9 of 'velocity', expected 2 numbers"):
+        run_sweep(plan, tmp_path / "wrong", engine="serial")
+    plan["measure"] = {"x": "final velocity"}
+    with pytest.raises(GranularError, match=r"has 20 elements; name one, such as velocity\[-1,-1\]"):
+        run_sweep(plan, tmp_path / "wrong", engine="serial")
+
+
+def test_overrides_set_one_element() -> None:
+    overrides = {
+        "start.velocity[4,1]": 0.25,
+        "start.velocity[0]": [1.0, 2.0],
+        "input.force.pattern[9,0]": 3.0,
+        "input.force.pattern[-1,1]": 4,
+    }
+    experiment = load_experiment(ROW, overrides)
+    assert experiment.start["velocity"] == {"4,1": 0.25, "0": [1.0, 2.0]}
+    pattern = experiment.to_dict()["input"]["force"]["pattern"]
+    assert pattern[9] == [3.0, 4] and pattern[0] == [-1, 0]
+    component = ge.run(ROW, overrides={**overrides, "duration": 1e-5}).component
+    assert component.get("velocity")[4, 1] == pytest.approx(0.25, rel=1e-3)
+    with pytest.raises(ExperimentError, match=r"got the index '10', expected -10 to 9"):
+        load_experiment(ROW, {"input.force.pattern[10,0]": 3.0})
+    with pytest.raises(ExperimentError, match=r"start.velocity: got the index '4,2', expected 2 numbers: -10 to 9, -2 to 1"):
+        ge.run(ROW, overrides={"start.velocity[4,2]": 1.0})
+
+
+def test_start_values_are_given_by_element_or_row() -> None:
+    discs = ge.make("discs", rows=1, columns=3)
+    discs.reset(velocity={0: (1.0, 2.0), (1, 1): 3.0, "2,0": 4.0, (0, 1): 5.0})
+    assert discs.get("velocity").tolist() == [[1.0, 5.0], [0.0, 3.0], [4.0, 0.0]]
+    with pytest.raises(ParameterError, match="each index once"):
+        discs.reset(velocity={(1, 1): 1.0, "-2,1": 2.0})
+
+
+class Tear(Task):
+    """The ends are pulled along x; one link and one velocity are seen."""
+
+    name = "tear"
+    actions = {"force[0,0]": 1.0, "force[-1,0]": 2.0}
+    observations = {"linked[0]": 1.0, "velocity[2,0]": 0.5, "displacement": 1.0}
+
+    def begin(self, component, seen):
+        self.counters = {}
+
+    def judge(self, component, seen, duration):
+        return float(seen["velocity[2,0]"]), bool(seen["linked[0]"] == 0.0)
+
+
+def test_a_task_drives_and_sees_elements() -> None:
+    env = ComponentEnv(ge.make("discs", rows=1, columns=3), Tear(), deadline=50)
+    assert env.action_space.shape == (2,) and env.observation_space.shape == (2 + 6,)
+    env.reset(seed=0)
+    observation, reward, _, _, info = env.step([-1.0, 1.0])
+    assert env.component.get("force").tolist() == [[-1.0, 0.0], [0.0, 0.0], [2.0, 0.0]]
+    velocity = env.component.get("velocity")[2, 0]
+    assert reward == info["velocity[2,0]"] == velocity > 0.0 and observation[1] == pytest.approx(velocity / 0.5)
+    with pytest.raises(ParameterError, match=r"action: got nan for force\[-1,0\]"):
+        env.step([0.0, np.nan])
+
+    class Twice(Tear):
+        actions = {"force": 1.0, "force[0,0]": 1.0}
+
+    with pytest.raises(ParameterError, match="actions: force is driven as a whole and by elements"):
+        ComponentEnv(ge.make("discs", rows=1, columns=3), Twice())
