@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.component_examples import GRIDS, PINWHEEL
+from support.component_examples import GRIDS, PINWHEEL, Example
 from support.conformance_tools import bits, drive
 from support.grid_tools import MEDIUM, P_SPEED, SMALL, bar, block, distorted, inner_nodes, pulse, start_pulse
 
 import granular_env as ge
 from granular_env.components.errors import ParameterError, StepError
-from granular_env.components.grid import Grid, kernels, schedule
+from granular_env.components.grid import Grid, kernels, schedule, threads
 from granular_env.components.profiles import Profile
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -180,15 +180,32 @@ def test_mirror_images_have_mirrored_bits(axis: int) -> None:
     np.testing.assert_array_equal(grid.get("velocity"), one[partner] * flip)
 
 
+@pytest.mark.parametrize("has_second_core", [False, True])
 @pytest.mark.parametrize("example", GRIDS, ids=lambda example: example.label)
-def test_the_bits_do_not_depend_on_the_tiles(example, monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: ANN001
+def test_the_bits_depend_neither_on_tiles_nor_on_threads(
+    example: Example, has_second_core: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = example.started()
     drive(whole, example, 60)
     monkeypatch.setattr(schedule, "TILE_CELLS", 3)
+    monkeypatch.setattr(threads, "LEAST_CELLS", 1)
+    monkeypatch.setattr(threads, "available", lambda: has_second_core)
     tiled = example.started()
-    assert len(tiled._grid.tiles) > 2 and len(whole._grid.tiles) == 2
+    assert len(tiled._grid.tiles) > 3 == len(whole._grid.tiles)
+    assert len(tiled._grid.parts) - 1 == (1 if tiled._plastic else 2) and len(whole._grid.parts) == 2
     drive(tiled, example, 60)
     assert bits(tiled) == bits(whole)
+
+
+def test_two_threads_name_the_first_cell_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "LEAST_CELLS", 1)
+    monkeypatch.setattr(threads, "available", lambda: True)
+    grid = block(6, 6)
+    for node, cells in ((24, range(18)), (10, range(18)), (38, range(18, 36))):
+        grid.reset(velocity={node: (3.0, 0.0)})
+        with pytest.raises(StepError) as caught:
+            grid.step(10.0)
+        assert caught.value.index in cells and grid.tick == 0
 
 
 def test_a_parent_can_call_the_kernels() -> None:
@@ -311,6 +328,12 @@ def test_bad_parameters_are_refused(parameters: dict, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["receiver", "Left", "a b", ""])
+def test_edges_have_names_that_inputs_can_have(name: str) -> None:
+    with pytest.raises(ParameterError, match="edges: got the name"):
+        Grid(mesh=mesh_of([[0, 1, 2, 3]], NODES[:4], **{name: [0, 1]}), material=MEDIUM)
+
+
 def test_a_symmetry_edge_has_to_lie_along_an_axis() -> None:
     nodes = [[0, 0], [1, 0], [1.5, 1], [0, 1]]
     with pytest.raises(ParameterError, match="boundaries.slope: a symmetry edge"):
@@ -337,6 +360,16 @@ def test_an_inverted_start_is_refused() -> None:
     grid = block(4, 4)
     with pytest.raises(ParameterError, match=r"start.displacement: cell \d+ would be inverted"):
         grid.reset(displacement={12: (3.0, 0.0)})
+
+
+def test_strong_compression_is_reported() -> None:
+    edges = {"left": "fixed", "right": "velocity", "bottom": "symmetry", "top": "symmetry"}
+    grid = block(4, 1, boundaries=edges, step_size=0.02)
+    assert grid.cautions() == [] and grid.report()["smallest area of a cell over that at rest"] == 1.0
+    grid.step(80.0, right_velocity=[-0.03, 0.0])
+    (said,) = grid.cautions()
+    smallest = grid.report()["smallest area of a cell over that at rest"]
+    assert "smaller step_size" in said and 0.2 < smallest < 0.5
 
 
 # -- reading -------------------------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ def test_a_standing_wave_has_the_frequency_of_the_mesh(waves_x: int, waves_y: in
     direction = np.array([-along[1], along[0]]) if shear else along
     mode = np.cos(np.round(grid.mesh.nodes / h) @ (h * wave))[:, None] * direction
     mode[np.abs(mode) < 1e-9] = 0.0
-    for group in grid._joined:
+    for group in grid._assembly.joined:
         mode[group[group >= 0]] = mode[group[0]]
     grid.reset(velocity=SMALL * mode)
     frequency = mesh_frequencies((wave[0], wave[1]), h, MEDIUM, step_size=0.2)[shear]
@@ -121,7 +121,7 @@ def sent_back(angle: float, edge: dict, shear: bool) -> float:
     phase, envelope = wave[0] * x + wave[1] * np.where(y == rows, 0.0, y), pulse(x - 60.0, 160.0)
     velocity = SMALL * (envelope * np.cos(phase))[:, None] * direction
     displacement = -SMALL * (envelope * np.sin(phase))[:, None] * direction / (number * speed)
-    for group in grid._joined:
+    for group in grid._assembly.joined:
         velocity[group[1]], displacement[group[1]] = velocity[group[0]], displacement[group[0]]
     grid.reset(velocity=velocity, displacement=displacement)
     before = grid.get("kinetic_energy") + grid.get("elastic_energy")

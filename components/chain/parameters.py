@@ -7,13 +7,14 @@ from typing import Any, Literal
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ..errors import shortened
-from ..materials.elastic import Material, preset_list
+from ..materials.elastic import Material, Preset, preset_list
+from ..support.fields import Index, NotNegative, Positive
+from ..support.fields import field as _field
 from ..support.validation import Parameters
 from .arrangements import ChosenArrangement, Uniform, refuse_misfit
-from .fields import GrainIndex, NotNegative, Positive, Preset, UniformRadii
-from .fields import field as _field
 from .laws import ChosenLaw, Hertz
 from .laws.law import refuse_incomplete
+from .uniform_radii import UniformRadii
 
 __all__ = ["WALLS", "Boundary", "ChainParameters", "Integrator", "UniformRadii"]
 
@@ -27,12 +28,12 @@ _MAXIMUM_GRAINS = 100_000_000
 class ChainParameters(Parameters):
     """A row of grains that touch by a contact law (Hertz's unless another is named), with its two ends."""
 
-    grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS)
+    grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS, examples=[4])
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
     material: Preset | Material | list[Preset | Material] = _field(
         "steel", f"material, or the name of a preset ({preset_list()}): one for all, or one each", "1"
     )
-    mass: Positive | list[Positive] | dict[GrainIndex, Positive] | None = _field(
+    mass: Positive | list[Positive] | dict[Index, Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
     )
     arrangement: ChosenArrangement = _field(

@@ -16,13 +16,16 @@ from ..materials.elastic import Material, material
 from ..profiles import CompiledProfile
 from ..snapshot import EVENT_ROWS, FloatArray
 from ..support.roots import round_down_to_125
-from . import conditions, kernels, layout
+from . import kernels, layout, threads
+from .assembly import Assembly, assemble
 from .boundaries import Boundary
-from .mesh import IntArray, Mesh
+from .drive import make_drive, signal_factors
+from .mesh import IntArray, Mesh, cell_areas
 from .parameters import GridParameters, Place
-from .schedule import make_schedule
 from .stability import ALLOWED, SUGGESTED, highest_frequency
 
+# A cell with so little of its area has passed what the step was chosen for.
+_COMPRESSED = 0.5
 # The state, and what kernels keep beside it, for each cell of a large mesh.
 _BYTES_OF_CELL = 420
 _STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
@@ -51,18 +54,16 @@ class Grid(Component):
         p = self.parameters
         try:
             self.mesh: Mesh = p.mesh.build()
-            self._joined = conditions.joined_nodes(self.mesh, p.boundaries)
-            self._prescribed = conditions.prescribed_components(self.mesh, p.boundaries)
         except ValueError as error:
             raise ParameterError(f"component 'grid': {error}") from None
         self.cell_material: IntArray = self._materials_of_cells()
         self._materials: list[Material] = [material(one) for one in p.materials]
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
         self._receivers = self._nodes_at("receivers", p.receivers)
-        self._edge_inputs = conditions.edge_inputs(self.mesh, p.boundaries, self._forced.tolist())
         self._plastic = any(p.plastic_laws[number].code for number in np.unique(self.cell_material))
-        self.mass = self._lump(np.array([one.density for one in self._materials])[self.cell_material] * self.mesh.areas)
-        self._make_tables()
+        self._assembly: Assembly = self._assemble()
+        self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
+        self.mass: FloatArray = self._assembly.mass
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
         self._refuse_large_step()
@@ -93,77 +94,19 @@ class Grid(Component):
                 raise ParameterError(f"{name}[{index}]: node {found[-1]} is there already; give each node once")
         return np.array(found, dtype=np.int64)
 
-    def _lump(self, amounts: FloatArray) -> FloatArray:
-        """Return what each node has of amounts of the cells: a quarter of each cell around it, shape (n,)."""
-        corners = np.zeros((len(self.mesh.nodes), 4))
-        for corner in range(4):
-            np.add.at(corners[:, corner], self.mesh.cells[:, corner], 0.25 * amounts)
-        # In two pairs, so that mirror images have the same bits.
-        return (corners[:, 0] + corners[:, 1]) + (corners[:, 2] + corners[:, 3])
+    def _assemble(self) -> Assembly:
+        p = self.parameters
+        try:
+            return assemble(
+                self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
+                forced=self._forced.tolist(), hourglass=p.hourglass, parts=self._parts(),
+            )  # fmt: skip
+        except ValueError as error:
+            raise ParameterError(f"component 'grid': {error}") from None
 
-    def _make_tables(self) -> None:
-        p, mesh, count = self.parameters, self.mesh, len(self.mesh.nodes)
-        moduli = np.array([[one.first_lame, one.shear_modulus] for one in self._materials])
-        density, longitudinal, shear = (
-            np.array([getattr(one, name) for one in self._materials])[self.cell_material]
-            for name in ("density", "longitudinal_speed", "shear_speed")
-        )
-        damped = conditions.dashpots(mesh, p.boundaries, density, longitudinal, shear, self.mass)
-        plan = make_schedule(count, mesh.cells)
-        nodes = conditions.special_nodes(
-            self._joined, self._edge_inputs, self._prescribed, damped, plan.further[:, 0].astype(np.int64)
-        )
-        places = np.full(count, -1, dtype=np.int64)
-        places[nodes] = np.arange(len(nodes))
-        self._places = places
-        mass = self.mass.copy()
-        mass[nodes] = conditions.join_rows(self.mass[nodes, None], places, self._joined)[:, 0]
-        damping = np.array([damped.get(node, np.zeros(3)) for node in nodes.tolist()]).reshape(-1, 3)
-        self._conditions = layout.Conditions(
-            nodes=nodes.astype(np.uint32),
-            mass=mass[nodes],
-            damping=conditions.join_rows(damping, places, self._joined),
-            prescribed=self._prescribed_flags(nodes),
-            share=self.mass[nodes] / mass[nodes],
-            groups=self._joined.astype(np.int32),
-            drive=np.zeros((1, len(nodes), 2)),
-            begin=np.zeros((len(nodes), 5, 2)),
-        )
-        special = np.zeros(count, dtype=np.uint8)
-        special[nodes] = 1
-        self._grid = layout.Grid(
-            reference=mesh.nodes,
-            cells=mesh.cells.astype(np.uint32),
-            mass=mass,
-            half_inverse=0.5 / mass,
-            material=self.cell_material.astype(np.uint32),
-            moduli=moduli,
-            laws=np.array([[float(law.code), *law.constants()] for law in p.plastic_laws]),
-            hourglass=self._hourglass_stiffness(moduli),
-            slots=plan.slots,
-            node_slots=plan.node_slots,
-            further=plan.further,
-            order=plan.order,
-            tiles=plan.tiles,
-            special=special,
-        )
-        self._corner = np.zeros((plan.rows, 2))
-
-    def _prescribed_flags(self, nodes: IntArray) -> np.ndarray:
-        flags = np.zeros((len(nodes), 2))
-        for node, components in self._prescribed.items():
-            flags[self._places[node], list(components)] = 1.0
-        return (conditions.join_rows(flags, self._places, self._joined) > 0.0).astype(np.uint8)
-
-    def _hourglass_stiffness(self, moduli: FloatArray) -> FloatArray:
-        """Return kappa (lambda + 3 mu) / 12 of each cell, times (w^2 + h^2) / 2 w h for its width and height, shape (m,) [Pa].
-
-        That is the trace of what full integration gives a rectangle; 1 for a square.
-        """
-        corners = self.mesh.nodes[self.mesh.cells]
-        diagonals = ((corners[:, 2] - corners[:, 0]) ** 2).sum(axis=1) + ((corners[:, 3] - corners[:, 1]) ** 2).sum(axis=1)
-        stiffness = self.parameters.hourglass * (moduli[:, 0] + 3.0 * moduli[:, 1]) / 12.0
-        return stiffness[self.cell_material] * (diagonals / (4.0 * self.mesh.areas))
+    def _parts(self) -> int:
+        """Return in how many parts threads can advance the grid: yielding cells note events, in the order of cells."""
+        return 2 if len(self.mesh.cells) >= threads.LEAST_CELLS and not self._plastic else 1
 
     def _suggest_step(self) -> float:
         if self.highest_frequency == 0.0:
@@ -199,7 +142,7 @@ class Grid(Component):
     def _declare(self) -> Iterable[Variable]:
         n, m, k = len(self.mesh.nodes), len(self.mesh.cells), len(self._receivers)
         nodes, cells, received = ("node", "direction"), ("cell",), ("receiver", "direction")
-        for one in self._edge_inputs:
+        for one in self._assembly.inputs:
             yield one.variable
         yield Variable("displacement", "output", "m", (n, 2), "displacement of the nodes from the mesh", state=True, axes=nodes)
         yield Variable("velocity", "output", "m/s", (n, 2), "velocity of the nodes", state=True, axes=nodes)
@@ -263,7 +206,7 @@ class Grid(Component):
         return int(kernels.forces(elastic, self._state, groups, self._corner, step, 0, events, counts))
 
     def _refuse_parting(self, name: str, value: FloatArray) -> None:
-        for group in self._joined:
+        for group in self._assembly.joined:
             members = group[group >= 0]
             if (value[members] != value[members[0]]).any():
                 raise ParameterError(
@@ -276,63 +219,21 @@ class Grid(Component):
 
     def _advance(self, ticks: int) -> int:
         if self._held is not self._driven_by:
-            self._assemble_drive()
-        factors = np.ones((ticks, 1 + len(self._signals)))
-        for place, profile in enumerate(self._signals):
-            factors[:, 1 + place] = profile_factors(profile, self._tick, ticks)
+            self._signals, drive = make_drive(self._assembly, self._held)
+            self._conditions = self._conditions._replace(drive=drive)
+            self._driven_by = self._held
         events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         if self._plastic:
             counts[0] = self._block.count("events")
             events = self._block.room("events", len(self.mesh.cells) - int(counts[0]))
-        status = kernels.advance(
-            self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
-            events, counts, self._failed,
+        advance = threads.advance if len(self._grid.parts) > 2 and threads.available() else kernels.advance
+        status = advance(
+            self._grid, self._state, self._conditions, signal_factors(self._signals, self._tick, ticks), self._corner,
+            self._block["tally"], self.step_size, self._tick, events, counts, self._failed,
         )  # fmt: skip
         if self._plastic:
             self._block.set_count("events", int(counts[0]))
         return int(status)
-
-    def _assemble_drive(self) -> None:
-        """Lay what the held inputs do to nodes into the signals: the first holds all that does not change."""
-        held = [self._held[one.variable.name] for one in self._edge_inputs]
-        self._signals = [value for value in held if isinstance(value, CompiledProfile)]
-        nodes = self._conditions.nodes
-        drive = np.zeros((1 + len(self._signals), len(nodes), 2))
-        forces, velocities = np.zeros_like(drive), np.zeros_like(drive)
-        signal = 0
-        for one, value in zip(self._edge_inputs, held, strict=True):
-            profile = isinstance(value, CompiledProfile)
-            signal += profile
-            target, rows = (velocities if one.velocity else forces)[signal if profile else 0], self._places[one.nodes]
-            given = one.act(value.pattern if profile else value)
-            if one.velocity:
-                self._prescribe(target, one, rows, given)
-            else:
-                target[rows] += given
-        flags = self._conditions.prescribed > 0
-        for place in range(len(drive)):
-            forces_joined = conditions.join_rows(forces[place], self._places, self._joined)
-            drive[place] = np.where(flags, self._share_velocities(velocities[place]), forces_joined)
-        self._conditions = self._conditions._replace(drive=drive)
-        self._driven_by = self._held
-
-    def _prescribe(self, target: FloatArray, one: conditions.EdgeInput, rows: IntArray, given: FloatArray) -> None:
-        """Write velocities where this edge is the one that prescribes them."""
-        edge = one.variable.name.removesuffix("_velocity")
-        for component in (0, 1):
-            own = [self._prescribed.get(node, {}).get(component) == edge for node in one.nodes.tolist()]
-            target[rows[own], component] = given[own, component]
-
-    def _share_velocities(self, velocities: FloatArray) -> FloatArray:
-        """Return velocities with those of joined nodes set to the one that is prescribed for the first of them."""
-        shared = velocities.copy()
-        for group in self._joined:
-            members = group[group >= 0]
-            for component in (0, 1):
-                own = [node for node in members.tolist() if component in self._prescribed.get(node, {})]
-                if own:
-                    shared[self._places[members], component] = velocities[self._places[own[0]], component]
-        return shared
 
     def _explain(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self._failed)
@@ -372,6 +273,25 @@ class Grid(Component):
             "angular_momentum": float(sums[5]),
         }  # fmt: skip
 
+    def report(self) -> dict[str, float]:
+        """Return how close the step is to the largest stable one, how small cells have become, and how much has yielded."""
+        moved = self.mesh.nodes + self._state.displacement
+        return {
+            "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
+            "smallest area of a cell over that at rest": float((cell_areas(moved, self.mesh.cells) / self.mesh.areas).min()),
+            "part of the cells that has yielded": self.event_count / len(self.mesh.cells),
+        }
+
+    def cautions(self) -> list[str]:
+        """Return a sentence where cells are so compressed that the step may be too large for them."""
+        smallest = self.report()["smallest area of a cell over that at rest"]
+        if smallest > _COMPRESSED:
+            return []
+        return [
+            f"a cell has {smallest:.2g} of its area at rest: the elastic law is meant for small elastic strains, and the step "
+            f"(now {self.step_size:g} s) for cells as they are at rest; load less, or take a smaller step_size"
+        ]
+
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.
 
@@ -395,7 +315,7 @@ class Grid(Component):
             Balance("momentum", "kg m/s", {"momentum": sums["momentum"]}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]
-        if not len(self._joined):
+        if not len(self._assembly.joined):
             turning = {
                 "angular_impulse": float(tally[layout.ANGULAR]),
                 "boundary_angular_impulse": float(tally[layout.BOUNDARY_ANGULAR]),
@@ -415,15 +335,3 @@ class Grid(Component):
     def boundary_of(self, edge: str) -> Boundary | None:
         """Return what an edge does; None where it is free."""
         return self.parameters.boundaries.get(edge)
-
-
-def profile_factors(profile: CompiledProfile, tick: int, ticks: int) -> FloatArray:
-    """Return the factor of a profile in the middle of each of so many ticks, shape (ticks,)."""
-    now = np.arange(tick, tick + ticks)
-    piece = np.searchsorted(profile.ticks, now, side="right") - 1
-    rows = profile.coefficients[np.maximum(piece, 0)]
-    since = (now - profile.ticks[np.maximum(piece, 0)]).astype(np.float64) + 0.5
-    value = np.zeros(ticks)
-    for power in range(rows.shape[1] - 1, -1, -1):
-        value = value * since + rows[:, power]
-    return np.where(piece < 0, 0.0, value)

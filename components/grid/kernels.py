@@ -352,11 +352,55 @@ def finish_conditions(grid, state, conditions, step, tally):
 
 
 @jit
+def advance_part(grid, state, corner, part, step, tick, again, events, counts):
+    """Advance one part of the mesh by a tick, tile after tile: as soon as the cells around a node are done it is kicked.
+
+    So nothing is read from memory twice in a tick. Two threads can advance two parts of one grid.
+
+    Args:
+        grid: see `layout.Grid`.
+        state: see `layout.State`; updated.
+        corner: scratch, shape (rows of the schedule, 2); the last row is 0.
+        part: its number.
+        step: internal step [s].
+        tick: at the end of this one.
+        again: whether the next tick follows at once, and is begun.
+        events: as of `advance`.
+        counts: as of `advance`.
+
+    Returns:
+        The first cell that is not convex any more, or -1.
+    """
+    for tile in range(grid.parts[part], grid.parts[part + 1]):
+        failed = advance_cells(grid, state, corner, tile, step, tick, events, counts)
+        if failed >= 0:
+            return failed
+        finish_tile(grid, state, corner, tile, step, again)
+    return np.int64(-1)
+
+
+@jit
+def begin_advance(grid, state, conditions, factors, step):
+    """Begin the first tick of some: half a kick and the drift of all nodes. See `advance` for the arguments."""
+    kick(grid, state, step, 0, len(grid.reference))
+    drift(grid, state, step, 0, len(grid.reference))
+    begin_conditions(grid, state, conditions, factors, 0, step)
+
+
+@jit
+def finish_tick(grid, state, conditions, factors, corner, tally, row, step):
+    """Finish a tick after all parts: the nodes between them, those with conditions; begin the next where there is one."""
+    again = row + 1 < len(factors)
+    finish_tile(grid, state, corner, len(grid.tiles) - 2, step, again)
+    join(state, conditions.groups)
+    finish_conditions(grid, state, conditions, step, tally)
+    if again:
+        begin_conditions(grid, state, conditions, factors, row + 1, step)
+
+
+@jit
 def advance(grid, state, conditions, factors, corner, tally, step, tick, events, counts, failure_out):
     """Advance the grid by whole ticks.
-
-    Tile after tile: as soon as the cells around a node are done it is kicked and drifts into the next tick, so that nothing is
-    read from memory twice in a tick.
 
     Args:
         grid: see `layout.Grid`.
@@ -374,23 +418,14 @@ def advance(grid, state, conditions, factors, corner, tally, step, tick, events,
     Returns:
         0, or 1 where a cell is not convex any more.
     """
-    ticks = len(factors)
-    drifting = len(grid.reference)
-    kick(grid, state, step, 0, drifting)
-    drift(grid, state, step, 0, drifting)
-    begin_conditions(grid, state, conditions, factors, 0, step)
-    for row in range(ticks):
-        now, again = tick + row + 1, row + 1 < ticks
-        for tile in range(len(grid.tiles) - 1):
-            failed = advance_cells(grid, state, corner, tile, step, now, events, counts)
+    begin_advance(grid, state, conditions, factors, step)
+    for row in range(len(factors)):
+        for part in range(len(grid.parts) - 1):
+            failed = advance_part(grid, state, corner, part, step, tick + row + 1, row + 1 < len(factors), events, counts)
             if failed >= 0:
-                failure_out[0], failure_out[1] = failed, now
+                failure_out[0], failure_out[1] = failed, tick + row + 1
                 return 1
-            finish_tile(grid, state, corner, tile, step, again)
-        join(state, conditions.groups)
-        finish_conditions(grid, state, conditions, step, tally)
-        if again:
-            begin_conditions(grid, state, conditions, factors, row + 1, step)
+        finish_tick(grid, state, conditions, factors, corner, tally, row, step)
     return 0
 
 

@@ -10,9 +10,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from ...support.fields import field
 from ...support.jit import inlined
 from ...support.powers import power
-from ..fields import field
 from ..layout import EXPONENT, SCALARS, SMALLEST_OVERLAP, STIFFNESS
 from .law import FloatArray, Law
 
