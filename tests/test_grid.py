@@ -328,6 +328,12 @@ def test_bad_parameters_are_refused(parameters: dict, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["receiver", "Left", "a b", ""])
+def test_edges_have_names_that_inputs_can_have(name: str) -> None:
+    with pytest.raises(ParameterError, match="edges: got the name"):
+        Grid(mesh=mesh_of([[0, 1, 2, 3]], NODES[:4], **{name: [0, 1]}), material=MEDIUM)
+
+
 def test_a_symmetry_edge_has_to_lie_along_an_axis() -> None:
     nodes = [[0, 0], [1, 0], [1.5, 1], [0, 1]]
     with pytest.raises(ParameterError, match="boundaries.slope: a symmetry edge"):
@@ -354,6 +360,16 @@ def test_an_inverted_start_is_refused() -> None:
     grid = block(4, 4)
     with pytest.raises(ParameterError, match=r"start.displacement: cell \d+ would be inverted"):
         grid.reset(displacement={12: (3.0, 0.0)})
+
+
+def test_strong_compression_is_reported() -> None:
+    edges = {"left": "fixed", "right": "velocity", "bottom": "symmetry", "top": "symmetry"}
+    grid = block(4, 1, boundaries=edges, step_size=0.02)
+    assert grid.cautions() == [] and grid.report()["smallest area of a cell over that at rest"] == 1.0
+    grid.step(80.0, right_velocity=[-0.03, 0.0])
+    (said,) = grid.cautions()
+    smallest = grid.report()["smallest area of a cell over that at rest"]
+    assert "smaller step_size" in said and 0.2 < smallest < 0.5
 
 
 # -- reading -------------------------------------------------------------------------------------------------------------

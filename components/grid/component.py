@@ -20,10 +20,12 @@ from . import kernels, layout, threads
 from .assembly import Assembly, assemble
 from .boundaries import Boundary
 from .drive import make_drive, signal_factors
-from .mesh import IntArray, Mesh
+from .mesh import IntArray, Mesh, cell_areas
 from .parameters import GridParameters, Place
 from .stability import ALLOWED, SUGGESTED, highest_frequency
 
+# A cell with so little of its area has passed what the step was chosen for.
+_COMPRESSED = 0.5
 # The state, and what kernels keep beside it, for each cell of a large mesh.
 _BYTES_OF_CELL = 420
 _STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
@@ -270,6 +272,25 @@ class Grid(Component):
             "energy": kinetic + elastic + hourglass + correction, "momentum": sums[3:5].copy(),
             "angular_momentum": float(sums[5]),
         }  # fmt: skip
+
+    def report(self) -> dict[str, float]:
+        """Return how close the step is to the largest stable one, how small cells have become, and how much has yielded."""
+        moved = self.mesh.nodes + self._state.displacement
+        return {
+            "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
+            "smallest area of a cell over that at rest": float((cell_areas(moved, self.mesh.cells) / self.mesh.areas).min()),
+            "part of the cells that has yielded": self.event_count / len(self.mesh.cells),
+        }
+
+    def cautions(self) -> list[str]:
+        """Return a sentence where cells are so compressed that the step may be too large for them."""
+        smallest = self.report()["smallest area of a cell over that at rest"]
+        if smallest > _COMPRESSED:
+            return []
+        return [
+            f"a cell has {smallest:.2g} of its area at rest: the elastic law is meant for small elastic strains, and the step "
+            f"(now {self.step_size:g} s) for cells as they are at rest; load less, or take a smaller step_size"
+        ]
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.
