@@ -23,8 +23,7 @@ Bounds = tuple[float, float]
 def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int, iterations: int) -> np.ndarray:
     """Return a drive by L-BFGS-B; `way` weighs the waves' way to their places against their arrival."""
     env.reset(seed=0)
-    env.task.way = way
-    objective, steps = env.task.objective(env.component, len(drive)), len(drive)
+    objective, steps = env.task.objective(env.component, len(drive), way=way), len(drive)
 
     def cost(scaled: np.ndarray) -> tuple[float, np.ndarray]:
         drive = np.column_stack([UNIT * scaled, np.zeros(steps)])

@@ -136,23 +136,27 @@ class ProtectionTask(DrivenEndTask):
     def __init__(self, chain: Chain, end: DrivenEnd, impulse: float, peak_scale: float) -> None:
         super().__init__(chain, end)
         self.chain, self.observed_force = chain, end.actions.get("left_force", self.observed_force)
-        self.sharpness: tuple[int, float] = (5, 0.01)
         self.impulse = positive_number("impulse", impulse)
         self.constants = np.array([self.impulse, positive_number("peak_scale", peak_scale), end.duration])
 
-    def objective(self, chain: Chain, steps: int) -> Objective:
+    def objective(self, chain: Chain, steps: int, *, sharpness: tuple[int, float] = (5, 0.01)) -> Objective:
         """h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
 
         h(x) = (x + sqrt(x^2 + r^2)) / 2 is the positive part, rounded, r = 0.01. The smooth peak is the p-norm of the wall's
         force over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both count the elastic part of the
-        force. `sharpness`, an attribute, is (binary logarithm of p, r).
+        force.
+
+        Args:
+            chain: what is driven.
+            steps: control steps.
+            sharpness: binary logarithm of p, and r.
 
         Raises:
             ParameterError: the contacts are not Hertz's.
         """
         hertz_chain(self.name, chain)
         text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
-        constants = np.concatenate([self.constants, self.sharpness])
+        constants = np.concatenate([self.constants, sharpness])
         return Objective(_note, _value, _pullback, constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:

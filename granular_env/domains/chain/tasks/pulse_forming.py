@@ -102,17 +102,20 @@ class PulseFormingTask(DrivenEndTask):
         refuse_early(self.shapes, self.waves, end.duration, end.steps)
         horizon, width = end.duration * end.steps, positive_number("window", window)
         head = [horizon, self.energy, width, float(len(self.waves)), end.duration, 0.0]
-        self.constants, self.way = np.concatenate([head, self.waves.reshape(-1), self.shapes]), 0.0
+        self.constants = np.concatenate([head, self.waves.reshape(-1), self.shapes])
 
-    def objective(self, chain: Chain, steps: int) -> Objective:
+    def objective(self, chain: Chain, steps: int, *, way: float = 0.0) -> Objective:
         """Return the distance at the end of the last control step: minus the return, if nothing is in the chain at the start.
 
-        `way`, an attribute, from 0 (so it is at first) to 1, is the weight of the mean distance over all control steps, to the
-        waves on their way: it has a slope far from any solution, where a wave in a wrong place has none.
+        Args:
+            chain: what is driven.
+            steps: control steps.
+            way: from 0 to 1, weight of the mean distance over all control steps to the waves on their way: it has a slope far
+                from any solution, where a wave in a wrong place has none.
         """
         text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
         constants = self.constants.copy()
-        constants[_WAY] = self.way
+        constants[_WAY] = way
         return Objective(_note, sum_value, _pullback, constants, description=text)
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
