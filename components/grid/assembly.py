@@ -29,7 +29,7 @@ class Assembly:
         mass: of each node by itself, shape (n,) [kg].
         places: node -> its row in `conditions`, -1 for the others, shape (n,).
         joined: groups of nodes that move as one, shape (k, 4), the rest of each row -1.
-        prescribed: node -> component -> edge that prescribes it.
+        leaders: whose prescribed velocity each node with conditions has; see `conditions.leading_rows`.
         inputs: of the edges, and the forces on nodes.
     """
 
@@ -39,7 +39,7 @@ class Assembly:
     mass: FloatArray
     places: IntArray
     joined: IntArray
-    prescribed: Mapping[int, Mapping[int, str]]
+    leaders: IntArray
     inputs: Sequence[EdgeInput]
 
 
@@ -73,7 +73,7 @@ def assemble(
     """
     joined = conditions.joined_nodes(mesh, boundaries)
     prescribed = conditions.prescribed_components(mesh, boundaries)
-    inputs = conditions.edge_inputs(mesh, boundaries, forced)
+    inputs = conditions.edge_inputs(mesh, boundaries, forced, prescribed)
     count = len(mesh.nodes)
     density, longitudinal, shear = (
         np.array([getattr(one, name) for one in materials])[cell_material]
@@ -118,7 +118,8 @@ def assemble(
         drive=np.zeros((1, len(nodes), 2)),
         begin=np.zeros((len(nodes), 5, 2)),
     )
-    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, prescribed, inputs)
+    leaders = conditions.leading_rows(prescribed, places, joined, len(nodes))
+    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, leaders, inputs)
 
 
 def lump(mesh: Mesh, amounts: FloatArray) -> FloatArray:

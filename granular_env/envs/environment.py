@@ -474,7 +474,7 @@ def element_scales(what: str, scales: Mapping[str, float], component: Component,
     for name, scale in scales.items():
         try:
             element = parse_element(name)
-            element.find(component.variables, f"{causality} of this {component.name}", causality)
+            element.find(component.variables, f"{causality} of {component.name!r}", causality)
         except ParameterError as error:
             raise ParameterError(f"{what}: {error}") from None
         number = finite_number(f"{what}.{name}", scale)

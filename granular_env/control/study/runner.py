@@ -25,7 +25,7 @@ from granular_env.components.errors import (
     nearest,
 )
 from granular_env.documents import Overrides, to_toml
-from granular_env.output_files import write_files
+from granular_env.output_files import file_name, write_files
 from granular_env.progress import Progress
 from granular_env.run_loop import Interrupt
 from granular_env.viewing.optional_packages import import_optional
@@ -34,7 +34,7 @@ from ..drive import DriveShape
 from ..problem import Actor, Problem
 from .console import Told, telling
 from .evaluator import BudgetedEvaluator, BudgetSpentError, InterruptedByUserError
-from .export import safe_name, write_results
+from .export import write_results
 from .methods import MethodTable
 from .results import Score, StudyResult, Trial
 from .study import Source, Study, load_study
@@ -82,7 +82,7 @@ def run_study(
     methods = chosen_methods(study, only)
     for method in methods:
         method.refuse_unless_installed()
-    where = Path(folder) if folder is not None else Path("studies") / safe_name(study.name)
+    where = Path(folder) if folder is not None else Path("studies") / file_name(study.name, "study")
     problem, shape = prepare(study, problem)
     _claim(where, study, overwrite)
     trials, interrupted = [], False
@@ -215,7 +215,7 @@ class _Attempt:
         self._wait, self._logged_best = _SAVED_EVERY, -np.inf
 
     def run(self) -> Trial:
-        """BudgetedEvaluator, unless that has been done."""
+        """Search, unless that has been done."""
         track = self._track
         if track.finished and track.notes.get("budget") == self._study.budget:
             self._told(self._name, self._study.budget, track.best_return)
