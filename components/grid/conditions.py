@@ -103,9 +103,12 @@ def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
 
 
 def edge_inputs(
-    mesh: Mesh, boundaries: Mapping[str, Boundary], forced: Sequence[int], prescribed: Mapping[int, Mapping[int, str]]
+    mesh: Mesh,
+    boundaries: Mapping[str, Boundary],
+    forced: Sequence[int],
+    held: Mapping[str, tuple[IntArray, npt.NDArray[np.bool_]]],
 ) -> list[EdgeInput]:
-    """Return the inputs of a grid: tractions, velocities, forces on nodes; `prescribed` as `prescribed_components` gives it."""
+    """Return the inputs of a grid: tractions, velocities, forces on nodes; `held` as `held_edges` gives it."""
     found = []
     for name, boundary in boundaries.items():
         if isinstance(boundary, Traction):
@@ -115,8 +118,7 @@ def edge_inputs(
             variable = _edge_variable(mesh, name, boundary, "traction", "Pa", "force per area on")
             found.append(EdgeInput(variable, mesh.edge_nodes(name), sides=sides, lengths=lengths))
         elif isinstance(boundary, PrescribedVelocity):
-            nodes = mesh.edge_nodes(name)
-            own = np.array([[prescribed[node].get(k) == name for k in (0, 1)] for node in nodes.tolist()])
+            nodes, own = held[name]
             variable = _edge_variable(mesh, name, boundary, "velocity", "m/s", "velocity of")
             found.append(EdgeInput(variable, nodes, velocity=True, own=own))
     if len(forced):
@@ -157,6 +159,18 @@ def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dic
             for node in mesh.edge_nodes(name).tolist():
                 for component in _components(mesh, name, boundary):
                     found.setdefault(node, {})[component] = name
+    return found
+
+
+def held_edges(
+    mesh: Mesh, boundaries: Mapping[str, Boundary], prescribed: Mapping[int, Mapping[int, str]]
+) -> dict[str, tuple[IntArray, npt.NDArray[np.bool_]]]:
+    """Return of edges that prescribe velocities the nodes, shape (k,), and which components they prescribe, shape (k, 2)."""
+    found = {}
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
+            nodes = mesh.edge_nodes(name)
+            found[name] = nodes, np.array([[prescribed[node].get(k) == name for k in (0, 1)] for node in nodes.tolist()])
     return found
 
 
