@@ -155,6 +155,11 @@ class Grid(Component):
         yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=cells)
         yield Variable("plastic_strain", "output", "1", (m,), "equivalent plastic strain of the cells", minimum=0.0, axes=cells)
         yield Variable("internal_energy", "output", "J", (m,), "work that stresses have done on the cells", axes=cells)
+        for edge in self._assembly.held_edges:
+            yield Variable(
+                f"{edge}_reaction", "output", "N", (2,), f"force of the {edge} edge on the cells there, along x and y, where "
+                "it prescribes the motion", axes=("direction",),
+            )  # fmt: skip
         yield Variable("receiver_displacement", "output", "m", (k, 2), "displacement of the `receivers`", axes=received)
         yield Variable("receiver_velocity", "output", "m/s", (k, 2), "velocity of the `receivers`", axes=received)
 
@@ -169,9 +174,16 @@ class Grid(Component):
             "equivalent_stress": self._equivalent_stress,
             "plastic_strain": lambda: state.plastic_strain if self._plastic else np.zeros(len(self.mesh.cells)),
             "internal_energy": lambda: state.energy,
+            **{f"{edge}_reaction": lambda edge=edge: self._reaction(edge) for edge in self._assembly.held_edges},
             "receiver_displacement": lambda: state.displacement[self._receivers],
             "receiver_velocity": lambda: state.velocity[self._receivers],
         }
+
+    def _reaction(self, edge: str) -> FloatArray:
+        """Return minus the force of the cells on the nodes of an edge, where it prescribes their motion, shape (2,) [N]."""
+        nodes, own = self._assembly.held_edges[edge]
+        share = self._conditions.share[self._assembly.places[nodes], None]
+        return 0.0 - np.where(own, share * self._state.force[nodes], 0.0).sum(axis=0)
 
     def _equivalent_stress(self) -> FloatArray:
         xx, yy, zz, xy = self._state.stress.T
