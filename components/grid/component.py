@@ -51,7 +51,7 @@ class Grid(Component):
         p = self.parameters
         try:
             self.mesh: Mesh = p.mesh.build()
-            self._joined = conditions.joined_nodes(self.mesh, p.boundaries)
+            self.joined: IntArray = conditions.joined_nodes(self.mesh, p.boundaries)
             self._prescribed = conditions.prescribed_components(self.mesh, p.boundaries)
         except ValueError as error:
             raise ParameterError(f"component 'grid': {error}") from None
@@ -62,7 +62,7 @@ class Grid(Component):
         self._edge_inputs = conditions.edge_inputs(self.mesh, p.boundaries, self._forced.tolist())
         self._plastic = any(p.plastic_laws[number].code for number in np.unique(self.cell_material))
         self.mass = self._lump(np.array([one.density for one in self._materials])[self.cell_material] * self.mesh.areas)
-        self._make_tables()
+        self._make_tables(np.zeros(len(self.mesh.nodes)))
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
         self._refuse_large_step()
@@ -101,7 +101,14 @@ class Grid(Component):
         # In two pairs, so that mirror images have the same bits.
         return (corners[:, 0] + corners[:, 1]) + (corners[:, 2] + corners[:, 3])
 
-    def _make_tables(self) -> None:
+    def attach(self, mass: FloatArray) -> None:
+        """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells; shape (n,) [kg].
+
+        They become nodes with conditions. To be called before the first step.
+        """
+        self._make_tables(mass)
+
+    def _make_tables(self, attached: FloatArray) -> None:
         p, mesh, count = self.parameters, self.mesh, len(self.mesh.nodes)
         moduli = np.array([[one.first_lame, one.shear_modulus] for one in self._materials])
         density, longitudinal, shear = (
@@ -111,21 +118,23 @@ class Grid(Component):
         damped = conditions.dashpots(mesh, p.boundaries, density, longitudinal, shear, self.mass)
         plan = make_schedule(count, mesh.cells)
         nodes = conditions.special_nodes(
-            self._joined, self._edge_inputs, self._prescribed, damped, plan.further[:, 0].astype(np.int64)
-        )
+            self.joined, self._edge_inputs, self._prescribed, damped,
+            np.concatenate([plan.further[:, 0].astype(np.int64), np.flatnonzero(attached)]),
+        )  # fmt: skip
         places = np.full(count, -1, dtype=np.int64)
         places[nodes] = np.arange(len(nodes))
         self._places = places
-        mass = self.mass.copy()
-        mass[nodes] = conditions.join_rows(self.mass[nodes, None], places, self._joined)[:, 0]
+        own = conditions.join_rows(self.mass[nodes, None], places, self.joined)[:, 0]
+        mass = self.mass + attached
+        mass[nodes] = conditions.join_rows(mass[nodes, None], places, self.joined)[:, 0]
         damping = np.array([damped.get(node, np.zeros(3)) for node in nodes.tolist()]).reshape(-1, 3)
         self._conditions = layout.Conditions(
             nodes=nodes.astype(np.uint32),
             mass=mass[nodes],
-            damping=conditions.join_rows(damping, places, self._joined),
+            damping=conditions.join_rows(damping, places, self.joined),
             prescribed=self._prescribed_flags(nodes),
-            share=self.mass[nodes] / mass[nodes],
-            groups=self._joined.astype(np.int32),
+            share=self.mass[nodes] / own,
+            groups=self.joined.astype(np.int32),
             drive=np.zeros((1, len(nodes), 2)),
             begin=np.zeros((len(nodes), 5, 2)),
         )
@@ -153,7 +162,7 @@ class Grid(Component):
         flags = np.zeros((len(nodes), 2))
         for node, components in self._prescribed.items():
             flags[self._places[node], list(components)] = 1.0
-        return (conditions.join_rows(flags, self._places, self._joined) > 0.0).astype(np.uint8)
+        return (conditions.join_rows(flags, self._places, self.joined) > 0.0).astype(np.uint8)
 
     def _hourglass_stiffness(self, moduli: FloatArray) -> FloatArray:
         """Return kappa (lambda + 3 mu) / 12 of each cell, times (w^2 + h^2) / 2 w h for its width and height, shape (m,) [Pa].
@@ -192,7 +201,7 @@ class Grid(Component):
         self._state = layout.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []
-        self._failed = np.zeros(2, dtype=np.int64)
+        self.failed = np.zeros(2, dtype=np.int64)
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -263,7 +272,7 @@ class Grid(Component):
         return int(kernels.forces(elastic, self._state, groups, self._corner, step, 0, events, counts))
 
     def _refuse_parting(self, name: str, value: FloatArray) -> None:
-        for group in self._joined:
+        for group in self.joined:
             members = group[group >= 0]
             if (value[members] != value[members[0]]).any():
                 raise ParameterError(
@@ -274,19 +283,33 @@ class Grid(Component):
         if cell >= 0:
             raise ParameterError(f"start.displacement: cell {cell} would be inverted; give smaller displacements")
 
-    def _advance(self, ticks: int) -> int:
+    def tables(self) -> tuple[layout.Grid, layout.State, layout.Conditions, FloatArray]:
+        """Return what the kernels work on, for a parent that calls them itself; the last one is their scratch."""
+        return self._grid, self._state, self._conditions, self._corner
+
+    @property
+    def tally(self) -> FloatArray:
+        """What came in, or went out, through the conditions since the reset; see `layout`."""
+        return self._block["tally"]
+
+    def signal_factors(self, tick: int, ticks: int) -> FloatArray:
+        """Lay out what the held inputs do; return the factors of the signals in the middle of so many ticks from `tick` on."""
         if self._held is not self._driven_by:
             self._assemble_drive()
         factors = np.ones((ticks, 1 + len(self._signals)))
         for place, profile in enumerate(self._signals):
-            factors[:, 1 + place] = profile_factors(profile, self._tick, ticks)
+            factors[:, 1 + place] = profile_factors(profile, tick, ticks)
+        return factors
+
+    def _advance(self, ticks: int) -> int:
+        factors = self.signal_factors(self._tick, ticks)
         events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         if self._plastic:
             counts[0] = self._block.count("events")
             events = self._block.room("events", len(self.mesh.cells) - int(counts[0]))
         status = kernels.advance(
             self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
-            events, counts, self._failed,
+            events, counts, self.failed,
         )  # fmt: skip
         if self._plastic:
             self._block.set_count("events", int(counts[0]))
@@ -311,7 +334,7 @@ class Grid(Component):
                 target[rows] += given
         flags = self._conditions.prescribed > 0
         for place in range(len(drive)):
-            forces_joined = conditions.join_rows(forces[place], self._places, self._joined)
+            forces_joined = conditions.join_rows(forces[place], self._places, self.joined)
             drive[place] = np.where(flags, self._share_velocities(velocities[place]), forces_joined)
         self._conditions = self._conditions._replace(drive=drive)
         self._driven_by = self._held
@@ -326,7 +349,7 @@ class Grid(Component):
     def _share_velocities(self, velocities: FloatArray) -> FloatArray:
         """Return velocities with those of joined nodes set to the one that is prescribed for the first of them."""
         shared = velocities.copy()
-        for group in self._joined:
+        for group in self.joined:
             members = group[group >= 0]
             for component in (0, 1):
                 own = [node for node in members.tolist() if component in self._prescribed.get(node, {})]
@@ -335,7 +358,7 @@ class Grid(Component):
         return shared
 
     def _explain(self, status: int) -> StepError:
-        cell, tick = (int(number) for number in self._failed)
+        cell, tick = (int(number) for number in self.failed)
         time = tick * self.step_size
         area = float(self._area(cell))
         return StepError(
@@ -394,7 +417,7 @@ class Grid(Component):
             Balance("momentum", "kg m/s", {"momentum": sums["momentum"]}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]
-        if not len(self._joined):
+        if not len(self.joined):
             turning = {
                 "angular_impulse": float(tally[layout.ANGULAR]),
                 "boundary_angular_impulse": float(tally[layout.BOUNDARY_ANGULAR]),
