@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from . import calls, environments, gradient, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer, sweeps
+from . import calls, environments, gradient, grid, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer, sweeps
 from .facts import facts
 from .figures import Figure, table
 
@@ -19,6 +19,7 @@ OURS: dict[str, Benchmark] = {
     "scipy": scipy_peer.measure,
     "calls": calls.measure,
     "gradient": gradient.measure,
+    "grid": grid.measure,
     "environments": environments.measure,
     "recording": recording.measure,
     "replay": replay.measure,

@@ -7,9 +7,12 @@ from typing import Any
 from granular_env.components import catalogue
 from granular_env.components.support.tagged_union import tables
 from granular_env.components.support.validation import Parameters
+from granular_env.domains import domain_of
 from granular_env.experiments.templates import default_of, example_of, unit_of
 from granular_env.package_contents import first_sentence
 from granular_env.terminal import columns, wrap_text
+
+_NO_BATCH = "no native batch: make_vec steps one after the other, in Gymnasium's SyncVectorEnv"
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
@@ -32,6 +35,8 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
                 for v in chosen
             )
         )
+    if offered := _environments(name):
+        parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", columns(offered)]
     given = ", ".join(
         f"{key} = {getattr(component.parameters, key)}"
         for key, field in kind.Parameters.model_fields.items()
@@ -52,6 +57,10 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     keys = ("name", "unit", "default", "description")
     variables = [v for v in example_of(name, parameters).variables.values() if v.causality != "parameter"]
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
+    offered = domain_of(name).load("environments") or {}
+    facts["environments"] = [
+        {"name": registered, "native_batch": one.vector_entry_point is not None} for registered, one in offered.items()
+    ]
     facts["parameters"] = [dict(zip(keys, row, strict=True)) for row in _rows(kind.Parameters)]
     for causality in ("input", "output"):
         facts[f"{causality}s"] = [
@@ -60,6 +69,12 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
             if v.causality == causality
         ]
     return facts
+
+
+def _environments(name: str) -> list[tuple[str, str]]:
+    """Return the registered environments of a component, each with what make_vec makes of it."""
+    offered = domain_of(name).load("environments") or {}
+    return [(registered, "native batch" if one.vector_entry_point else _NO_BATCH) for registered, one in offered.items()]
 
 
 def _rows(model: type[Parameters]) -> list[tuple[str, str, str, str]]:

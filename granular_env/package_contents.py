@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from itertools import takewhile
 from pathlib import Path
@@ -33,5 +34,6 @@ def _title(path: Path) -> str:
 
 
 def first_sentence(text: str) -> str:
-    """Return a text up to its first full stop."""
-    return " ".join(text.split()).partition(". ")[0].rstrip(".") + "."
+    """Return a text's first paragraph up to a full stop that a capital letter follows: "et al. (2003)" does not end it."""
+    paragraph = " ".join(text.strip().partition("\n\n")[0].split())
+    return re.split(r"\. (?=[A-Z`])", paragraph, maxsplit=1)[0].rstrip(".") + "."

@@ -461,7 +461,7 @@ def test_a_failure_is_over_with_the_next_success(example: Example) -> None:
 @every_example
 def test_a_parent_can_own_the_memory(example: Example) -> None:
     alone = example.started()
-    if alone.event_kinds:
+    if alone._block.grows:
         with pytest.raises(ParameterError, match="memory: the state of an? .* grows"):
             alone.clone(np.zeros(alone.memory.shape))
         return

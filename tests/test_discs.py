@@ -12,11 +12,14 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from support.rerun_tools import columns
 
 import granular_env as ge
+from granular_env.cli import main
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Cells
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.profiles import Profile
-from granular_env.envs import ComponentEnv, Task
+from granular_env.control.study.runner import run_study
+from granular_env.envs import ComponentEnv, OpenLoop, Task
+from granular_env.envs.policies import Policy
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
 from granular_env.viewing import plane, report
@@ -276,6 +279,62 @@ def test_a_task_drives_every_disc() -> None:
     assert picture.shape == (360, 960, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 3
 
 
+def played(env: gymnasium.Env, policy: Policy) -> tuple[float, dict]:
+    observation, info = env.reset(seed=0)
+    policy.reset()
+    total, over = 0.0, False
+    while not over:
+        observation, reward, terminated, truncated, info = env.step(policy(observation, info))
+        total, over = total + float(reward), terminated or truncated
+    return total, info
+
+
+@pytest.mark.parametrize("target", range(9))
+def test_pulses_that_meet_split_the_row_at_any_link(target: int) -> None:
+    env = gymnasium.make("granular_env/Splitting-v1", target=target)
+    policies = env.unwrapped.task.baselines()
+    value, info = played(env, policies["theory"])
+    assert info["linked"][target] == 0.0 and info["wrong_links"] == 0.0 and info["closeness"] == 1.0
+    # A link that breaks at 2 N and 0.2 mm holds 0.2 mJ.
+    assert value == pytest.approx(1.0 - 0.1 * info["work"] / 2e-4, rel=1e-9) and value > 0.586
+    value, info = played(env, policies["nothing"])
+    assert abs(value) < 1e-9 and info["linked"].all()
+
+
+def test_a_wrong_link_costs_a_whole_return() -> None:
+    env = gymnasium.make("granular_env/Splitting-v1", target=2, force_scale=4.0, work_price=0.0)
+    value, info = played(env, OpenLoop(np.tile([0.0, 1.0], (60, 1))))  # the right end alone, harder than a link bears
+    assert info["wrong_links"] >= 1.0 and value == pytest.approx(info["closeness"] - info["wrong_links"], rel=1e-9)
+
+
+def test_splitting_refuses_what_is_no_link() -> None:
+    for target in (9, -1, True, 1.0):
+        with pytest.raises(ParameterError, match="expected a link of a single row, 0 to 8"):
+            gymnasium.make("granular_env/Splitting-v1", target=target)
+    with pytest.raises(ParameterError, match="target"):
+        gymnasium.make("granular_env/Splitting-v1", discs={"rows": 2})
+
+
+def test_without_a_native_batch_gymnasiums_own_serves_and_describe_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    batch = gymnasium.make_vec("granular_env/Splitting-v1", num_envs=2)
+    assert isinstance(batch, gymnasium.vector.SyncVectorEnv) and batch.reset(seed=0)[0].shape == (2, 49)
+    assert main(["describe", "discs"]) == 0
+    told = capsys.readouterr().out
+    assert "granular_env/Splitting-v1" in told and "SyncVectorEnv" in " ".join(told.split())
+    assert main(["describe", "chain"]) == 0
+    assert "granular_env/Protection-v1      native batch" in capsys.readouterr().out
+
+
+def test_the_shipped_study_finds_more_than_theory(tmp_path: Path) -> None:
+    pytest.importorskip("cma", reason="the extra `control` is not installed")
+    result = run_study("splitting", tmp_path / "study", overrides={"budget": 10_000, "seeds": [2]}, only=["cma"])
+    score, theory = result.of("cma")[0].score, result.baselines["theory"]
+    assert score is not None and score.value > theory.value + 0.1
+    page = (tmp_path / "study" / "report.html").read_text()
+    assert "forward runs" not in page  # it has no slopes to count
+    assert verify(tmp_path / "study" / "logs" / "cma-2.mcap").identical
+
+
 def test_a_sweep_finds_how_strain_decides(tmp_path: Path) -> None:
     plan = {
         "version": 1, "experiment": "discs/broken-row", "set": {"duration": 0.01},
@@ -289,8 +348,6 @@ def test_a_sweep_finds_how_strain_decides(tmp_path: Path) -> None:
 
 def test_cma_finds_how_to_break_every_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma", reason="the extra `control` is not installed")
-    from granular_env.control.study.runner import run_study
-
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     study = {
         "version": 1, "name": "divide", "budget": 1500, "task": {"name": "test_discs:make_divide"},

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from granular_env.domains.chain.tasks import ENVIRONMENTS
+from granular_env.domains import environments
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -62,7 +62,7 @@ print([finder for finder in sys.meta_path if "granular" in type(finder).__module
 print(vars(registration.__spec__.loader).keys() & {"exec_module"})
 print(registration.__spec__.loader is registration.__loader__, sorted(n for n in registration.registry if "granular" in n))
 """
-    assert run(script) == f"[]\nset()\nTrue {sorted(ENVIRONMENTS)}"
+    assert run(script) == f"[]\nset()\nTrue {sorted(environments())}"
 
 
 def test_a_missing_gymnasium_is_missed_only_when_it_is_needed() -> None:

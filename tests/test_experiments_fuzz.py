@@ -18,6 +18,8 @@ VALUES = [
     "nan", "-inf", "1e400", "-1", "0", "1e-300", "9" * 400, '""', '"x"', "true", "[]", "{}", "[[1], [2, 3]]", "[nan]",
     "1979-05-27",
     "{ 0 = 1.0 }", '{ a = "b" }', '"\\u0000"', "07:32:00", "[1, 'a']", '"../../x.csv"', "2.5", "0x10", "[1e-6, 2e-6]", "-0.0",
+    "[[1.0, nan]]", "[[[]]]", "[[1], 2]", '{ "3,1" = 2.0 }', "{ 0 = [1, 2], 1 = 3 }", '{ "-1,-1" = [1.0] }', '{ "9,9" = 1 }',
+    "[[0, 1], [2, 3]]", '"velocity[3,1]"', '"max |velocity[-1,0]|"', '"final linked[4,4]"', "[[true, false]]", '{ 1.5 = 1 }',
 ]  # fmt: skip
 LINES = [
     "[start]",
@@ -67,8 +69,10 @@ def mutated(text: str, random: random.Random) -> str:
 
 def is_small(experiment) -> bool:
     """Whether building it is a matter of milliseconds: a mutation may ask for millions of grains, which is no fault."""
+    given = experiment.component.parameters
     return (
-        experiment.component.parameters.get("grains", 1) <= 1000
+        given.get("grains", 1) <= 1000
+        and given.get("rows", 1) * given.get("columns", 1) <= 400
         and experiment.component.parameters.get("integrator") != "dop853"
     )
 
@@ -87,10 +91,13 @@ KINDS = {
 }
 
 
-def try_mutations(path: Path, seed: int, count: int, kind: str = "experiment") -> int:
-    """Read `count` mutations of shipped files, and prepare experiments; the number that were refused."""
+def try_mutations(path: Path, seed: int, count: int, kind: str = "experiment", only: str = "") -> int:
+    """Read `count` mutations of shipped files, and prepare experiments; the number that were refused.
+
+    `only` keeps those whose text holds it.
+    """
     shelf, read = KINDS[kind]
-    texts = [file.read_text() for file in shipped_files(shelf).values()]
+    texts = [text for file in shipped_files(shelf).values() if only in (text := file.read_text())]
     source = random.Random(seed)
     refused = 0
     for _ in range(count):
@@ -117,6 +124,21 @@ def test_mutated_files_give_errors_of_the_family_only(tmp_path):
 @pytest.mark.parametrize("kind", ["plan", "study"])
 def test_mutated_plans_and_studies_give_errors_of_the_family_only(tmp_path, kind):
     assert 100 < try_mutations(tmp_path / "x.toml", seed=3, count=500, kind=kind) < 500
+
+
+# In the plane: array inputs, rows of start values, indices of several axes.
+ARRAYS = {"experiment": "pattern = [[", "plan": "discs/broken-row", "study": "splitting"}
+
+
+@pytest.mark.parametrize("kind", ARRAYS)
+def test_mutated_documents_with_arrays_give_errors_of_the_family_only(tmp_path, kind):
+    assert 30 < try_mutations(tmp_path / "x.toml", seed=5, count=200, kind=kind, only=ARRAYS[kind]) < 200
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ARRAYS)
+def test_twenty_thousand_mutated_documents_with_arrays(tmp_path, kind):
+    assert try_mutations(tmp_path / "x.toml", seed=6, count=7_000, kind=kind, only=ARRAYS[kind]) > 1_500
 
 
 @pytest.mark.slow

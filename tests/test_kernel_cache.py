@@ -409,3 +409,21 @@ def test_of_many_processes_one_speaks(tmp_path: Path) -> None:
     )
     done = run(code, tmp_path, environment={"GRANULAR_ENV_QUIET": ""})
     assert done.stdout == "1\n" and done.stderr.count("compiling") == 1
+
+
+@pytest.mark.skipif(not JIT, reason="nothing is compiled")
+def test_a_kernel_is_compiled_once_whatever_whole_numbers_it_is_called_with() -> None:
+    @jit
+    def scaled(k, x):  # noqa: ANN001, ANN202
+        return k * x
+
+    @jit
+    def called(n, x):  # noqa: ANN001, ANN202
+        k = 1  # a literal at first, any number later
+        for _ in range(n):
+            x += scaled(k, x) + scaled(3, x)
+            k += 1
+        return x
+
+    assert called(2, 1.0) == 30.0
+    assert len(scaled.overloads) == 1  # type: ignore[attr-defined]

@@ -13,36 +13,15 @@ from pathlib import Path
 import lz4.frame
 import numpy as np
 import pytest
+from support.hostile_logs import ACTIONS, refused_by_the_family
 from support.recording_helpers import chain_log, changed, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
-from granular_env.components.errors import GranularError, LogError
+from granular_env.components.errors import LogError
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.mcap_writer import McapWriter
 from granular_env.recording.message_index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
 from granular_env.recording.records import CLOSED, FRAMES, HEADER, INCIDENTS, PROFILE, STEPS, Record
-
-ACTIONS: dict[str, Callable[[Path], object]] = {
-    "verify": verify,
-    "series": lambda path: [open_log(path).series(name) for name in open_log(path).variables],
-    "inputs": lambda path: open_log(path).inputs,
-    "drawables": lambda path: open_log(path).drawables,
-    "xarray": lambda path: open_log(path).to_xarray(),
-    "recover": lambda path: recover(path, path.with_suffix(".out"), overwrite=True),
-    "branch": lambda path: open_log(path).branch(0.0).run(path.with_suffix(".child"), overwrite=True),
-}
-
-
-def refused_by_the_family(path: Path) -> int:
-    """How many actions were refused; any other exception fails the test."""
-    refused = 0
-    for act in ACTIONS.values():
-        try:
-            act(path)
-        except GranularError:
-            refused += 1
-    return refused
-
 
 # -- sizes -------------------------------------------------------------------------------------------------------------
 

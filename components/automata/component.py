@@ -16,15 +16,13 @@ from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import motion
-from .advance import advance
 from .boundary import Boundary
-from .linked import dilations, elastic_energy
+from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
+from .linked_steps import LinkedSteps
 from .packing import LATTICES, Packing, pack
-from .pair import orient
 from .parameters import AutomataParameters
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .state import Body, Motion, Scratch, make_body, make_scratch
-from .stress import stresses
+from .state import Body, Scratch, make_body, make_scratch
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
@@ -70,14 +68,24 @@ class Automata(Component):
             raise ParameterError(f"loaded: got {error}, expected numbers from 0 to {self.count - 1}") from None
         self.largest_frequency = largest_frequency(self.body)
         self.step_size = self._fitting_step_size()
-        self._speed_limit = _LARGEST_MOVE * p.diameter / self.step_size
         self._pairs = self.packing.pairs()
+        self._steps = self._make_steps()
+        vars(self)["event_kinds"] = self._steps.event_kinds  # of this specimen's criterion
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
-            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)),
+            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self._steps.growing, **self._steps.fields,
         )  # fmt: skip
-        self.motion = Motion(*(self._block[name] for name in Motion._fields))
+        self._steps.bind(self._block)
+        self.motion = self._steps.motion
+
+    def _make_steps(self) -> LinkedSteps:
+        kind = CrackingSteps if self.parameters.has_history else LinkedSteps
+        self._speed_limit = _LARGEST_MOVE * self.parameters.diameter / self.step_size
+        steps = kind(self.packing, self.body, self.boundary, self.scratch, self.step_size, self._speed_limit)
+        if isinstance(steps, CrackingSteps):
+            steps.prepare(self.parameters)
+        return steps
 
     def _fitting_step_size(self) -> float:
         limit, given = step_limit(self.largest_frequency), self.parameters.step_size
@@ -109,79 +117,78 @@ class Automata(Component):
             "stress in the plane, xx, yy and xy, tension positive",
             axes=("automaton", "component"),
         )
-        yield Variable(
-            "linked", "output", "1", (len(self._pairs),), "1 for a pair that is linked, 0 for one that is not", axes=("pair",)
-        )
+        links = len(self._pairs)
+        yield Variable("linked", "output", "1", (links,), "1 for a pair that is linked, 0 for a broken one", axes=("link",))
+        if self.parameters.has_history:
+            yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
+            yield Variable("broken_links", "output", "1", (), "number of broken links")
+            yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
+        if not self.parameters.response.elastic:
+            yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        return {
+        steps = self._steps
+        found: dict[str, Callable[[], Any]] = {
             **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
             "angular_velocity": lambda: self._block["spin"],
             "speed": self._speed,
-            "dilation": lambda: self._deform().dilation.copy(),
-            "stress": self._stress,
-            "linked": lambda: np.ones(len(self._pairs)),
+            "dilation": lambda: steps.dilation().copy(),
+            "stress": steps.stress,
+            "linked": steps.linked,
         }
+        if isinstance(steps, CrackingSteps):
+            found |= {"damage": steps.damage, "broken_links": steps.broken_links, "touching": steps.touching}
+            if not self.parameters.response.elastic:
+                found["inelastic_strain"] = steps.inelastic
+        return found
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
             self._block["spin" if name == "angular_velocity" else name][...] = value
+        self._steps.start()
         sums = self._sums()
-        self._block["start"][:] = sums[3] + sums[4] + self._elastic_energy(), *sums[:3]
+        self._block["start"][:] = sums[3] + sums[4] + sum(self._steps.stored().values()), *sums[:3]
         return {}
 
     def _advance(self, ticks: int) -> int:
         held = self._held
         if not any(isinstance(value, CompiledProfile) for value in held.values()):
             self.boundary.apply(held, self._tick)
-            return self._advance_with(ticks)
+            return self._steps.advance(self._tick, ticks)
         for tick in range(self._tick, self._tick + ticks):
             self.boundary.apply(held, tick)
-            status = self._advance_with(1)
+            status = self._steps.advance(tick, 1)
             if status:
                 return status
         return 0
 
-    def _advance_with(self, ticks: int) -> int:
-        """Advance with the loads and velocities that the boundary has now."""
-        edge = self.boundary
-        forces = edge.load, edge.load_before, edge.grip, edge.grip_before, self._block["tallies"]
-        return advance(
-            self.body, self.packing.reference, self.motion, self.scratch, *forces, self.step_size, ticks, self._speed_limit
-        )
-
     def _explain(self, status: int) -> StepError:
-        speed, limit = self._speed(), self._speed_limit
-        index = int(np.argmin(speed <= limit))
+        if status == UNSOUND:
+            return StepError(
+                "displacement: the contacts of this state name automata that do not exist; restore a snapshot that save() gave",
+                time=self.time, variable="displacement", index=None, value=np.nan, limit=float(self.count),
+            )  # fmt: skip
+        variable = "displacement" if status == TOO_FAR else "velocity"
+        size = self._magnitude(variable)
+        limit = self._speed_limit if status != TOO_FAR else float(1e9 * self.parameters.diameter)
+        index, unit = int(np.argmin(size <= limit)), "m" if status == TOO_FAR else "m/s"
         return StepError(
-            f"velocity[{index}] reached {speed[index]:g} m/s soon after {self.time:g} s, expected at most {limit:g} m/s, "
-            f"{_LARGEST_MOVE:g} of a diameter in an internal step; take a smaller step_size, or load the specimen less",
-            time=self.time, variable="velocity", index=index, value=float(speed[index]), limit=limit,
+            f"{variable}[{index}] reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} {unit} "
+            f"({_LARGEST_MOVE:g} of a diameter in an internal step); take a smaller step_size, or load the specimen less",
+            time=self.time, variable=variable, index=index, value=float(size[index]), limit=limit,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
-    @np.errstate(over="ignore")
     def _speed(self) -> FloatArray:
-        v = self._block["velocity"]
-        return np.sqrt(v[:, 0] ** 2 + v[:, 1] ** 2)
+        return self._magnitude("velocity")
 
-    def _deform(self) -> Scratch:
-        """Compute the rotations and volumetric strains of the present state."""
-        orient(self.motion.rotation, self.scratch.half, 0, self.count)
-        dilations(self.body, self.motion.displacement, self.scratch.half, self.scratch.dilation, 0, self.count)
-        return self.scratch
-
-    def _stress(self) -> FloatArray:
-        found, scratch = np.empty((self.count, 3)), self._deform()
-        stresses(self.body, self.motion.displacement, scratch.half, scratch.dilation, found, 0, self.count)
-        return found
-
-    def _elastic_energy(self) -> float:
-        scratch = self._deform()
-        return elastic_energy(self.body, self.motion.displacement, scratch.half, scratch.dilation, 0, self.count)
+    @np.errstate(over="ignore", invalid="ignore")
+    def _magnitude(self, name: str) -> FloatArray:
+        vectors = self._block[name]
+        return np.sqrt(vectors[:, 0] ** 2 + vectors[:, 1] ** 2)
 
     def _sums(self) -> FloatArray:
         sums = np.empty(5)
@@ -194,7 +201,7 @@ class Automata(Component):
         stored = {
             "kinetic_energy": float(sums[3]),
             "rotational_energy": float(sums[4]),
-            "elastic_energy": self._elastic_energy(),
+            **self._steps.stored(),
         }
         work = {"input_work": float(load[motion.WORK]), "boundary_work": float(grip[motion.WORK])}
         impulse = {"impulse": load[1:3], "boundary_impulse": grip[1:3]}
@@ -203,7 +210,7 @@ class Automata(Component):
             "boundary_angular_impulse": float(grip[motion.ANGULAR_IMPULSE]),
         }
         found = [
-            Balance("energy", "J", stored, work, initial=float(start[0])),
+            Balance("energy", "J", stored, work, self._steps.lost(), float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": sums[:2]}, impulse, initial=start[1:3]),
         ]
         if not any(self.parameters.periodic):
@@ -213,7 +220,8 @@ class Automata(Component):
         return (*found, Balance("mass", "kg", {"mass": mass}, initial=mass))
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the automata, coloured by speed and turned, and their links."""
+        """Return the automata, turned and coloured by damage (or speed where nothing breaks), and their links."""
         radius = np.full(self.count, 0.5 * self.parameters.diameter)
-        points = Points("automata", self.packing.reference, radius, "displacement", "speed", "rotation")
+        colour = "damage" if self.parameters.has_history else "speed"
+        points = Points("automata", self.packing.reference, radius, "displacement", colour, "rotation")
         return points, Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")

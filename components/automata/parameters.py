@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import model_validator
 
-from ..errors import nearest
-from ..materials.elastic import PRESETS, Material, preset_list
+from ..materials.elastic import Material, Preset, preset_list
+from ..support.fields import Index, field
 from ..support.validation import Parameters
-from .shapes import ChosenShape, Rectangle, field
+from .breaking import ChosenCriterion, Unbreakable
+from .responses import ChosenResponse, Linear
+from .shapes import ChosenShape, Rectangle
 from .sides import SIDES, SideKind
 
 __all__ = ["AutomataParameters"]
 
 
-def _known_preset(name: str) -> str:
-    if name not in PRESETS:
-        raise ValueError(f"{name!r} is no preset; {nearest(name, PRESETS)}; or give density, young and poisson")
-    return name
-
-
-Preset = Annotated[str, AfterValidator(_known_preset)]
-Index = Annotated[int, Field(ge=0)]
 _SIDE = (
     "free, fixed, symmetry, platen (smooth, moves with {0}_speed), velocity ({0}_velocity), traction ({0}_traction), periodic"
 )
@@ -36,6 +30,18 @@ class AutomataParameters(Parameters):
     packing: Literal["square", "hexagonal"] = field("hexagonal", "square, or hexagonal with rows along x", "1")
     material: Preset | Material = field("steel", f"material, or the name of a preset ({preset_list()})", "1")
     thickness: float = field(1.0, "extent along z", "m", gt=0.0)
+    response: ChosenResponse = field(
+        Linear(), "response of pairs: linear, degrading, plastic or plastic_degrading; a table {name = ..., ...}", "1"
+    )
+    criterion: ChosenCriterion = field(
+        Unbreakable(),
+        "what breaks pairs: none, von_mises, drucker_prager, mohr_coulomb or strain; a table {name = ..., ...}",
+        "1",
+    )
+    strength_scatter: float = field(0.0, "strengths of pairs lie evenly within 1 -+ this", "1", ge=0.0, lt=1.0)
+    strength_seed: int = field(0, "which draw of strengths", "1", ge=0, lt=2**63)
+    release_ticks: int = field(20, "over how many internal steps a broken pair is released", "1", ge=1, le=1_000_000)
+    friction: float = field(0.5, "coefficient of friction of pairs that touch and are not linked", "1", ge=0.0)
     left: SideKind = field("free", f"left side: {_SIDE.format('left')}", "1")
     right: SideKind = field("free", f"right side: {_SIDE.format('right')}", "1")
     bottom: SideKind = field("free", f"lower side: {_SIDE.format('bottom')}", "1")
@@ -55,6 +61,11 @@ class AutomataParameters(Parameters):
                 if getattr(self, side) in ("periodic", "traction"):
                     raise ValueError(f"{side}: {getattr(self, side)!r} needs a straight side; expected shape = rectangle")
         return self
+
+    @property
+    def has_history(self) -> bool:
+        """Whether pairs yield or break."""
+        return bool(self.criterion.causes) or not self.response.elastic
 
     @property
     def periodic(self) -> tuple[bool, bool]:

@@ -7,20 +7,15 @@ from abc import abstractmethod
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import SerializeAsAny, model_validator
 
 from ..errors import shortened
 from ..support.arrays import FloatArray
+from ..support.fields import Pair, field
 from ..support.tagged_union import ByName, Named
 
 # Points this close to the outline are on it, in diameters of an automaton.
 ON_THE_OUTLINE = 1e-6
-Point = Annotated[list[float], Field(min_length=2, max_length=2)]
-
-
-def field(default: Any, description: str, unit: str, **bounds: Any) -> Any:
-    """Return a parameter with its meaning and unit."""
-    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
 
 
 class Shape(Named):
@@ -97,7 +92,7 @@ class Polygon(Shape):
     """A polygon that does not cross itself; the first corner is the centre of an automaton, oblique sides are staircases."""
 
     name: Literal["polygon"] = field("polygon", "which shape", "1")
-    corners: list[Point] = field(..., "corners in order around it, each x and y", "m", min_length=3, max_length=10_000)
+    corners: list[Pair] = field(..., "corners in order around it, each x and y", "m", min_length=3, max_length=10_000)
 
     @model_validator(mode="after")
     def _validate_area(self) -> Polygon:

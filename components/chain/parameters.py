@@ -7,13 +7,14 @@ from typing import Any, Literal
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ..errors import shortened
-from ..materials.elastic import Material, preset_list
+from ..materials.elastic import Material, Preset, preset_list
+from ..support.fields import Index, NotNegative, Positive
+from ..support.fields import field as _field
 from ..support.validation import Parameters
 from .arrangements import ChosenArrangement, Uniform, refuse_misfit
-from .fields import GrainIndex, NotNegative, Positive, Preset, UniformRadii
-from .fields import field as _field
 from .laws import ChosenLaw, Hertz
 from .laws.law import refuse_incomplete
+from .uniform_radii import UniformRadii
 
 __all__ = ["WALLS", "Boundary", "ChainParameters", "Integrator", "UniformRadii"]
 
@@ -32,7 +33,7 @@ class ChainParameters(Parameters):
     material: Preset | Material | list[Preset | Material] = _field(
         "steel", f"material, or the name of a preset ({preset_list()}): one for all, or one each", "1"
     )
-    mass: Positive | list[Positive] | dict[GrainIndex, Positive] | None = _field(
+    mass: Positive | list[Positive] | dict[Index, Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
     )
     arrangement: ChosenArrangement = _field(

@@ -301,7 +301,7 @@ class Coupled(Component):
         edges.load.force[:] = np.where(self._acts, boundary.load.force[self._loads], 0.0)
 
     def _advance_with(self, tick: int, ticks: int) -> int:
-        factors = self.grid.signal_factors(tick, ticks)
+        factors = self.grid.factors(tick, ticks)
         grid = self._grid_part()
         loads = self._interface_loads(grid.conditions)
         if loads is not None:
@@ -324,7 +324,7 @@ class Coupled(Component):
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
-            self.grid.failed[:] = self._failed
+            self.grid._failed[:] = self._failed
             error = self.grid._explain(1)
             return StepError(
                 f"grid_{error}", time=error.time, variable="grid_displacement", index=error.index, value=error.value, limit=0.0

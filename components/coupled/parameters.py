@@ -7,8 +7,8 @@ from typing import Literal
 from pydantic import model_validator
 
 from ..automata.parameters import AutomataParameters
-from ..grid.fields import Pair, Positive, field
 from ..grid.parameters import GridParameters
+from ..support.fields import Pair, Positive, field
 from ..support.validation import Parameters
 
 Scheme = Literal["force", "momentum", "literal"]
@@ -44,6 +44,8 @@ class CoupledParameters(Parameters):
             )
         if any(law.code for law in self.grid.plastic_laws):
             raise ValueError("grid.plasticity: a grid that is coupled to automata is elastic; leave the plastic law out")
+        if self.automata.has_history:
+            raise ValueError("automata.criterion: coupled automata neither break nor yield; leave criterion and response out")
         if self.scheme == "literal" and self.micro_steps is None:
             raise ValueError("micro_steps: scheme = literal needs their number")
         return self

@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import SerializeAsAny
 
+from ..support.fields import field
 from ..support.tagged_union import ByName, Named
-from .fields import field
 
 Along = Literal["edge", "nodes"]
 

@@ -16,11 +16,12 @@ from ..materials.elastic import Material, material
 from ..profiles import CompiledProfile
 from ..snapshot import EVENT_ROWS, FloatArray
 from ..support.roots import round_down_to_125
-from . import conditions, kernels, layout
+from . import kernels, layout, threads
+from .assembly import Assembly, assemble
 from .boundaries import Boundary
+from .drive import make_drive, signal_factors
 from .mesh import IntArray, Mesh
 from .parameters import GridParameters, Place
-from .schedule import make_schedule
 from .stability import ALLOWED, SUGGESTED, highest_frequency
 
 # The state, and what kernels keep beside it, for each cell of a large mesh.
@@ -51,18 +52,15 @@ class Grid(Component):
         p = self.parameters
         try:
             self.mesh: Mesh = p.mesh.build()
-            self.joined: IntArray = conditions.joined_nodes(self.mesh, p.boundaries)
-            self._prescribed = conditions.prescribed_components(self.mesh, p.boundaries)
         except ValueError as error:
             raise ParameterError(f"component 'grid': {error}") from None
         self.cell_material: IntArray = self._materials_of_cells()
         self._materials: list[Material] = [material(one) for one in p.materials]
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
         self._receivers = self._nodes_at("receivers", p.receivers)
-        self._edge_inputs = conditions.edge_inputs(self.mesh, p.boundaries, self._forced.tolist())
         self._plastic = any(p.plastic_laws[number].code for number in np.unique(self.cell_material))
-        self.mass = self._lump(np.array([one.density for one in self._materials])[self.cell_material] * self.mesh.areas)
-        self._make_tables(np.zeros(len(self.mesh.nodes)))
+        self.attach(None)
+        self.mass: FloatArray = self._assembly.mass
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
         self._refuse_large_step()
@@ -93,86 +91,27 @@ class Grid(Component):
                 raise ParameterError(f"{name}[{index}]: node {found[-1]} is there already; give each node once")
         return np.array(found, dtype=np.int64)
 
-    def _lump(self, amounts: FloatArray) -> FloatArray:
-        """Return what each node has of amounts of the cells: a quarter of each cell around it, shape (n,)."""
-        corners = np.zeros((len(self.mesh.nodes), 4))
-        for corner in range(4):
-            np.add.at(corners[:, corner], self.mesh.cells[:, corner], 0.25 * amounts)
-        # In two pairs, so that mirror images have the same bits.
-        return (corners[:, 0] + corners[:, 1]) + (corners[:, 2] + corners[:, 3])
+    def attach(self, mass: FloatArray | None) -> None:
+        """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells, shape (n,) [kg].
 
-    def attach(self, mass: FloatArray) -> None:
-        """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells; shape (n,) [kg].
-
-        They become nodes with conditions. To be called before the first step.
+        To be called before the first step.
         """
-        self._make_tables(mass)
+        self._assembly: Assembly = self._assemble(mass)
+        self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
 
-    def _make_tables(self, attached: FloatArray) -> None:
-        p, mesh, count = self.parameters, self.mesh, len(self.mesh.nodes)
-        moduli = np.array([[one.first_lame, one.shear_modulus] for one in self._materials])
-        density, longitudinal, shear = (
-            np.array([getattr(one, name) for one in self._materials])[self.cell_material]
-            for name in ("density", "longitudinal_speed", "shear_speed")
-        )
-        damped = conditions.dashpots(mesh, p.boundaries, density, longitudinal, shear, self.mass)
-        plan = make_schedule(count, mesh.cells)
-        nodes = conditions.special_nodes(
-            self.joined, self._edge_inputs, self._prescribed, damped,
-            np.concatenate([plan.further[:, 0].astype(np.int64), np.flatnonzero(attached)]),
-        )  # fmt: skip
-        places = np.full(count, -1, dtype=np.int64)
-        places[nodes] = np.arange(len(nodes))
-        self._places = places
-        own = conditions.join_rows(self.mass[nodes, None], places, self.joined)[:, 0]
-        mass = self.mass + attached
-        mass[nodes] = conditions.join_rows(mass[nodes, None], places, self.joined)[:, 0]
-        damping = np.array([damped.get(node, np.zeros(3)) for node in nodes.tolist()]).reshape(-1, 3)
-        self._conditions = layout.Conditions(
-            nodes=nodes.astype(np.uint32),
-            mass=mass[nodes],
-            damping=conditions.join_rows(damping, places, self.joined),
-            prescribed=self._prescribed_flags(nodes),
-            share=self.mass[nodes] / own,
-            groups=self.joined.astype(np.int32),
-            drive=np.zeros((1, len(nodes), 2)),
-            begin=np.zeros((len(nodes), 5, 2)),
-        )
-        special = np.zeros(count, dtype=np.uint8)
-        special[nodes] = 1
-        self._grid = layout.Grid(
-            reference=mesh.nodes,
-            cells=mesh.cells.astype(np.uint32),
-            mass=mass,
-            half_inverse=0.5 / mass,
-            material=self.cell_material.astype(np.uint32),
-            moduli=moduli,
-            laws=np.array([[float(law.code), *law.constants()] for law in p.plastic_laws]),
-            hourglass=self._hourglass_stiffness(moduli),
-            slots=plan.slots,
-            node_slots=plan.node_slots,
-            further=plan.further,
-            order=plan.order,
-            tiles=plan.tiles,
-            special=special,
-        )
-        self._corner = np.zeros((plan.rows, 2))
+    def _assemble(self, attached: FloatArray | None) -> Assembly:
+        p = self.parameters
+        try:
+            return assemble(
+                self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
+                forced=self._forced.tolist(), hourglass=p.hourglass, parts=self._parts(), attached=attached,
+            )  # fmt: skip
+        except ValueError as error:
+            raise ParameterError(f"component 'grid': {error}") from None
 
-    def _prescribed_flags(self, nodes: IntArray) -> np.ndarray:
-        flags = np.zeros((len(nodes), 2))
-        for node, components in self._prescribed.items():
-            flags[self._places[node], list(components)] = 1.0
-        return (conditions.join_rows(flags, self._places, self.joined) > 0.0).astype(np.uint8)
-
-    def _hourglass_stiffness(self, moduli: FloatArray) -> FloatArray:
-        """Return kappa (lambda + 3 mu) / 12 of each cell, times (w^2 + h^2) / 2 w h for its width and height, shape (m,) [Pa].
-
-        That is the trace of what full integration gives a rectangle; 1 for a square.
-        """
-        corners = self.mesh.nodes[self.mesh.cells]
-        diagonals = ((corners[:, 2] - corners[:, 0]) ** 2).sum(axis=1) + ((corners[:, 3] - corners[:, 1]) ** 2).sum(axis=1)
-        stiffness = self.parameters.hourglass * (moduli[:, 0] + 3.0 * moduli[:, 1]) / 12.0
-        return stiffness[self.cell_material] * (diagonals / (4.0 * self.mesh.areas))
+    def _parts(self) -> int:
+        """Return in how many parts threads can advance the grid: yielding cells note events, in the order of cells."""
+        return 2 if len(self.mesh.cells) >= threads.LEAST_CELLS and not self._plastic else 1
 
     def _suggest_step(self) -> float:
         if self.highest_frequency == 0.0:
@@ -201,14 +140,14 @@ class Grid(Component):
         self._state = layout.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []
-        self.failed = np.zeros(2, dtype=np.int64)
+        self._failed = np.zeros(2, dtype=np.int64)
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
     def _declare(self) -> Iterable[Variable]:
         n, m, k = len(self.mesh.nodes), len(self.mesh.cells), len(self._receivers)
         nodes, cells, received = ("node", "direction"), ("cell",), ("receiver", "direction")
-        for one in self._edge_inputs:
+        for one in self._assembly.inputs:
             yield one.variable
         yield Variable("displacement", "output", "m", (n, 2), "displacement of the nodes from the mesh", state=True, axes=nodes)
         yield Variable("velocity", "output", "m/s", (n, 2), "velocity of the nodes", state=True, axes=nodes)
@@ -272,7 +211,7 @@ class Grid(Component):
         return int(kernels.forces(elastic, self._state, groups, self._corner, step, 0, events, counts))
 
     def _refuse_parting(self, name: str, value: FloatArray) -> None:
-        for group in self.joined:
+        for group in self._assembly.joined:
             members = group[group >= 0]
             if (value[members] != value[members[0]]).any():
                 raise ParameterError(
@@ -283,96 +222,60 @@ class Grid(Component):
         if cell >= 0:
             raise ParameterError(f"start.displacement: cell {cell} would be inverted; give smaller displacements")
 
-    def tables(self) -> tuple[layout.Grid, layout.State, layout.Conditions, FloatArray]:
-        """Return what the kernels work on, for a parent that calls them itself; the last one is their scratch."""
-        return self._grid, self._state, self._conditions, self._corner
+    @property
+    def joined(self) -> IntArray:
+        """Groups of nodes that periodic edges join, the rest of each row -1, shape (k, 4)."""
+        return self._assembly.joined
 
     @property
     def tally(self) -> FloatArray:
         """What came in, or went out, through the conditions since the reset; see `layout`."""
         return self._block["tally"]
 
-    def signal_factors(self, tick: int, ticks: int) -> FloatArray:
-        """Lay out what the held inputs do; return the factors of the signals in the middle of so many ticks from `tick` on."""
+    def tables(self) -> tuple[layout.Grid, layout.State, layout.Conditions, FloatArray]:
+        """Return what the kernels work on, for a parent that calls them itself; the last one is their scratch."""
+        return self._grid, self._state, self._conditions, self._corner
+
+    def factors(self, tick: int, ticks: int) -> FloatArray:
+        """Lay out what the held inputs do; return the signals in the middle of so many ticks from `tick` on."""
         if self._held is not self._driven_by:
-            self._assemble_drive()
-        factors = np.ones((ticks, 1 + len(self._signals)))
-        for place, profile in enumerate(self._signals):
-            factors[:, 1 + place] = profile_factors(profile, tick, ticks)
-        return factors
+            self._signals, drive = make_drive(self._assembly, self._held)
+            self._conditions = self._conditions._replace(drive=drive)
+            self._driven_by = self._held
+        return signal_factors(self._signals, tick, ticks)
 
     def _advance(self, ticks: int) -> int:
-        factors = self.signal_factors(self._tick, ticks)
+        factors = self.factors(self._tick, ticks)
         events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         if self._plastic:
             counts[0] = self._block.count("events")
             events = self._block.room("events", len(self.mesh.cells) - int(counts[0]))
-        status = kernels.advance(
+        advance = threads.advance if len(self._grid.parts) > 2 and threads.available() else kernels.advance
+        status = advance(
             self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
-            events, counts, self.failed,
+            events, counts, self._failed,
         )  # fmt: skip
         if self._plastic:
             self._block.set_count("events", int(counts[0]))
         return int(status)
 
-    def _assemble_drive(self) -> None:
-        """Lay what the held inputs do to nodes into the signals: the first holds all that does not change."""
-        held = [self._held[one.variable.name] for one in self._edge_inputs]
-        self._signals = [value for value in held if isinstance(value, CompiledProfile)]
-        nodes = self._conditions.nodes
-        drive = np.zeros((1 + len(self._signals), len(nodes), 2))
-        forces, velocities = np.zeros_like(drive), np.zeros_like(drive)
-        signal = 0
-        for one, value in zip(self._edge_inputs, held, strict=True):
-            profile = isinstance(value, CompiledProfile)
-            signal += profile
-            target, rows = (velocities if one.velocity else forces)[signal if profile else 0], self._places[one.nodes]
-            given = one.act(value.pattern if profile else value)
-            if one.velocity:
-                self._prescribe(target, one, rows, given)
-            else:
-                target[rows] += given
-        flags = self._conditions.prescribed > 0
-        for place in range(len(drive)):
-            forces_joined = conditions.join_rows(forces[place], self._places, self.joined)
-            drive[place] = np.where(flags, self._share_velocities(velocities[place]), forces_joined)
-        self._conditions = self._conditions._replace(drive=drive)
-        self._driven_by = self._held
-
-    def _prescribe(self, target: FloatArray, one: conditions.EdgeInput, rows: IntArray, given: FloatArray) -> None:
-        """Write velocities where this edge is the one that prescribes them."""
-        edge = one.variable.name.removesuffix("_velocity")
-        for component in (0, 1):
-            own = [self._prescribed.get(node, {}).get(component) == edge for node in one.nodes.tolist()]
-            target[rows[own], component] = given[own, component]
-
-    def _share_velocities(self, velocities: FloatArray) -> FloatArray:
-        """Return velocities with those of joined nodes set to the one that is prescribed for the first of them."""
-        shared = velocities.copy()
-        for group in self.joined:
-            members = group[group >= 0]
-            for component in (0, 1):
-                own = [node for node in members.tolist() if component in self._prescribed.get(node, {})]
-                if own:
-                    shared[self._places[members], component] = velocities[self._places[own[0]], component]
-        return shared
-
     def _explain(self, status: int) -> StepError:
-        cell, tick = (int(number) for number in self.failed)
+        cell, tick = (int(number) for number in self._failed)
         time = tick * self.step_size
-        area = float(self._area(cell))
+        area = float(self._smallest_corner(cell))
         return StepError(
-            f"displacement: cell {cell} has been inverted at {time:.9g} s, its area is {area:.6g} m2, expected more than 0; "
+            f"displacement: cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
             f"load the grid less, or take a smaller step_size (now {self.step_size:g} s)",
             time=time, variable="displacement", index=cell, value=area, limit=0.0,
         )  # fmt: skip
 
-    def _area(self, cell: int) -> Any:
+    def _smallest_corner(self, cell: int) -> Any:
+        """Return the area of the triangle at a corner of a cell [m2]: the smallest, which is negative past 180 degrees."""
         nodes = self.mesh.cells[cell]
         with np.errstate(all="ignore"):
             corners = self.mesh.nodes[nodes] + self._state.displacement[nodes]
-            first, second = corners[2] - corners[0], corners[3] - corners[1]
-            return 0.5 * (first[0] * second[1] - first[1] * second[0])
+            onward, back = np.roll(corners, -1, axis=0) - corners, np.roll(corners, 1, axis=0) - corners
+            return 0.5 * (onward[:, 0] * back[:, 1] - onward[:, 1] * back[:, 0]).min()
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
@@ -417,7 +320,7 @@ class Grid(Component):
             Balance("momentum", "kg m/s", {"momentum": sums["momentum"]}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]
-        if not len(self.joined):
+        if not len(self._assembly.joined):
             turning = {
                 "angular_impulse": float(tally[layout.ANGULAR]),
                 "boundary_angular_impulse": float(tally[layout.BOUNDARY_ANGULAR]),
@@ -437,15 +340,3 @@ class Grid(Component):
     def boundary_of(self, edge: str) -> Boundary | None:
         """Return what an edge does; None where it is free."""
         return self.parameters.boundaries.get(edge)
-
-
-def profile_factors(profile: CompiledProfile, tick: int, ticks: int) -> FloatArray:
-    """Return the factor of a profile in the middle of each of so many ticks, shape (ticks,)."""
-    now = np.arange(tick, tick + ticks)
-    piece = np.searchsorted(profile.ticks, now, side="right") - 1
-    rows = profile.coefficients[np.maximum(piece, 0)]
-    since = (now - profile.ticks[np.maximum(piece, 0)]).astype(np.float64) + 0.5
-    value = np.zeros(ticks)
-    for power in range(rows.shape[1] - 1, -1, -1):
-        value = value * since + rows[:, power]
-    return np.where(piece < 0, 0.0, value)

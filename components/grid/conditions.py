@@ -58,9 +58,7 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
             partner = boundary.partner or _OPPOSITE.get(name, "")
             other = boundaries.get(partner)
             if not isinstance(other, Periodic) or (other.partner or _OPPOSITE.get(partner, "")) != name:
-                raise ValueError(
-                    f"boundaries.{name}: is periodic, so the opposite edge has to be; got {partner or 'no partner'!r}"
-                )
+                raise ValueError(f"boundaries.{name}: is periodic, so its partner {partner!r} has to be periodic too")
             if name < partner:
                 pairs.append(_opposite_nodes(mesh, name, partner))
     if not pairs:

@@ -93,7 +93,7 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
     """Advance stresses and energies of a tile whose nodes have drifted, and write the corner forces; strains of mid-step.
 
     Returns:
-        The first cell that is inverted, or -1. See `forces` for the arguments.
+        The first cell that is not convex any more, or -1. See `forces` for the arguments.
     """
     # Arrays are taken out of their tuples before the loop: inside, each access would count references.
     cells, x, u, v, slots = grid.cells, grid.reference, state.displacement, state.velocity, grid.slots
@@ -150,8 +150,9 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         corner_out[slot + _ONE, 0], corner_out[slot + _ONE, 1] = dx + qx, dy + qy
         corner_out[slot + _TWO, 0], corner_out[slot + _TWO, 1] = -cx - qx, -cy - qy
         corner_out[slot + _THREE, 0], corner_out[slot + _THREE, 1] = qx - dx, qy - dy
-        # Not `area <= 0`: what is not a number is unsound too.
-        if not (ax * by - bx * ay > 0.0) and failed < 0:
+        # All four corners are below 180 degrees; what is not a number is not either.
+        area = ax * by - bx * ay
+        if not (area > abs(px * by - py * bx) and area > abs(ax * py - ay * px)) and failed < 0:
             failed = np.int64(c)
     return failed
 
@@ -237,7 +238,7 @@ def forces(grid, state, groups, corner, step, tick, events, counts):
         counts: rows of `events` in use, shape (1,).
 
     Returns:
-        The first cell that is inverted, or -1.
+        The first cell that is not convex any more, or -1.
     """
     failed = -1
     for tile in range(len(grid.tiles) - 1):
@@ -351,11 +352,55 @@ def finish_conditions(grid, state, conditions, step, tally):
 
 
 @jit
+def advance_part(grid, state, corner, part, step, tick, again, events, counts):
+    """Advance one part of the mesh by a tick, tile after tile: as soon as the cells around a node are done it is kicked.
+
+    So nothing is read from memory twice in a tick. Two threads can advance two parts of one grid.
+
+    Args:
+        grid: see `layout.Grid`.
+        state: see `layout.State`; updated.
+        corner: scratch, shape (rows of the schedule, 2); the last row is 0.
+        part: its number.
+        step: internal step [s].
+        tick: at the end of this one.
+        again: whether the next tick follows at once, and is begun.
+        events: as of `advance`.
+        counts: as of `advance`.
+
+    Returns:
+        The first cell that is not convex any more, or -1.
+    """
+    for tile in range(grid.parts[part], grid.parts[part + 1]):
+        failed = advance_cells(grid, state, corner, tile, step, tick, events, counts)
+        if failed >= 0:
+            return failed
+        finish_tile(grid, state, corner, tile, step, again)
+    return np.int64(-1)
+
+
+@jit
+def begin_advance(grid, state, conditions, factors, step):
+    """Begin the first tick of some: half a kick and the drift of all nodes. See `advance` for the arguments."""
+    kick(grid, state, step, 0, len(grid.reference))
+    drift(grid, state, step, 0, len(grid.reference))
+    begin_conditions(grid, state, conditions, factors, 0, step)
+
+
+@jit
+def finish_tick(grid, state, conditions, factors, corner, tally, row, step):
+    """Finish a tick after all parts: the nodes between them, those with conditions; begin the next where there is one."""
+    again = row + 1 < len(factors)
+    finish_tile(grid, state, corner, len(grid.tiles) - 2, step, again)
+    join(state, conditions.groups)
+    finish_conditions(grid, state, conditions, step, tally)
+    if again:
+        begin_conditions(grid, state, conditions, factors, row + 1, step)
+
+
+@jit
 def advance(grid, state, conditions, factors, corner, tally, step, tick, events, counts, failure_out):
     """Advance the grid by whole ticks.
-
-    Tile after tile: as soon as the cells around a node are done it is kicked and drifts into the next tick, so that nothing is
-    read from memory twice in a tick.
 
     Args:
         grid: see `layout.Grid`.
@@ -368,28 +413,19 @@ def advance(grid, state, conditions, factors, corner, tally, step, tick, events,
         tick: at the beginning.
         events: room for a row for each cell that can yield, shape (capacity, 5).
         counts: rows of `events` in use, shape (1,); updated.
-        failure_out: where a cell is inverted, its number and the tick, shape (2,).
+        failure_out: where a cell is not convex any more, its number and the tick, shape (2,).
 
     Returns:
-        0, or 1 where a cell is inverted.
+        0, or 1 where a cell is not convex any more.
     """
-    ticks = len(factors)
-    drifting = len(grid.reference)
-    kick(grid, state, step, 0, drifting)
-    drift(grid, state, step, 0, drifting)
-    begin_conditions(grid, state, conditions, factors, 0, step)
-    for row in range(ticks):
-        now, again = tick + row + 1, row + 1 < ticks
-        for tile in range(len(grid.tiles) - 1):
-            failed = advance_cells(grid, state, corner, tile, step, now, events, counts)
+    begin_advance(grid, state, conditions, factors, step)
+    for row in range(len(factors)):
+        for part in range(len(grid.parts) - 1):
+            failed = advance_part(grid, state, corner, part, step, tick + row + 1, row + 1 < len(factors), events, counts)
             if failed >= 0:
-                failure_out[0], failure_out[1] = failed, now
+                failure_out[0], failure_out[1] = failed, tick + row + 1
                 return 1
-            finish_tile(grid, state, corner, tile, step, again)
-        join(state, conditions.groups)
-        finish_conditions(grid, state, conditions, step, tally)
-        if again:
-            begin_conditions(grid, state, conditions, factors, row + 1, step)
+        finish_tick(grid, state, conditions, factors, corner, tally, row, step)
     return 0
 
 

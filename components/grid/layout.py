@@ -33,7 +33,9 @@ class Grid(NamedTuple):
         node_slots: the corner forces on a node, one for each corner that a cell can turn to it, shape (n, 4).
         further: corner forces beyond these, (node, slot), shape (k, 2).
         order: nodes in the order in which their last cell is done, shape (n,).
-        tiles: first cell, first place in `order`, first row of `further` of each tile, and the ends, shape (tiles + 1, 3).
+        tiles: first cell, first place in `order`, first row of `further` of each tile, and the ends, shape (tiles + 1, 3). The
+            last tile has no cells: its nodes lie between two parts.
+        parts: first tile of each part, and the end, shape (parts + 1,).
         special: 1 for nodes that are not moved with the others but in `Conditions`, shape (n,).
     """
 
@@ -50,6 +52,7 @@ class Grid(NamedTuple):
     further: IndexArray
     order: IndexArray
     tiles: npt.NDArray[np.int64]
+    parts: npt.NDArray[np.int64]
     special: npt.NDArray[np.uint8]
 
 

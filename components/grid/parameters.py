@@ -7,12 +7,12 @@ from typing import Any
 from pydantic import field_validator, model_validator
 
 from ..errors import nearest
-from ..materials.elastic import Material, preset_list
+from ..materials.elastic import Material, Preset, preset_list
 from ..materials.plasticity import ChosenPlasticity, Elastic
+from ..support.fields import Index, Pair, Positive, field
 from ..support.validation import Parameters
 from .areas import ChosenArea
 from .boundaries import ChosenBoundary
-from .fields import Index, Pair, Positive, Preset, field
 from .shapes import ChosenShape
 
 Place = Index | Pair

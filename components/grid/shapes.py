@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 
+from ..support.fields import Index, Pair, Positive, PositivePair, field
 from ..support.tagged_union import ByName, Named
 from .areas import ChosenArea
-from .fields import Index, Pair, Positive, PositivePair, field
 from .mesh import Mesh, rectangle, without_cells
 
 _Corners = Annotated[list[Index], Field(min_length=4, max_length=4)]

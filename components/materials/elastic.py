@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 
 from ..errors import ParameterError, nearest
 from ..support.validation import Fixed, faults_of
@@ -89,6 +89,16 @@ PRESETS = {
     "glass": Material(density=2500.0, young=7.0e10, poisson=0.22),
     "ptfe": Material(density=2200.0, young=1.46e9, poisson=0.46),
 }
+
+
+def _validate_preset(name: str) -> str:
+    if name not in PRESETS:
+        raise ValueError(f"{name!r} is no preset; {nearest(name, PRESETS)}; or give density, young and poisson")
+    return name
+
+
+Preset = Annotated[str, AfterValidator(_validate_preset)]
+"""The name of a preset, as a parameter."""
 
 
 def preset_list() -> str:

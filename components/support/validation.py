@@ -238,6 +238,19 @@ def positive_number(name: str, value: Any) -> float:
     return number
 
 
+def whole_number(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
+    """`value` as an int from `least` to `most`; `ParameterError` for truth values, fractions and whatever else is none."""
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, np.integer))
+        or value < least
+        or (most is not None and value > most)
+    ):
+        limits = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise ParameterError(f"got {shortened(value)}, expected a whole number {limits}", at=name)
+    return int(value)
+
+
 def plain(name: str, value: Any) -> Any:
     """Return a parameter as pydantic takes it: arrays and tuples as lists, numpy's numbers as Python's, no truth values."""
     if isinstance(value, np.ndarray):

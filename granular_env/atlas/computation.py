@@ -11,7 +11,8 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
+from granular_env.components.errors import GranularError, ParameterError, nearest
+from granular_env.components.support.validation import whole_number
 from granular_env.viewing.optional_packages import import_optional
 from granular_env.workers import Worker, stop_all
 
@@ -98,8 +99,7 @@ def compute(
     import_optional("matplotlib", "the atlas")
     values, entries = constant_values(paper, constants or {}), chosen(paper, only)
     for name, number in (("processes", processes), ("refinement", refinement)):
-        if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-            raise ParameterError(f"{name}: got {shortened(number)}, expected a whole number of at least 1")
+        whole_number(name, number)
     # The long ones first: the last process to end then ends sooner.
     order, found = sorted(entries, key=lambda entry: -entry.weight), {}
     with open_folder(folder) as logs:

@@ -20,7 +20,8 @@ class Environment:
 
     Attributes:
         entry_point: what makes the single one.
-        vector_entry_point: what makes a native batch; None where there is none, and Gymnasium's own batch serves.
+        vector_entry_point: what makes a native batch; None where there is none: `gymnasium.make_vec` then makes Gymnasium's
+            own, and `granular-env describe` says so.
         reward_threshold: the return at which the task counts as solved.
     """
 
@@ -72,6 +73,7 @@ DOMAINS: dict[str, Domain] = {
         views="granular_env.domains.chain.viewing.views:ChainViews",
         papers={"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983:PAPER"},
     ),
+    "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
 }
 """Name of a component in the catalogue -> what its domain offers."""
 

@@ -16,7 +16,7 @@ from gymnasium.envs.registration import EnvSpec
 from ..components.component import Component
 from ..components.elements import Element, parse_element
 from ..components.errors import ParameterError, StepError, shortened
-from ..components.support.validation import finite_number
+from ..components.support.validation import finite_number, whole_number
 from .clock import clock_readings
 from .copies import Given, Recreatable, recreatable
 from .render import draw
@@ -92,9 +92,9 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         refuse_incomplete(task)
         self.component, self.task, self.render_mode = component, task, render_mode
         self._drawn: Drawn = {}
-        self.internal_steps = _count("internal_steps", internal_steps)
-        self.deadline = math.inf if deadline is None else _count("deadline", deadline)
-        self.hold, self.clock = _count("hold", hold), _clock(clock, deadline)
+        self.internal_steps = whole_number("internal_steps", internal_steps)
+        self.deadline = math.inf if deadline is None else whole_number("deadline", deadline)
+        self.hold, self.clock = whole_number("hold", hold), _clock(clock, deadline)
         if self.hold > self.deadline:
             raise ParameterError(f"hold: got {self.hold}, expected at most the deadline of {self.deadline} control steps")
         self.step_error_reward = finite_number("step_error_reward", step_error_reward)
@@ -444,18 +444,11 @@ def validate_seed(seed: Any) -> int | None:
     return None if seed is None else int(seed)
 
 
-def _count(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a whole number from 1")
-    return int(value)
-
-
 def _clock(value: Any, deadline: int | None) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value <= _LARGEST_CLOCK:
-        raise ParameterError(f"clock: got {shortened(value)}, expected a whole number from 0 (none) to {_LARGEST_CLOCK}")
-    if value and deadline is None:
+    readings = whole_number("clock", value, 0, _LARGEST_CLOCK)
+    if readings and deadline is None:
         raise ParameterError(f"clock: got {value}, but there is no deadline that it could tell; give a deadline, or clock=0")
-    return int(value)
+    return readings
 
 
 @dataclass(frozen=True)

@@ -425,7 +425,44 @@ def _linked_automata(packing: str, rows: int, unit: float) -> Example:
     )
 
 
-AUTOMATA = [_linked_automata("square", 3, 0.01), _linked_automata("hexagonal", 4, 0.01 * 0.5 * 3.0**0.5)]
+HEXAGONAL_ROW = 0.01 * 0.5 * 3.0**0.5
+
+
+def _failing_automata(label: str, energy_tolerance: float, **laws: object) -> Example:
+    """A small specimen that is crushed and sheared by a plate glued to its upper side, and pulled at two automata."""
+    return Example(
+        f"automata-{label}",
+        "automata",
+        {
+            "shape": {"name": "rectangle", "width": 0.03, "height": 4 * HEXAGONAL_ROW},
+            "diameter": 0.01,
+            "material": ROCK,
+            "bottom": "fixed",
+            "top": "velocity",
+            "loaded": [5, 6],
+            "step_size": 1e-7,
+            **laws,
+        },
+        {"velocity": {5: (0.1, -0.05)}, "rotation": {6: 1e-5}},
+        {"top_velocity": np.array([3.0, -4.0]), "force": np.array([[2e4, 5e4], [-1e4, 0.0]])},
+        lambda h: {
+            "top_velocity": Profile.half_sine(6.0, 160 * h) * [1.0, -1.0],
+            "force": Profile.half_sine(3e4, 130 * h, start=20 * h) * [[1.0, 0.0], [0.0, -0.5]],
+        },
+        ticks=240,
+        energy_tolerance=energy_tolerance,
+        breaks=({}, {}, {"top_velocity": np.array([0.0, -1e5])}),
+    )
+
+
+WEAK = {"name": "drucker_prager", "compressive": 3e7, "tensile": 1e7}
+AUTOMATA = [
+    _linked_automata("square", 3, 0.01),
+    _linked_automata("hexagonal", 4, HEXAGONAL_ROW),
+    # A fracturing, rubbing run closes to 1 %.
+    _failing_automata("cracking", 0.01, criterion=WEAK, strength_scatter=0.2),
+    _failing_automata("yielding", 0.01, response={"name": "plastic_degrading", "yield_stress": 1e7, "hardening": 5e9}),
+]
 
 COUPLED = [
     Example(

@@ -76,6 +76,47 @@ def breaking_block(component: ge.Component) -> None:
     component.step(1e-2, force=0.0)
 
 
+GRID_EDGES = {
+    "mesh": {
+        "name": "rectangle", "columns": 5, "rows": 4, "cell_size": [0.02, 0.012],
+        "holes": [{"name": "disc", "centre": [0.05, 0.018], "radius": 0.006}],
+    },
+    "material": ["steel", "aluminium"],
+    "regions": [{"area": {"name": "box", "x": [0.06, 0.1], "y": [0.0, 0.1]}, "material": 1}],
+    "boundaries": {
+        "left": "periodic", "right": "periodic", "top": {"name": "traction", "along": "nodes"},
+        "bottom": {"name": "absorbing", "sponge_width": 0.015},
+    },
+    "forced_nodes": [14],
+}  # fmt: skip
+GRID_YIELDING = {
+    "mesh": {
+        "name": "quadrilaterals",
+        "nodes": [[0, 0], [3, 0], [3, 3], [0, 3], [1.1, 0.9], [2.0, 1.1], [1.9, 2.0], [0.9, 1.8]],
+        "cells": [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [5, 6, 7, 4]],
+        "edges": {"below": [0, 1], "above": [2, 3]},
+    },
+    "plasticity": {"name": "drucker_prager", "yield_stress": 1e8, "friction": 0.4, "dilatancy": 0.1, "hardening": 1e9},
+    "boundaries": {"below": "symmetry", "above": "velocity"},
+}  # fmt: skip
+
+
+def driven_grid(component: ge.Component) -> None:
+    """Tractions along an edge, a force on a node, first as a profile, then as numbers."""
+    traction = np.outer(0.25 * np.arange(6.0) - 0.5, [2e6, -5e6])
+    component.reset(velocity=(0.1, -0.2))
+    component.step(
+        4e-5, top_traction=ge.Profile.half_sine(1.0, 3e-5) * traction, force=ge.Profile.triangle(1e4, 2e-5) * [[1.0, 0.5]]
+    )
+    component.step(4e-5, top_traction=0.5e6, force=[[-1e3, 2e3]])
+
+
+def yielding_grid(component: ge.Component) -> None:
+    """Five plates of a pinwheel are pressed and sheared until they yield, and released."""
+    component.step(6e-3, above_velocity=[0.6, -1.2])
+    component.step(6e-3, above_velocity=[-0.3, 1.0])
+
+
 def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
     return lambda: ge.make(name, **parameters)
 
@@ -149,6 +190,8 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
         breaking_block,
         5e-3,
     ),
+    "grid-edges": (make("grid", **GRID_EDGES), driven_grid, 8e-5),
+    "grid-yielding": (make("grid", **GRID_YIELDING), yielding_grid, 6e-3),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from ...materials.elastic import Material, material
+from ...materials.elastic import Material, Preset, material
 from ...support.arrays import FloatArray
 from ...support.tagged_union import Named
-from ..fields import Preset
 
 
 class Arrangement(Named):

@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from ...materials.elastic import Material, material
-from ..fields import Positive, Preset, field
+from ...materials.elastic import Material, Preset, material
+from ...support.fields import Positive, field
 from .base import Arrangement, FloatArray
 from .tapered import geometric, sound_radii
 

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from ...materials.elastic import Material
-from ..fields import Positive, Preset, field
+from ...materials.elastic import Material, Preset
+from ...support.fields import Positive, field
 from .base import Arrangement, FloatArray, alternatives
 
 _Pair = Field(min_length=2, max_length=2)

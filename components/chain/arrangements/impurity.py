@@ -6,8 +6,8 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
-from ...materials.elastic import Material, material
-from ..fields import GrainIndex, Positive, Preset, field
+from ...materials.elastic import Material, Preset, material
+from ...support.fields import Index, Positive, field
 from .base import Arrangement, FloatArray
 
 
@@ -21,7 +21,7 @@ class Impurity(Arrangement):
     per_grain: ClassVar[tuple[str, ...]] = ()
 
     name: Literal["impurity"] = "impurity"
-    index: GrainIndex | list[GrainIndex] = field(..., "which grain, counted from 0, or a list of them", "1")
+    index: Index | list[Index] = field(..., "which grain, counted from 0, or a list of them", "1")
     radius: Positive | None = field(None, "of the impurity; default: as its neighbours'", "m")
     material: Preset | Material | None = field(None, "of the impurity; default: as its neighbours'", "1")
     mass: Positive | None = field(None, "of the impurity; default: density x volume", "kg")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...materials.elastic import Material
+from ...materials.elastic import Material, Preset
 from ...support.counter_random import uniform
-from ..fields import Preset, UniformRadii, field
+from ...support.fields import field
+from ..uniform_radii import UniformRadii
 from .base import Arrangement, FloatArray, alternatives
 
 

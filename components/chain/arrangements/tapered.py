@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
-from ...materials.elastic import Material
+from ...materials.elastic import Material, Preset
+from ...support.fields import Positive, field
 from ...support.roots import integer_power, nth_root
-from ..fields import Positive, Preset, field
 from .base import Arrangement, FloatArray, alternatives
 
 # Outside of this range a grain has no mass that a chain takes [m].

@@ -20,9 +20,9 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ...errors import ParameterError
+from ...support.fields import NotNegative, Positive, field
 from ...support.jit import inlined, jit
 from ...support.roots import two_thirds_power
-from ..fields import NotNegative, Positive, field
 from ..layout import DISSIPATED, LAW_CONSTANTS, SMALLEST_OVERLAP, STIFFNESS
 from .hertz import hertz_energy, hertz_force
 from .law import YIELD_PRESSURE, FloatArray, Law

@@ -10,9 +10,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from ...support.fields import field
 from ...support.jit import inlined
 from ...support.powers import power
-from ..fields import field
 from ..layout import EXPONENT, SCALARS, SMALLEST_OVERLAP, STIFFNESS
 from .law import FloatArray, Law
 
@@ -37,8 +37,8 @@ class Power(Law):
 @inlined
 def _open_power(d, p):
     """Return d^p, 0 where the contact is open."""
-    pressed = d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP
-    return power(pressed, p) if d > SMALLEST_OVERLAP else 0.0 * d
+    raised = power(d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP, p)
+    return raised if d > SMALLEST_OVERLAP else 0.0 * d
 
 
 @inlined

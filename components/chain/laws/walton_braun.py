@@ -17,8 +17,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ...errors import ParameterError
+from ...support.fields import NotNegative, Positive, field
 from ...support.jit import inlined
-from ..fields import NotNegative, Positive, field
 from ..layout import DISSIPATED, LAW_CONSTANTS, STIFFNESS
 from .law import FloatArray, Law
 
@@ -69,7 +69,8 @@ def force(a, j, d):
     """Return the force on the unloading line, or on the loading line beyond the deepest overlap."""
     past = d - a[RESIDUAL_PART, j] * a[DEEPEST, j]
     unloaded = a[UNLOADING, j] * (past if past > 0.0 else 0.0)
-    return a[STIFFNESS, j] * d if d > a[DEEPEST, j] else unloaded
+    loading = a[STIFFNESS, j] * d
+    return loading if d > a[DEEPEST, j] else unloaded
 
 
 @inlined

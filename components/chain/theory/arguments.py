@@ -50,13 +50,6 @@ def number(name: str, value: Any) -> float:
     return float(finite(name, value))
 
 
-def count(name: str, value: Any, least: int) -> int:
-    """Return a whole number >= `least`."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a whole number of at least {least}")
-    return int(value)
-
-
 def _inside(name: str, value: Any, low: float, high: float, expected: str, *, open_below: bool) -> Any:
     try:
         array = np.asarray(value)

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import FloatArray, Number, above, between, count, finite, number, sequence
+from ...support.validation import whole_number
+from .arguments import FloatArray, Number, above, between, finite, number, sequence
 
 
 def transmitted_velocity(striker: Number, struck: Number, velocity: Number = 1.0) -> Number:
@@ -41,4 +42,4 @@ def tapered_ratio(taper: Number) -> Number:
 
 def tapered_velocities(taper: float, grains: int) -> FloatArray:
     """Of each grain in units of the first, (2/(1 + (1 - q)^3))^i, shape (grains,)."""
-    return tapered_ratio(number("taper", taper)) ** np.arange(count("grains", grains, 1), dtype=np.float64)
+    return tapered_ratio(number("taper", taper)) ** np.arange(whole_number("grains", grains, 1), dtype=np.float64)

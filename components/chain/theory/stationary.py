@@ -14,7 +14,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from ...errors import ParameterError
-from .arguments import FloatArray, above, between, count, number
+from ...support.validation import whole_number
+from .arguments import FloatArray, above, between, number
 from .potential import LARGEST_C3, extreme_roots, ratio_of_c3
 
 # Gauss's points on each piece of a profile; the integrands are smooth, eight leave rounding only.
@@ -184,7 +185,7 @@ def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int =
         )
     viscosity = number("viscosity", between("viscosity", viscosity, 0.0, 1e9))
     length = number("length", above("length", length, 0.0))
-    samples = count("samples", samples, 16)
+    samples = whole_number("samples", samples, 16)
     rim, bottom = extreme_roots(c3)
     start, end = rim**2.5, bottom**2.5
     constant, drag_at_1 = 0.8 * c3, 0.8 * viscosity
@@ -281,6 +282,6 @@ def _mirror(c3: float, energy: float, eta: FloatArray, root: FloatArray, width: 
 
 
 def _half(samples: int) -> int:
-    if count("samples", samples, 5) % 2 == 0:
+    if whole_number("samples", samples, 5) % 2 == 0:
         raise ParameterError(f"samples: got {samples}, expected an odd number, so that one point is the crest")
     return samples // 2

@@ -40,12 +40,12 @@ def _lead(result: StudyResult) -> Markup:
 
 def _comparison(result: StudyResult) -> Markup:
     baselines = [[name, score.value, score.spread] for name, score in result.baselines.items()]
+    slopes = f"An objective with its slopes counts as {result.gradient_runs:g} forward runs, and judging a drive as one more. "
     cost = (
-        "Physics is counted in control steps: one control step of one environment is 1. An objective with its slopes counts "
-        f"as {result.gradient_runs:g} forward runs (one forward, one again from its checkpoints, and the sweep back, which "
-        "differentiates and transposes every force, as two), and judging a drive by its return as one more. A return is the "
-        f"mean over {count_of(len(result.study.test_seeds), 'test episode')}; where a method ran with several seeds, the lower "
-        "median decides what it beats."
+        "Physics is counted in control steps: one control step of one environment is 1. "
+        f"{slopes if result.gradient_runs else ''}"
+        f"A return is the mean over {count_of(len(result.study.test_seeds), 'test episode')}; "
+        "where a method ran with several seeds, the lower median decides what it beats."
     )
     return (
         html_page.table(heads(result), verdicts(result))

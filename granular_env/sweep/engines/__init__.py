@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from granular_env.components.errors import Fault, Option, ParameterError, nearest, shortened
+from granular_env.components.support.validation import whole_number
 
 from ..worker import Job, Order, Result
 
@@ -36,8 +37,8 @@ def check(engine: str, workers: int | None, address: str | None) -> None:
     """`ParameterError` for an engine that there is not, or options that do not fit it."""
     if engine not in ENGINES:
         raise ParameterError(f"engine: got {shortened(engine)}; {nearest(str(engine), ENGINES)}")
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or not 1 <= workers <= 4096):
-        raise ParameterError(f"workers: got {shortened(workers)}, expected a whole number from 1 to 4096")
+    if workers is not None:
+        whole_number("workers", workers, 1, 4096)
     if address is not None and not isinstance(address, str):
         raise ParameterError(f"address: got {shortened(address)}, expected a text such as '10.0.0.1:6379'")
     if address is not None and engine != "ray":

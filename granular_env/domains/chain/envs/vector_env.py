@@ -11,8 +11,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.support.validation import whole_number
 from granular_env.envs.copies import Recreatable
-from granular_env.envs.environment import _count, validate_seed
+from granular_env.envs.environment import validate_seed
 from granular_env.envs.state import EnvState
 
 from .environment import ChainEnv
@@ -67,15 +68,13 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         info: str = "brief",
         **arguments: Any,
     ) -> None:
-        if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
-            raise ParameterError(f"num_envs: got {shortened(num_envs)}, expected a whole number from 1")
+        self.num_envs = whole_number("num_envs", num_envs)
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
             modes = ", ".join(repr(mode.value) for mode in AutoresetMode)
             raise ParameterError(f"autoreset_mode: got {shortened(autoreset_mode)}, expected one of {modes}") from None
-        self.num_envs = int(num_envs)
-        self._limit = None if max_episode_steps in (None, -1) else _count("max_episode_steps", max_episode_steps)
+        self._limit = None if max_episode_steps in (None, -1) else whole_number("max_episode_steps", max_episode_steps)
         self._lanes = EnvironmentBatch(environment, self.num_envs, parameters, {**arguments, "info": info})
         first = self._lanes.single[0]
         self.info, self.render_mode, self.single_hold = info, first.render_mode, first.hold

@@ -11,9 +11,10 @@ import numpy as np
 from granular_env.components.chain.laws import Hertz, Law
 from granular_env.components.errors import LogError, ParameterError, shortened
 from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.validation import whole_number
 
 from .contacts import forces_and_energies
-from .validation import sign, whole_number
+from .validation import sign
 
 Direction = Literal["right", "left"]
 

@@ -9,9 +9,9 @@ import numpy as np
 from granular_env.components.component import Component
 from granular_env.components.errors import LogError, ParameterError, shortened
 from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.validation import whole_number
 
 from .chain_history import History
-from .validation import whole_number
 
 if TYPE_CHECKING:
     from granular_env.recording import Log

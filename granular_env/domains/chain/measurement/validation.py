@@ -4,16 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from granular_env.components.errors import ParameterError, shortened
-
-
-def whole_number(name: str, value: Any, least: int, most: int) -> int:
-    """Return a whole number within bounds."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a whole number from {least} to {most}")
-    return int(value)
 
 
 def sign(direction: Any) -> float:

@@ -13,12 +13,13 @@ from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.quantities import energy_between, energy_between_pullback
 from granular_env.components.support.jit import jit
+from granular_env.components.support.validation import whole_number
 from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Constant, Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
-from ..envs.task import ChainTask
-from .arguments import arguments_off_default, between, driven_chain, hertz_chain, observation_scales, timing, whole
+from .arguments import between
+from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
 from .impedance_matching import SENSORS, MatchedForce, MatchedPiston, Sensors
 
 # Layout of the counters.
@@ -47,28 +48,19 @@ def _note(a, step, steps, inputs, constants, sums):
 
 
 @jit
-def _value(sums, constants, slopes):
-    slopes[0] = 1.0
-    return sums[0]
-
-
-@jit
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
         energy_between_pullback(a, bar, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
 
 
-class AbsorptionTask(ChainTask):
+class AbsorptionTask(DrivenEndTask):
     """What an active end lets come back of an unknown wave is to be little. See `make_absorption`.
 
     Args:
         chain: what is struck at its left end and driven at its right one; Hertz contacts.
+        end: its right end.
         impact: smallest and largest speed of the strikers [m/s].
         strikers: largest number of grains that strike.
-        duration: of a control step [s].
-        actions: input -> its value at action 1.
-        sensors: whether the observation is that of `SENSORS`, which the matched end needs.
-        arguments: of the environment, those that are not its defaults; they tell whether a best policy is known.
     """
 
     name = "absorption"
@@ -76,21 +68,11 @@ class AbsorptionTask(ChainTask):
     begin_kernel = staticmethod(_begin)
     judge_kernel = staticmethod(_judge)
 
-    def __init__(
-        self,
-        chain: Chain,
-        impact: tuple[float, float],
-        strikers: int,
-        duration: float,
-        actions: Mapping[str, float],
-        sensors: bool,
-        arguments: Mapping[str, Any] | None = None,
-    ) -> None:
-        super().__init__()
+    def __init__(self, chain: Chain, end: DrivenEnd, impact: tuple[float, float], strikers: int) -> None:
+        super().__init__(chain, end)
         mass, stiffness, _ = hertz_chain(self.name, chain)
-        self.actions, self.observations, self.arguments = actions, observation_scales(), arguments or {}
-        self.impact, self.strikers, self.sensors = impact, strikers, sensors
-        self.duration, self.grain, self.step_size = duration, (mass, stiffness), chain.step_size
+        self.impact, self.strikers, self.has_sensors = impact, strikers, end.options["observe"] == SENSORS
+        self.grain, self.step_size = (mass, stiffness), chain.step_size
 
     def start(self, random: Generator) -> Mapping[str, Any]:
         """One to `strikers` first grains, all at one speed, drawn evenly."""
@@ -102,12 +84,12 @@ class AbsorptionTask(ChainTask):
         """Energy of the grains after the last control step over that which is in the chain now (1 J where there is none)."""
         incoming = float(chain.specialise(energy_between)(chain.table, 1, chain.parameters.grains))
         text = "energy left in the chain at the end over that at the start"
-        return Objective(_note, _value, _pull, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
+        return Objective(_note, sum_value, _pull, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """See `make_absorption`; "theory" needs the default sensors."""
         policies: dict[str, Policy] = {"nothing": Constant(0.0)}
-        if self.sensors:
+        if self.has_sensors:
             name, scale = next(iter(self.actions.items()))
             matched = MatchedPiston if name.endswith("velocity") else MatchedForce
             scales = Sensors(self.observations["displacement"], self.observations["velocity"], self.observed_force)
@@ -177,14 +159,7 @@ def make_absorption(
     * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
-    arguments = arguments_off_default(make_absorption, locals())
-    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    merged, internal_steps, _ = timing({"observe": SENSORS, **options}, 4, 300)
-    component, actions = driven_chain("right", action, action_scale, parameters, chain, options)
-    low, high = between("impact", impact)
-    most, duration = whole("strikers", strikers, component.parameters.grains - 1), internal_steps * component.step_size
-
-    def task(chain: Chain) -> AbsorptionTask:
-        return AbsorptionTask(chain, (low, high), most, duration, actions, merged["observe"] == SENSORS, arguments)
-
-    return ChainEnv(component, task, **merged)
+    options.setdefault("observe", SENSORS)
+    end = driven_end(make_absorption, locals(), "right", internal_steps=4, deadline=300, clock=0)
+    speeds, most = between("impact", impact), whole_number("strikers", strikers, 1, end.chain.parameters.grains - 1)
+    return end.environment(lambda chain: AbsorptionTask(chain, end, speeds, most))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError, StepError, caution
 from granular_env.components.support.arrays import FloatArray
 
+from .driven_end import DrivenEnd
 from .target_waves import AMPLITUDE, DENSITY, PLACE, POINTS, REACH, SHAPES, SPEED, TABLES
 
 # Part of a wanted wave's energy that may be in the chain when the episode begins; that may hang over one of its ends, or reach
@@ -41,33 +42,28 @@ def refuse_early(shapes: FloatArray, waves: FloatArray, duration: float, steps: 
         )
 
 
-def caution_late(
-    chain: Chain, actions: Mapping[str, float], duration: float, steps: int, wanted: float, unit: str,
-    arrived: Callable[[Chain], float],
-) -> None:  # fmt: skip
+def caution_late(chain: Chain, end: DrivenEnd, wanted: float, unit: str, arrived: Callable[[Chain], float]) -> None:
     """Warn where even the full drive, from the first moment on, does not bring enough to its place by the deadline.
 
     Args:
         chain: what is driven, at its start; it stays as it is.
-        actions: input -> its value at action 1.
-        duration: of a control step [s].
-        steps: control steps until the deadline.
+        end: where, with what and for how long.
         wanted: how much has to arrive.
         unit: of it.
         arrived: called after each control step; how much has arrived by then.
     """
     driven, most = copy.deepcopy(chain), 0.0
-    for _ in range(steps):
+    for _ in range(end.steps):
         try:
-            driven.step(duration, **actions)
+            driven.step(end.duration, **end.actions)
         except StepError:  # more than the physics allows: what arrives is not for lack of time
             return
         most = max(most, arrived(driven))
         if most >= wanted:
             return
-    name, value = next(iter(actions.items()))
+    name, value = next(iter(end.actions.items()))
     caution(
-        f"deadline: {steps} control steps of {duration:g} s are too few: with {name} = {value:g} from the first one on, "
+        f"deadline: {end.steps} control steps of {end.duration:g} s are too few: with {name} = {value:g} from the first on, "
         f"{most:.3g} {unit} of the wanted {wanted:g} {unit} arrive; give a later deadline, or a larger action_scale"
     )
 

@@ -13,16 +13,15 @@ from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.quantities import energy_between, energy_between_pullback, input_work
 from granular_env.components.chain.theory import SOLITARY_ENERGY
 from granular_env.components.support.jit import jit
-from granular_env.components.support.validation import finite_number, positive_number
+from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
-from ..envs.task import ChainTask
 from .analytic_drives import passing_waves
-from .arguments import CLOCK, arguments_off_default, driven_chain, hertz_chain, observation_scales, timing, whole
 from .arrival import caution_late
 from .baselines import open_loops
+from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain
 from .target_waves import shape_energies, wave_shapes
 
 # Layout of the constants: the wanted energy [J], price of that much work, first grain of the target region (its column).
@@ -79,18 +78,15 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
         energy_between_pullback(a, bar, 1, n, slopes[1] / constants[_ENERGY])
 
 
-class EnergyDeliveryTask(ChainTask):
+class EnergyDeliveryTask(DrivenEndTask):
     """The last grains shall hold an energy at the deadline; work costs. See `make_energy_delivery`.
 
     Args:
         chain: what is driven; Hertz contacts.
+        end: its left end.
         energy: wanted in the target region [J].
         region: number of grains of the target region.
         price: what work as great as `energy` costs.
-        duration: of a control step [s].
-        steps: control steps until the deadline.
-        actions: input -> its value at action 1.
-        arguments: of the environment, those that are not its defaults; they tell whether a best drive is known.
     """
 
     name = "energy_delivery"
@@ -98,22 +94,10 @@ class EnergyDeliveryTask(ChainTask):
     begin_kernel = staticmethod(_begin)
     judge_kernel = staticmethod(_judge)
 
-    def __init__(
-        self,
-        chain: Chain,
-        energy: float,
-        region: int,
-        price: float,
-        duration: float,
-        steps: int,
-        actions: Mapping[str, float],
-        arguments: Mapping[str, Any] | None = None,
-    ) -> None:
-        super().__init__()
-        self.actions, self.observations, self.arguments = actions, observation_scales(), arguments or {}
-        self.grains, self.grain = chain.parameters.grains, hertz_chain(self.name, chain)
+    def __init__(self, chain: Chain, end: DrivenEnd, energy: float, region: int, price: float) -> None:
+        super().__init__(chain, end)
+        self.grain = hertz_chain(self.name, chain)
         self.energy, self.price, self.region = positive_number("energy", energy), finite_number("work_price", price), region
-        self.duration, self.steps = duration, steps
         self.constants = np.array([self.energy, self.price, float(self.grains - region + 1)])
 
     def objective(self, chain: Chain, steps: int) -> Objective:
@@ -204,21 +188,13 @@ def make_energy_delivery(
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    arguments = arguments_off_default(make_energy_delivery, locals())
-    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    merged, internal_steps, deadline = timing(options, 3, 280, CLOCK)
-    component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
-    region = whole("region", region, component.parameters.grains)
-    duration = internal_steps * component.step_size
-
-    def task(chain: Chain) -> EnergyDeliveryTask:
-        return EnergyDeliveryTask(chain, energy, region, work_price, duration, deadline, actions, arguments)
-
-    env = ChainEnv(component, task, **merged)
+    end = driven_end(make_energy_delivery, locals(), "left", internal_steps=3, deadline=280)
+    region = whole_number("region", region, 1, end.chain.parameters.grains)
+    env = end.environment(lambda chain: EnergyDeliveryTask(chain, end, energy, region, work_price))
     if "deadline" in options:
-        first = component.parameters.grains - region + 1
+        first = end.chain.parameters.grains - region + 1
         caution_late(
-            env.component, actions, duration, deadline, energy, "J",
+            env.component, end, energy, "J",
             lambda driven: driven.specialise(energy_between)(driven.table, first, driven.parameters.grains),
         )  # fmt: skip
     return env

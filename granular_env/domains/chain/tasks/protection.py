@@ -18,11 +18,10 @@ from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
-from ..envs.task import ChainTask
 from .analytic_drives import ramped_push
-from .arguments import CLOCK, arguments_off_default, driven_chain, hertz_chain, timing
 from .arrival import caution_late
 from .baselines import open_loops
+from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain
 
 # Layout of the constants: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s]; of the
 # objective's also the binary logarithm of the p-norm's p, and the part of the impulse over which "all of it" is rounded.
@@ -119,18 +118,14 @@ def _impulse_of(duration: float) -> Callable[[Chain], float]:
 # -- task and environment ---------------------------------------------------------------------------------------------
 
 
-class ProtectionTask(ChainTask):
+class ProtectionTask(DrivenEndTask):
     """A wall shall receive an impulse; its peak force costs. See `make_protection`.
 
     Args:
         chain: what is driven, a wall at its right end.
+        end: its left end.
         impulse: what the wall shall receive [N s].
         peak_scale: peak force of the wall that costs 1 [N].
-        duration: of a control step [s].
-        steps: control steps until the deadline, 0 for none.
-        actions: input -> its value at action 1.
-        observations: output -> its value observed as 1.
-        arguments: of the environment, those that are not its defaults; they tell whether a best drive is known.
     """
 
     name = "protection"
@@ -138,24 +133,12 @@ class ProtectionTask(ChainTask):
     begin_kernel = staticmethod(_begin)
     judge_kernel = staticmethod(_judge)
 
-    def __init__(
-        self,
-        chain: Chain,
-        impulse: float,
-        peak_scale: float,
-        duration: float,
-        steps: int,
-        actions: Mapping[str, float],
-        observations: Mapping[str, float],
-        arguments: Mapping[str, Any] | None = None,
-    ) -> None:
-        super().__init__()
-        self.actions, self.observations, self.arguments = actions, observations, arguments or {}
-        self.observed_force = actions.get("left_force", self.observed_force)
-        self.chain, self.duration, self.steps = chain, duration, steps
+    def __init__(self, chain: Chain, end: DrivenEnd, impulse: float, peak_scale: float) -> None:
+        super().__init__(chain, end)
+        self.chain, self.observed_force = chain, end.actions.get("left_force", self.observed_force)
         self.sharpness: tuple[int, float] = (5, 0.01)
         self.impulse = positive_number("impulse", impulse)
-        self.constants = np.array([self.impulse, positive_number("peak_scale", peak_scale), duration])
+        self.constants = np.array([self.impulse, positive_number("peak_scale", peak_scale), end.duration])
 
     def objective(self, chain: Chain, steps: int) -> Objective:
         """h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
@@ -241,18 +224,11 @@ def make_protection(
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    arguments = arguments_off_default(make_protection, locals())
-    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    parameters |= {"right": "rigid_plane", "velocity_scale": velocity_scale}
-    merged, internal_steps, deadline = timing(options, 3, 700, CLOCK, endless=True)
-    scale = _SCALES.get(action) if action_scale is None and isinstance(action, str) else action_scale
-    component, actions = driven_chain("left", action, scale, parameters, chain, options)
-    duration, observations = internal_steps * component.step_size, {"displacement": 1e-3, "velocity": velocity_scale}
-
-    def task(chain: Chain) -> ProtectionTask:
-        return ProtectionTask(chain, impulse, peak_scale, duration, deadline, actions, observations, arguments)
-
-    env = ChainEnv(component, task, **merged)
-    if deadline and "deadline" in options:
-        caution_late(env.component, actions, duration, deadline, impulse, "N s", _impulse_of(duration))
+    end = driven_end(
+        make_protection, locals(), "left", internal_steps=3, deadline=700, endless=True, scales=_SCALES, right="rigid_plane",
+        velocity_scale=velocity_scale,
+    )  # fmt: skip
+    env = end.environment(lambda chain: ProtectionTask(chain, end, impulse, peak_scale))
+    if end.steps and "deadline" in options:
+        caution_late(env.component, end, impulse, "N s", _impulse_of(end.duration))
     return env

@@ -17,11 +17,11 @@ from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
-from ..envs.task import ChainTask
 from .analytic_drives import passing_waves, wave_velocities
-from .arguments import CLOCK, arguments_off_default, driven_chain, hertz_chain, numbers, observation_scales, timing
+from .arguments import numbers
 from .arrival import refuse_crowded, refuse_early
 from .baselines import open_loops
+from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
 from .target_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
 
 # Layout of the constants: time from the start to the deadline [s], energy of the wanted waves [J], half width of what counts
@@ -62,12 +62,6 @@ def _note(a, step, steps, inputs, constants, sums):
 
 
 @jit
-def _value(sums, constants, slopes):
-    slopes[0] = 1.0
-    return sums[0]
-
-
-@jit
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     weight = _weight(step, steps, constants)
     if weight > 0.0:
@@ -76,18 +70,15 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
         distance_pullback(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
 
 
-class PulseFormingTask(ChainTask):
+class PulseFormingTask(DrivenEndTask):
     """Wanted solitary waves shall stand in the chain at the deadline. See `make_pulse_forming`.
 
     Args:
         chain: what is driven; Hertz contacts.
+        end: its left end.
         amplitudes: largest grain velocity of each wave, shape (waves,) [m/s].
         places: grain at which each wave's crest shall be at the deadline, 0 is the first, shape (waves,).
-        duration: of a control step [s].
-        steps: control steps until the deadline.
         window: half width of what counts as a wave [grains].
-        actions: input -> its value at action 1.
-        arguments: of the environment, those that are not its defaults; they tell whether a best drive is known.
     """
 
     name = "pulse_forming"
@@ -95,22 +86,9 @@ class PulseFormingTask(ChainTask):
     begin_kernel = staticmethod(_begin)
     judge_kernel = staticmethod(_judge)
 
-    def __init__(
-        self,
-        chain: Chain,
-        amplitudes: FloatArray,
-        places: FloatArray,
-        duration: float,
-        steps: int,
-        window: float,
-        actions: Mapping[str, float],
-        arguments: Mapping[str, Any] | None = None,
-    ) -> None:
-        super().__init__()
-        self.arguments = arguments or {}
-        self.actions, self.observations = actions, observation_scales()
-        self.grains = grains = chain.parameters.grains
-        mass, stiffness, rest = hertz_chain(self.name, chain)
+    def __init__(self, chain: Chain, end: DrivenEnd, amplitudes: FloatArray, places: FloatArray, window: float) -> None:
+        super().__init__(chain, end)
+        grains, (mass, stiffness, rest) = self.grains, hertz_chain(self.name, chain)
         if np.any(amplitudes <= 0.0):
             raise ParameterError(f"amplitude: got {amplitudes.tolist()} m/s, expected more than 0")
         if len(amplitudes) != len(places) or not np.all((places >= 0.0) & (places <= grains - 1)):
@@ -120,10 +98,10 @@ class PulseFormingTask(ChainTask):
         self.shapes, speeds = wave_shapes(mass, stiffness, rest, amplitudes)
         self.waves = np.column_stack([amplitudes, places, speeds])
         self.energy = float(shape_energies(self.shapes, amplitudes).sum())
-        self.duration, self.steps = duration, steps
         refuse_crowded(self.shapes, self.waves, grains)
-        refuse_early(self.shapes, self.waves, duration, steps)
-        head = [duration * steps, self.energy, positive_number("window", window), float(len(self.waves)), duration, 0.0]
+        refuse_early(self.shapes, self.waves, end.duration, end.steps)
+        horizon, width = end.duration * end.steps, positive_number("window", window)
+        head = [horizon, self.energy, width, float(len(self.waves)), end.duration, 0.0]
         self.constants, self.way = np.concatenate([head, self.waves.reshape(-1), self.shapes]), 0.0
 
     def objective(self, chain: Chain, steps: int) -> Objective:
@@ -135,7 +113,7 @@ class PulseFormingTask(ChainTask):
         text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
         constants = self.constants.copy()
         constants[_WAY] = self.way
-        return Objective(_note, _value, _pull, constants, description=text)
+        return Objective(_note, sum_value, _pull, constants, description=text)
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
         """Return that of the wanted waves on their way."""
@@ -219,14 +197,6 @@ def make_pulse_forming(
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    arguments = arguments_off_default(make_pulse_forming, locals())
-    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    merged, internal_steps, deadline = timing(options, 3, 180, CLOCK)
-    component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
-    duration = internal_steps * component.step_size
+    end = driven_end(make_pulse_forming, locals(), "left", internal_steps=3, deadline=180)
     heights, places = numbers("amplitude", amplitude), numbers("place", place)
-
-    def task(chain: Chain) -> PulseFormingTask:
-        return PulseFormingTask(chain, heights, places, duration, deadline, window, actions, arguments)
-
-    return ChainEnv(component, task, **merged)
+    return end.environment(lambda chain: PulseFormingTask(chain, end, heights, places, window))

@@ -14,16 +14,16 @@ from granular_env.components.errors import ParameterError, shortened
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.elementary import root
 from granular_env.components.support.jit import jit
-from granular_env.components.support.validation import positive_number
+from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.envs.environment import environment_factory
 from granular_env.envs.policies import Constant, Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
-from ..envs.task import ChainTask
 from .analytic_drives import passing_waves, wave_velocities
-from .arguments import CLOCK, between, driven_chain, hertz_chain, observation_scales, timing, whole
+from .arguments import between
 from .arrival import half_width, refuse_crowded, refuse_early
 from .baselines import hold_mean
+from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
 from .target_waves import (
     AMPLITUDE,
     COLUMNS,
@@ -75,12 +75,6 @@ def _note(a, step, steps, inputs, constants, sums):
 
 
 @jit
-def _value(sums, constants, slopes):
-    slopes[0] = 1.0
-    return sums[0]
-
-
-@jit
 def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
     if step == steps - 1:
         waves, goal = int(constants[_WAVES]), constants[_SHAPES:]
@@ -88,19 +82,17 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
         distance_pullback(a, bar, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
 
 
-class SolitonTrainTask(ChainTask):
+class SolitonTrainTask(DrivenEndTask):
     """A train of solitary waves, drawn for each episode, shall stand in the chain at the deadline. See `make_soliton_train`.
 
     Args:
         chain: what is driven; Hertz contacts, no precompression.
+        end: its left end.
         waves: largest number of waves.
         amplitude: limits of their heights [m/s].
         spacing: limits of the distance of neighbours [grains].
         front: limits of the foremost wave's place.
-        duration: of a control step [s].
-        steps: control steps until the deadline.
         window: half width of what counts as a wave [grains].
-        actions: input -> its value at action 1.
     """
 
     name = "soliton_train"
@@ -110,39 +102,35 @@ class SolitonTrainTask(ChainTask):
     def __init__(
         self,
         chain: Chain,
+        end: DrivenEnd,
         waves: int,
         amplitude: tuple[float, float],
         spacing: tuple[float, float],
         front: tuple[float, float],
-        duration: float,
-        steps: int,
         window: float,
-        actions: Mapping[str, float],
     ) -> None:
-        super().__init__()
-        self.actions, self.observations = actions, observation_scales()
+        super().__init__(chain, end)
         self.waves, self.amplitude, self.spacing, self.front = waves, amplitude, spacing, front
-        self.grains, (mass, stiffness, rest) = chain.parameters.grains, hertz_chain(self.name, chain)
+        mass, stiffness, rest = hertz_chain(self.name, chain)
         if rest > 0.0:
             raise ParameterError(
                 "precompression: waves of many heights have one shape only in a chain without it; take PulseForming-v1"
             )
         self.shapes, speeds = wave_shapes(mass, stiffness, 0.0, np.ones(1))
-        self.speed, self.duration, self.steps = float(speeds[0]), duration, steps
+        self.speed = float(speeds[0])
         names = [f"{what}_{w + 1}" for w in range(waves) for what in ("amplitude", "place", "speed")]
         self.counter_names = (*names, "distance", "energy_outside", "amplitude_error")
         self.goal_scales = (self.observations["velocity"], float(self.grains), float(speeds[0])) * waves
         unit = float(shape_energies(self.shapes, np.ones(1))[0])
-        head = [duration * steps, unit, positive_number("window", window), float(waves)]
+        head = [end.duration * end.steps, unit, positive_number("window", window), float(waves)]
         self.head, self.constants = head, np.concatenate([head, self.shapes])
         slowest, farthest = amplitude[0], front[1]
         if waves > 1 and spacing[0] < 2.0 * half_width(self.shapes, 0):
             least = 2.0 * half_width(self.shapes, 0)
             raise ParameterError(f"spacing: got {spacing}, expected {least:g} grains or more; nearer waves lie over each other")
-        ends = np.array([front[0] - (waves - 1) * spacing[1], front[1]])
-        for end in ends:
-            refuse_crowded(self.shapes, np.array([[slowest, end, 0.0]]), self.grains, "front")
-        refuse_early(self.shapes, self._rows(np.array([[slowest, farthest]]))[None, :COLUMNS], duration, steps)
+        for place in (front[0] - (waves - 1) * spacing[1], front[1]):
+            refuse_crowded(self.shapes, np.array([[slowest, place, 0.0]]), self.grains, "front")
+        refuse_early(self.shapes, self._rows(np.array([[slowest, farthest]]))[None, :COLUMNS], end.duration, end.steps)
         self.demand = self.goal(np.random.default_rng(0))
 
     def goal(self, random: Generator) -> FloatArray:
@@ -186,7 +174,7 @@ class SolitonTrainTask(ChainTask):
         `demand` is an attribute, a goal as `goal` and `given_goal` make it; that of seed 0 at first.
         """
         text = "square of the distance to the demanded waves at the end, in the energy norm, over their energy"
-        return Objective(_note, _value, _pull, np.concatenate([self.head, self.demand, self.shapes]), description=text)
+        return Objective(_note, sum_value, _pull, np.concatenate([self.head, self.demand, self.shapes]), description=text)
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
         """Return that of the demanded waves on their way."""
@@ -296,18 +284,13 @@ def make_soliton_train(
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size}
-    merged, internal_steps, deadline = timing(options, 3, 200, CLOCK)
-    component, actions = driven_chain("left", action, action_scale, parameters, chain, options)
-    count, gaps, first = whole("waves", waves, 16), between("spacing", spacing), between("front", front)
-    if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > component.parameters.grains - 1:
+    end = driven_end(make_soliton_train, locals(), "left", internal_steps=3, deadline=200)
+    count, gaps, first = whole_number("waves", waves, 1, 16), between("spacing", spacing), between("front", front)
+    last = end.chain.parameters.grains - 1
+    if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > last:
         raise ParameterError(
-            f"front: got {shortened(front)}, expected places up to {component.parameters.grains - 1} that leave room for "
-            f"{count} waves with up to {gaps[1]:g} grains between them"
+            f"front: got {shortened(front)}, expected places up to {last} that leave room for {count} waves with up to "
+            f"{gaps[1]:g} grains between them"
         )
-    heights, duration = between("amplitude", amplitude), internal_steps * component.step_size
-
-    def task(chain: Chain) -> SolitonTrainTask:
-        return SolitonTrainTask(chain, count, heights, gaps, first, duration, deadline, window, actions)
-
-    return ChainEnv(component, task, **merged)
+    heights = between("amplitude", amplitude)
+    return end.environment(lambda chain: SolitonTrainTask(chain, end, count, heights, gaps, first, window))

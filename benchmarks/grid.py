@@ -1,0 +1,86 @@
+"""The grid against memory: bytes that a tick has to move, over what a triad moves in the same time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numba
+import numpy as np
+
+import granular_env as ge
+from granular_env.components.grid import kernels, threads
+
+from .figures import Figure
+from .timing import interleaved, ratio, repeats_for
+
+MEDIUM = {"density": 1.0, "young": 2.5, "poisson": 0.25}
+# Of the roof of memory, for a mesh that fits no cache; and what a second thread has to give it.
+WANTED, LEAST_GAIN = 0.4, 1.3
+_SAMPLE_SECONDS = 0.2
+# Arrays that a tick reads, and those that it writes as well, of `layout.Grid` and `layout.State`.
+_READ = ("reference", "cells", "half_inverse", "material", "hourglass", "slots", "node_slots", "order", "special")
+_WRITTEN = ("displacement", "velocity", "stress", "hourglass_force", "energy")
+
+
+@numba.njit
+def triad(a, b, c, repeats):
+    """a = b + 3 c, so many times."""
+    for _ in range(repeats):
+        for i in range(a.size):
+            a[i] = b[i] + 3.0 * c[i]
+
+
+def noisy(side: int) -> Any:
+    """A square of side x side cells whose nodes all move."""
+    grid = ge.make("grid", mesh={"name": "rectangle", "columns": side, "rows": side, "cell_size": 1.0}, material=MEDIUM)
+    grid.reset(velocity=1e-3 * np.random.default_rng(1).standard_normal(((side + 1) ** 2, 2)))
+    return grid
+
+
+def bytes_of_tick(grid: Any) -> int:
+    """What a tick has to read and write, each array once; scratch stays in the cache."""
+    read = sum(getattr(grid._grid, name).nbytes for name in _READ)
+    return read + 2 * sum(getattr(grid._state, name).nbytes for name in _WRITTEN)
+
+
+def _arguments(grid: Any, ticks: int) -> tuple[Any, ...]:
+    return (
+        grid._grid, grid._state, grid._conditions, np.ones((ticks, 1)), grid._corner, grid._block["tally"], grid.step_size, 0,
+        np.zeros((1, 5)), np.zeros(1, dtype=np.int64), grid._failed,
+    )  # fmt: skip
+
+
+def _advance_alone(grid: Any, ticks: int) -> None:
+    """Advance in one thread."""
+    kernels.advance(*_arguments(grid, ticks))
+
+
+def measure(sides: tuple[int, ...] = (60, 600), triad_words: int = 8_000_000, rounds: int = 11) -> Iterator[Figure]:
+    """Squares of 3600 and 360,000 cells; only the second does not fit a cache."""
+    arrays = [np.ones(triad_words) for _ in range(3)]
+    for side in sides:
+        grid = noisy(side)
+        ticks = repeats_for(lambda grid=grid: _advance_alone(grid, 1), _SAMPLE_SECONDS)
+        times = interleaved({"grid": lambda g=grid, t=ticks: g._advance(t), "triad": lambda: triad(*arrays, 1)}, rounds)
+        moved = ticks * bytes_of_tick(grid) / (24 * triad_words)
+        nodes = len(grid.mesh.nodes)
+        rate = ticks * nodes / float(np.median(times["grid"])) / 1e6
+        yield Figure(
+            f"grid / triad, bytes a second, {nodes} nodes", moved * ratio(times["triad"], times["grid"]),
+            at_least=WANTED if side == max(sides) else None,
+            note=f"{rate:.1f} M node updates/s, {bytes_of_tick(grid) / nodes:.0f} bytes each",
+        )  # fmt: skip
+    yield _two_threads(max(sides), rounds)
+
+
+def _two_threads(side: int, rounds: int) -> Figure:
+    """Two parts of one grid by two threads, against the same parts by one."""
+    grid = noisy(side)
+    ticks = repeats_for(lambda: _advance_alone(grid, 1), _SAMPLE_SECONDS)
+    arguments = _arguments(grid, ticks)
+    advances = {"one": kernels.advance, "two": threads.advance} if len(grid._grid.parts) > 2 else {"one": kernels.advance}
+    times = interleaved({name: lambda a=advance: a(*arguments) for name, advance in advances.items()}, rounds)
+    gain = ratio(times["one"], times["two"]) if "two" in times else 1.0
+    note = "two parts" if "two" in times else "too small for two threads"
+    return Figure(f"one thread / two, {len(grid.mesh.nodes)} nodes", gain, at_least=LEAST_GAIN, note=note)

@@ -1,0 +1,294 @@
+"""Pairs with a history: links that weaken, yield, break, and are released over several steps.
+
+As in `linked`, with the weight w of each link (1 while it holds, falling to 0 while it is released), what is left of its
+stiffness g, and its plastic strains:
+
+    theta_i = sum_j w c eps / (1 + a),      a = (c* + sum_j (1 - w) c) lambda / 2 G
+    f_n = w S (2 G g (eps - eps_p) + lambda (theta_i + theta_j) / 2),      f_t = w S 2 G g (gamma - gamma_p)
+    U = sum over pairs w S r G g ((eps - eps_p)^2 + (gamma - gamma_p)^2) + sum over automata (1/2) V lambda (1 + a) theta^2
+
+A released face carries no traction and is condensed, as the free faces of a whole cell are. Sums run over opposite slots
+together, from the last pair of slots to the first: the bits are those of the mirrored specimen.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..support.arrays import FloatArray
+from ..support.jit import inlined, jit
+from .breaking.functions import failure
+from .pair import strains, turned
+from .responses.functions import respond
+from .stress import virial
+
+
+class Bonds(NamedTuple):
+    """The histories of links; each is kept at both of its ends.
+
+    Attributes:
+        weight: 1 for a link that holds, less while it is released, 0 afterwards; shape (n, slots).
+        plastic: plastic strains along and across, shape (n, slots, 2); (0, ...) where pairs are elastic.
+        stiffness: part of the shear modulus that is left, less 1, shape (n, slots); (0, ...) where pairs are elastic.
+        inelastic: inelastic strain, shape (n, slots); (0, ...) where pairs are elastic.
+    """
+
+    weight: FloatArray
+    plastic: FloatArray
+    stiffness: FloatArray
+    inelastic: FloatArray
+
+
+class Law(NamedTuple):
+    """How links respond and break.
+
+    Attributes:
+        elastic: whether they have no history.
+        response: see `responses.Response.constants`, shape (3,).
+        criterion: number of the criterion.
+        strength: see `breaking.Criterion.constants`, shape (3,).
+        factors: of the strength of each link, shape (n, slots / 2).
+        release: over how many internal steps a broken link is released.
+    """
+
+    elastic: bool
+    response: FloatArray
+    criterion: int
+    strength: FloatArray
+    factors: FloatArray
+    release: int
+
+
+@inlined
+def opposite_slot(slots, slot):
+    """Return the slot of the same pair at its other end."""
+    return slot + slots // 2 if slot < slots // 2 else slot - slots // 2
+
+
+@inlined
+def mirrored_slots(slots, group):
+    """Return two slots that a mirror exchanges or keeps: 0 and 2, 1 and 3; or 0 and 3, 1 and 2, 4 and 5."""
+    if slots == 4:
+        return group, group + 2
+    if group == 0:
+        return 0, 3
+    return (1, 2) if group == 1 else (4, 5)
+
+
+@inlined
+def bond_strains(body, displacement, half, i, slot):
+    """Return the strains of a link, and cos - 1 and sin of its rotation."""
+    nx, ny, j = body.directions[slot, 0], body.directions[slot, 1], body.neighbours[i, slot]
+    return strains(displacement, half, i, j, nx, ny, body.diameter)
+
+
+@inlined
+def bond_tractions(body, bonds, law, displacement, half, dilation, i, slot):
+    """Return the tractions along and across a link, and cos - 1 and sin of its rotation."""
+    eps, gamma, less, sine = bond_strains(body, displacement, half, i, slot)
+    twice = 2.0 * body.shear
+    if not law.elastic:
+        twice *= 1.0 + bonds.stiffness[i, slot]
+        eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
+    pressing = body.lame * (0.5 * (dilation[i] + dilation[body.neighbours[i, slot]]))
+    return twice * eps + pressing, twice * gamma, less, sine
+
+
+@inlined
+def condensation(body, bonds, i):
+    """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain."""
+    k, slots = body.kind[i], body.directions.shape[0]
+    free = 0.0
+    for group in range(slots // 2 - 1, -1, -1):
+        a, b = mirrored_slots(slots, group)
+        free += (1.0 - bonds.weight[i, a]) * body.share[k, a] + (1.0 - bonds.weight[i, b]) * body.share[k, b]
+    return 1.0 + (body.missing[k] + free) * body.lame / (2.0 * body.shear)
+
+
+@inlined
+def bond_dilation(body, bonds, displacement, half, i):
+    """Return the volumetric strain of an automaton."""
+    k, slots = body.kind[i], body.directions.shape[0]
+    total = 0.0
+    for group in range(slots // 2 - 1, -1, -1):
+        a, b = mirrored_slots(slots, group)
+        eps_a, _, _, _ = bond_strains(body, displacement, half, i, a)
+        eps_b, _, _, _ = bond_strains(body, displacement, half, i, b)
+        total += bonds.weight[i, a] * body.share[k, a] * eps_a + bonds.weight[i, b] * body.share[k, b] * eps_b
+    return total / condensation(body, bonds, i)
+
+
+@jit
+def bond_dilations(body, bonds, displacement, half, dilation_out, begin, end):
+    """Write the volumetric strains of automata from `begin` up to `end`; arguments as for `linked.dilations`."""
+    for i in range(begin, end):
+        dilation_out[i] = bond_dilation(body, bonds, displacement, half, i)
+
+
+@jit
+def bond_stresses(body, bonds, law, displacement, half, dilation, stress_out, begin, end):
+    """Write the stresses of automata from `begin` up to `end`; arguments as for `stress.stresses`."""
+    slots = body.directions.shape[0]
+    for i in range(begin, end):
+        k, xx, yy, xy = body.kind[i], 0.0, 0.0, 0.0
+        for group in range(slots // 2 - 1, -1, -1):
+            a, b = mirrored_slots(slots, group)
+            ax, ay, axy = _virial(body, bonds, law, displacement, half, dilation, i, k, a)
+            bx, by, bxy = _virial(body, bonds, law, displacement, half, dilation, i, k, b)
+            xx, yy, xy = xx + (ax + bx), yy + (ay + by), xy + (axy + bxy)
+        stress_out[i, 0], stress_out[i, 1], stress_out[i, 2] = xx, yy, xy
+
+
+@inlined
+def _virial(body, bonds, law, displacement, half, dilation, i, kind, slot):
+    normal, tangential, less, sine = bond_tractions(body, bonds, law, displacement, half, dilation, i, slot)
+    share = body.share[kind, slot] * bonds.weight[i, slot]
+    return virial(share * normal, share * tangential, body.directions[slot, 0], body.directions[slot, 1], less, sine)
+
+
+@jit
+def bond_forces(body, bonds, law, displacement, half, dilation, force_out, torque_out, begin, end):
+    """Write the forces and torques of the links on automata from `begin` up to `end`; arguments as for `linked.forces`."""
+    slots = body.directions.shape[0]
+    for i in range(begin, end):
+        k, fx, fy, torque = body.kind[i], 0.0, 0.0, 0.0
+        for group in range(slots // 2 - 1, -1, -1):
+            a, b = mirrored_slots(slots, group)
+            ax, ay, at = _pull(body, bonds, law, displacement, half, dilation, i, k, a)
+            bx, by, bt = _pull(body, bonds, law, displacement, half, dilation, i, k, b)
+            fx, fy, torque = fx + (ax + bx), fy + (ay + by), torque + (at + bt)
+        force_out[i, 0], force_out[i, 1], torque_out[i] = fx, fy, torque
+
+
+@inlined
+def _pull(body, bonds, law, displacement, half, dilation, i, kind, slot):
+    """Return the force of a link on an automaton, x and y, and its torque."""
+    normal, tangential, less, sine = bond_tractions(body, bonds, law, displacement, half, dilation, i, slot)
+    eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+    area = body.face[kind, slot] * bonds.weight[i, slot]
+    fn, ft = area * normal, area * tangential
+    fx, fy = turned(fn, ft, body.directions[slot, 0], body.directions[slot, 1], less, sine)
+    return fx, fy, (0.5 * body.diameter) * ((1.0 + eps) * ft - gamma * fn)
+
+
+@jit
+def pair_energy(body, bonds, law, displacement, half, i, slot):
+    """Return the energy of a link itself, for a weight of 1 [J]."""
+    eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+    modulus = body.shear
+    if not law.elastic:
+        modulus *= 1.0 + bonds.stiffness[i, slot]
+        eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
+    return body.face[body.kind[i], slot] * body.diameter * modulus * (eps * eps + gamma * gamma)
+
+
+@jit
+def volume_energy(body, bonds, displacement, half, i):
+    """Return the energy of the volumetric strain of an automaton [J]."""
+    theta = bond_dilation(body, bonds, displacement, half, i)
+    return 0.5 * body.volume[body.kind[i]] * body.lame * condensation(body, bonds, i) * theta * theta
+
+
+@jit
+def bond_energy(body, bonds, law, displacement, half):
+    """Return the energy that is stored in all links and volumes [J]."""
+    total, slots = 0.0, body.directions.shape[0]
+    for i in range(body.kind.size):
+        total += volume_energy(body, bonds, displacement, half, i)
+        for slot in range(slots // 2):
+            if bonds.weight[i, slot] > 0.0:
+                total += bonds.weight[i, slot] * pair_energy(body, bonds, law, displacement, half, i, slot)
+    return total
+
+
+@jit
+def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_out):
+    """Let links that hold yield, and mark those that have to break.
+
+    Args:
+        body: a `Body`.
+        bonds: `Bonds`, updated in place.
+        law: a `Law`.
+        displacement: shape (n, 2) [m].
+        half: see `pair.orient`, shape (n, 2).
+        dilation: see `bond_dilations`, shape (n,).
+        stress: see `bond_stresses`, shape (n, 3) [Pa].
+        mark_out: the value that decided of each link that has to break, 0 of the others, shape (n, slots / 2).
+
+    Returns:
+        How many have to break, and the energy that flow and degradation took [J].
+    """
+    slots, marked, lost = body.directions.shape[0], 0, 0.0
+    for i in range(body.kind.size):
+        for slot in range(slots // 2):
+            mark_out[i, slot] = 0.0
+            j = body.neighbours[i, slot]
+            if j == i or bonds.weight[i, slot] != 1.0:
+                continue
+            normal, tangential, equivalent, mean = 0.0, 0.0, 0.0, 0.0
+            for yielded in range(2):
+                normal, tangential, equivalent, mean = pair_stress(
+                    body, bonds, law, displacement, half, dilation, stress, i, slot
+                )
+                if law.elastic or yielded or not equivalent > law.response[0]:
+                    break
+                before = pair_energy(body, bonds, law, displacement, half, i, slot)
+                flow = _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent)
+                # Flow takes place under the stress after it: the kicks before and after see that, not the one tried.
+                lost += before - pair_energy(body, bonds, law, displacement, half, i, slot) - flow
+            if law.criterion:
+                eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+                value, limit, _ = failure(
+                    law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, law.factors[i, slot]
+                )
+                if value >= limit:
+                    mark_out[i, slot] = value
+                    marked += 1
+    return marked, lost
+
+
+@inlined
+def _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent):
+    """Write the history of a link that yields, at both of its ends; return the energy of its plastic strains alone [J]."""
+    eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+    j, back = body.neighbours[i, slot], opposite_slot(body.directions.shape[0], slot)
+    theta = 0.5 * (dilation[i] + dilation[j])
+    eps_p, gamma_p, stiffness, inelastic = respond(
+        equivalent, eps, gamma, theta, bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1], 1.0 + bonds.stiffness[i, slot],
+        bonds.inelastic[i, slot], body.shear, law.response[0], law.response[1], law.response[2],
+    )  # fmt: skip
+    more, across = eps_p - bonds.plastic[i, slot, 0], gamma_p - bonds.plastic[i, slot, 1]
+    bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1] = eps_p, gamma_p
+    bonds.plastic[j, back, 0], bonds.plastic[j, back, 1] = eps_p, gamma_p
+    bonds.stiffness[i, slot], bonds.stiffness[j, back] = stiffness - 1.0, stiffness - 1.0
+    bonds.inelastic[i, slot], bonds.inelastic[j, back] = inelastic, inelastic
+    return body.face[body.kind[i], slot] * body.diameter * body.shear * stiffness * (more * more + across * across)
+
+
+@inlined
+def pair_stress(body, bonds, law, displacement, half, dilation, stress, i, slot):
+    """Return the stress of a link: tractions along and across, equivalent and mean stress [Pa].
+
+    The tractions are the link's own; along its face the mean stress of both automata acts.
+    """
+    normal, tangential, less, sine = bond_tractions(body, bonds, law, displacement, half, dilation, i, slot)
+    j = body.neighbours[i, slot]
+    ex, ey = turned(0.0, 1.0, body.directions[slot, 0], body.directions[slot, 1], less, sine)
+    xx, yy, xy = 0.5 * (stress[i, 0] + stress[j, 0]), 0.5 * (stress[i, 1] + stress[j, 1]), 0.5 * (stress[i, 2] + stress[j, 2])
+    side = (ex * ex * xx + ey * ey * yy) + 2.0 * (ex * ey) * xy
+    left = 1.0 if law.elastic else 1.0 + bonds.stiffness[i, slot]
+    mean = (body.lame + 2.0 * body.shear * left / 3.0) * (0.5 * (dilation[i] + dilation[j]))
+    depth = 3.0 * mean - normal - side
+    squares = (normal - side) * (normal - side) + (side - depth) * (side - depth) + (depth - normal) * (depth - normal)
+    return normal, tangential, np.sqrt(0.5 * squares + 3.0 * tangential * tangential), mean
+
+
+@jit
+def bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot):
+    """Return what decides whether a link breaks, its limit, and the number of the cause; slot in the first half."""
+    eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+    normal, tangential, equivalent, mean = pair_stress(body, bonds, law, displacement, half, dilation, stress, i, slot)
+    factor = law.factors[i, slot]
+    return failure(law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, factor)

@@ -1,0 +1,29 @@
+"""Criteria by which linked pairs break, one a file: parameters, formula, source.
+
+A new criterion is a file, a line in `CRITERIA`, and a line in `functions.py`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import SerializeAsAny
+
+from ...support.tagged_union import ByName
+from .criterion import Criterion, Unbreakable
+from .drucker_prager import DruckerPrager
+from .mohr_coulomb import MohrCoulomb
+from .strain import Strain
+from .von_mises import VonMises
+
+__all__ = ["CRITERIA", "ChosenCriterion", "Criterion", "DruckerPrager", "MohrCoulomb", "Strain", "Unbreakable", "VonMises"]
+
+CRITERIA: dict[str, type[Criterion]] = {
+    "none": Unbreakable,
+    "von_mises": VonMises,
+    "drucker_prager": DruckerPrager,
+    "mohr_coulomb": MohrCoulomb,
+    "strain": Strain,
+}
+
+ChosenCriterion = Annotated[SerializeAsAny[Criterion], ByName(CRITERIA)]

@@ -1,0 +1,33 @@
+"""What a criterion is: a table of strengths, and the causes that it knows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+from ...support.fields import field
+from ...support.tagged_union import Named
+
+# Numbers of the criteria in kernels; see `functions.failure`.
+NONE, VON_MISES, DRUCKER_PRAGER, MOHR_COULOMB, STRAIN = range(5)
+
+
+class Criterion(Named):
+    """When a linked pair breaks."""
+
+    code: ClassVar[int]
+    """Its number in kernels."""
+    causes: ClassVar[Mapping[str, str]]
+    """Kinds of events, in the order in which the kernel numbers its causes -> what happened."""
+
+    def constants(self) -> tuple[float, float, float]:
+        """Return what the kernel's function takes."""
+        return 0.0, 0.0, 0.0
+
+
+class Unbreakable(Criterion):
+    """Pairs stay linked."""
+
+    name: Literal["none"] = field("none", "which criterion", "1")
+    code = NONE
+    causes = {}

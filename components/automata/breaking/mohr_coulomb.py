@@ -1,0 +1,42 @@
+"""Mohr and Coulomb on the face of a pair, with a tension cut-off.
+
+    |tau| + sigma_n tan(phi) >= cohesion        or        sigma_n >= tensile strength
+
+tau and sigma_n are the tractions on the pair's own face, so that it also matters how a pair lies. Jaeger, Cook & Zimmerman
+(2007), Fundamentals of Rock Mechanics, section 4.5.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from ...support.fields import field
+from ...support.jit import inlined
+from .criterion import MOHR_COULOMB, Criterion
+
+
+class MohrCoulomb(Criterion):
+    """|tau| + sigma_n x internal_friction >= cohesion, or sigma_n >= tensile strength."""
+
+    name: Literal["mohr_coulomb"] = field("mohr_coulomb", "which criterion", "1")
+    cohesion: float = field(..., "shear traction that breaks a pair without pressure", "Pa", gt=0.0)
+    internal_friction: float = field(..., "how the shear strength grows with pressure, tan(phi)", "1", ge=0.0)
+    tensile: float = field(..., "normal traction that breaks a pair", "Pa", gt=0.0)
+    code = MOHR_COULOMB
+    causes = {
+        "shear_break": "the shear traction of a pair reached its cohesion and internal friction",
+        "tension_break": "the tension of a pair reached its strength",
+    }
+
+    def constants(self) -> tuple[float, float, float]:
+        """Return cohesion, tan(phi) and the tensile strength."""
+        return self.cohesion, self.internal_friction, self.tensile
+
+
+@inlined
+def mohr_coulomb(normal, tangential, cohesion, internal_friction, tensile, factor):
+    """Return the value, the limit and the cause, that which is exceeded by the larger part."""
+    shear = abs(tangential) + internal_friction * normal
+    if normal * cohesion >= shear * tensile:
+        return normal, factor * tensile, 1
+    return shear, factor * cohesion, 0

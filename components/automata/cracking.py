@@ -1,0 +1,218 @@
+"""Internal steps of a specimen whose links may yield and break, and whose pieces touch: as `advance`, in two parts.
+
+Between the parts lies what needs more room in lists: new contacts, and links that break.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..support.arrays import FloatArray
+from ..support.jit import jit
+from .bonds import (
+    Bonds,
+    Law,
+    bond_dilation,
+    bond_dilations,
+    bond_failure,
+    bond_forces,
+    bond_stresses,
+    opposite_slot,
+    update_bonds,
+)
+from .contact import FIRST, SECOND, SLOT, START, Ground, add_contacts, release_bonds, set_weight
+from .motion import add_loads, drift, hold, keep_velocities, kick, settle_loads
+from .pair import orient
+from .state import Body
+
+# What `advance` returns: all steps are done, or what has to be done now.
+DONE, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3
+# Places in a tally of losses.
+FRACTURE, FRICTION, INELASTIC, TRAVEL = 0, 1, 2, 3
+LOSSES = 4
+
+
+class Judgement(NamedTuple):
+    """What decides on links in one internal step.
+
+    Attributes:
+        stress: of the automata, shape (n, 3) [Pa].
+        mark: see `bonds.update_bonds`, shape (n, slots / 2).
+    """
+
+    stress: FloatArray
+    mark: FloatArray
+
+
+class Medium(NamedTuple):
+    """A specimen and what its links and contacts are: the first arguments of the kernels here."""
+
+    body: Body
+    ground: Ground
+    bonds: Bonds
+    law: Law
+
+
+@jit
+def begin_tick(medium, motion, scratch, judgement, contacts, count, losses, time, tick):
+    """Move to the middle of an internal step and let links weaken, yield and be judged.
+
+    Args:
+        medium: a `Medium`; its bonds are updated in place.
+        motion: a `Motion`, updated in place.
+        scratch: a `Scratch`, overwritten.
+        judgement: a `Judgement`, overwritten.
+        contacts: `Contacts`.
+        count: how many contacts there are.
+        losses: see FRACTURE, shape (4,), updated in place.
+        time: length of a step [s].
+        tick: number of the step.
+
+    Returns:
+        How many links have to break.
+    """
+    body, ground, bonds, law = medium.body, medium.ground, medium.bonds, medium.law
+    automata = body.kind.size
+    drift(motion, 0.5 * time, 0, automata)
+    orient(motion.rotation, scratch.half, 0, automata)
+    u = motion.displacement
+    losses[FRACTURE] += release_bonds(body, ground, bonds, law, motion, scratch.half, contacts, count, tick)
+    bond_dilations(body, bonds, u, scratch.half, scratch.dilation, 0, automata)
+    if law.elastic and not law.criterion:
+        return 0
+    bond_stresses(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, 0, automata)
+    marked, lost = update_bonds(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, judgement.mark)
+    losses[INELASTIC] += lost
+    return marked
+
+
+@jit
+def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, events, known, losses, tick):
+    """Break the marked links: each becomes a contact and an event; there must be room for them.
+
+    Args:
+        medium: a `Medium`; its bonds are updated in place.
+        motion: a `Motion`.
+        scratch: a `Scratch`; its dilations are updated.
+        judgement: a `Judgement`.
+        numbers: of the links, for events, shape (n, slots / 2).
+        contacts: `Contacts`, written from row `count` on.
+        count: how many contacts there are.
+        events: rows as `snapshot.EVENT_ROWS` says, written from row `known` on.
+        known: how many events there are.
+        losses: see FRACTURE, shape (4,), updated in place.
+        tick: number of the step.
+
+    Returns:
+        How many contacts and events there are now.
+    """
+    body, ground, bonds, law = medium.body, medium.ground, medium.bonds, medium.law
+    first, u, slots = count, motion.displacement, body.directions.shape[0]
+    for i in range(body.kind.size):
+        for slot in range(slots // 2):
+            if judgement.mark[i, slot] == 0.0:
+                continue
+            _, limit, cause = bond_failure(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, i, slot)
+            j = body.neighbours[i, slot]
+            row = contacts.pairs[count]
+            row[FIRST], row[SECOND], row[SLOT], row[START] = i, j, slot, tick
+            if i > j:
+                row[FIRST], row[SECOND], row[SLOT] = j, i, opposite_slot(slots, slot)
+            contacts.slid[count] = 0.0
+            event = events[known]
+            event[0], event[1], event[2] = tick + 1, cause, numbers[i, slot]
+            event[3], event[4] = judgement.mark[i, slot], limit
+            count, known = count + 1, known + 1
+    for row in range(first, count):
+        weight = 1.0 - 1.0 / law.release
+        losses[FRACTURE] += set_weight(body, ground, bonds, law, motion, scratch.half, contacts, row, weight)
+    for row in range(first, count):
+        for end in (FIRST, SECOND):
+            i = contacts.pairs[row, end]
+            scratch.dilation[i] = bond_dilation(body, bonds, u, scratch.half, i)
+    return count, known
+
+
+@jit
+def finish_tick(
+    medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time
+):
+    """Kick, and move to the end of an internal step.
+
+    Args:
+        medium: a `Medium`.
+        reference: centres before anything moved, shape (n, 2) [m].
+        motion: a `Motion`, updated in place.
+        scratch: a `Scratch`, overwritten.
+        contacts: `Contacts`, updated in place.
+        count: how many contacts there are.
+        load: a `Load`.
+        load_before: scratch, shape (loads, 2).
+        grip: a `Grip`.
+        grip_before: scratch, shape (grips, 3).
+        tallies: of the loads and of the grip, see `motion`, shape (2, 4), updated in place.
+        losses: see FRACTURE, shape (4,), updated in place; TRAVEL grows by the way of the fastest automaton.
+        time: length of a step [s].
+
+    Returns:
+        The largest squared speed [m^2/s^2]; NaN where one is not a number any more.
+    """
+    body, automata = medium.body, medium.body.kind.size
+    u, half = motion.displacement, scratch.half
+    bond_forces(body, medium.bonds, medium.law, u, half, scratch.dilation, scratch.force, scratch.torque, 0, automata)
+    losses[FRICTION] += add_contacts(
+        body, medium.ground, medium.bonds, motion, contacts, count, time, scratch.force, scratch.torque
+    )
+    add_loads(load, reference, motion, scratch.force, time, load_before, tallies[0])
+    keep_velocities(grip, motion, grip_before)
+    fastest = kick(body, motion, scratch.force, scratch.torque, time, 0, automata)
+    hold(body, grip, reference, motion, scratch.force, scratch.torque, time, grip_before, tallies[1])
+    settle_loads(load, motion, time, load_before, tallies[0])
+    drift(motion, 0.5 * time, 0, automata)
+    losses[TRAVEL] += time * np.sqrt(fastest)
+    return fastest
+
+
+@jit
+def advance(
+    medium, reference, motion, scratch, judgement, contacts, count, load, load_before, grip, grip_before, tallies, losses, time,
+    tick, ticks, speed_limit, most_travel,
+):  # fmt: skip
+    """Advance by so many internal steps, or up to where links break or contacts have to be found anew.
+
+    Args:
+        medium: as for `begin_tick`, as the next ones.
+        reference: as for `finish_tick`.
+        motion: see there.
+        scratch: see there.
+        judgement: as for `begin_tick`.
+        contacts: see there.
+        count: see there.
+        load: as for `finish_tick`, as the next ones.
+        load_before: see there.
+        grip: see there.
+        grip_before: see there.
+        tallies: see there.
+        losses: see there.
+        time: see there.
+        tick: number of the first step.
+        ticks: how many.
+        speed_limit: no automaton may be faster [m/s].
+        most_travel: how far the fastest automaton may move before contacts are found anew [m].
+
+    Returns:
+        DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And how many steps were done.
+    """
+    for done in range(ticks):
+        if losses[TRAVEL] > most_travel:
+            return SEARCH, done
+        if begin_tick(medium, motion, scratch, judgement, contacts, count, losses, time, tick + done):
+            return BREAK, done
+        fastest = finish_tick(
+            medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time
+        )
+        if not fastest <= speed_limit * speed_limit:
+            return TOO_FAST, done
+    return DONE, ticks

@@ -1,0 +1,238 @@
+"""The steps and readings of a specimen whose links yield and break, and whose pieces touch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..snapshot import EVENT_ROWS, Block
+from ..support.arrays import FloatArray
+from ..support.counter_random import uniform
+from . import cracking
+from .bonds import Bonds, Law, bond_dilations, bond_energy, bond_stresses
+from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
+from .cracking import LOSSES, TRAVEL, Judgement, Medium
+from .linked_steps import LinkedSteps
+from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
+from .packing import Packing
+from .pair import orient
+from .parameters import AutomataParameters
+from .state import Body
+
+# Statuses of `advance` beside that of an automaton that is too fast.
+TOO_FAR, UNSOUND = 2, 3
+# So far may the fastest automaton move before contacts are found anew, in diameters.
+_MOST_TRAVEL = 0.5 * SKIN
+# What stands for "not found yet".
+_NEVER = 1e300
+
+
+class CrackingSteps(LinkedSteps):
+    """A specimen with histories: links that weaken, yield and break, contacts that rub."""
+
+    def prepare(self, parameters: AutomataParameters) -> None:
+        """Make the laws and the scratch, from the parameters."""
+        p, n, slots = parameters, self.count, self.packing.lattice.slots
+        _refuse_double_links(self.packing)
+        self.event_kinds = dict(p.criterion.causes)
+        history = 0 if p.response.elastic else n
+        self.fields = {
+            "weight": ("f8", (n, slots)), "plastic": ("f8", (history, slots, 2)), "stiffness": ("f8", (history, slots)),
+            "inelastic": ("f8", (history, slots)), "losses": ("f8", (LOSSES,)),
+        }  # fmt: skip
+        events = {"events": EVENT_ROWS} if self.event_kinds else {}
+        self.growing = {**events, "contacts": ("i8", (4,)), "slid": ("f8", ())}
+        half = slots // 2
+        spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, n * half).reshape(n, half) - 1.0)
+        response, strength = np.array(p.response.constants()), np.array(p.criterion.constants())
+        self._law = Law(p.response.elastic, response, p.criterion.code, strength, 1.0 + spread, p.release_ticks)
+        self._ground = _make_ground(self.packing, self.body, p)
+        self._judgement = Judgement(np.zeros((n, 3)), np.zeros((n, half)))
+        self._pairs = self.packing.pairs()
+        self._numbers = np.zeros((n, half), np.int64)
+        self._numbers[self._pairs[:, 0], self._pairs[:, 2]] = np.arange(len(self._pairs))
+        self._surface = (self.body.face[self.body.kind] == 0.0).any(axis=1)
+
+    def bind(self, block: Block) -> None:
+        """Take the state."""
+        super().bind(block)
+        self._block, self._losses = block, block["losses"]
+        self.medium = Medium(self.body, self._ground, Bonds(*(block[name] for name in Bonds._fields)), self._law)
+
+    def start(self) -> None:
+        """Link all pairs, and have contacts found before the first step."""
+        self._block["weight"][:] = 1.0
+        self._losses[TRAVEL] = _NEVER
+
+    # -- steps ------------------------------------------------------------------------------------------------------
+
+    def advance(self, tick: int, ticks: int) -> int:
+        """Advance from a tick with the loads and velocities that the boundary has now; 0, or a status."""
+        if not self._is_sound():
+            return UNSOUND
+        last = tick + ticks
+        while tick < last:
+            code, done = self._run(tick, last - tick)
+            tick += done
+            if code == cracking.TOO_FAST:
+                return cracking.TOO_FAST
+            if code == cracking.SEARCH:
+                status = self._find_contacts()
+                if status:
+                    return status
+            if code == cracking.BREAK:
+                self._break_links(tick)
+                if not self._finish() <= self.speed_limit**2:
+                    return cracking.TOO_FAST
+                tick += 1
+        return 0
+
+    def _run(self, tick: int, ticks: int) -> tuple[int, int]:
+        contacts, edge = self._contacts(), self.boundary
+        return cracking.advance(
+            self.medium, self.packing.reference, self.motion, self.scratch, self._judgement, contacts, self._count(), edge.load,
+            edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size, tick, ticks,
+            self.speed_limit, _MOST_TRAVEL * self.packing.diameter,
+        )  # fmt: skip
+
+    def _finish(self) -> float:
+        edge = self.boundary
+        return cracking.finish_tick(
+            self.medium, self.packing.reference, self.motion, self.scratch, self._contacts(), self._count(), edge.load,
+            edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size,
+        )  # fmt: skip
+
+    def _break_links(self, tick: int) -> None:
+        """Break the links that are marked, with room for all of them."""
+        marked = int(np.count_nonzero(self._judgement.mark))
+        contacts, events = self._contacts(marked), self._block.room("events", marked)
+        count, known = cracking.break_bonds(
+            self.medium, self.motion, self.scratch, self._judgement, self._numbers, contacts, self._count(), events,
+            self._block.count("events"), self._losses, tick,
+        )  # fmt: skip
+        self._set_count(count)
+        self._block.set_count("events", known)
+
+    def _find_contacts(self) -> int:
+        """Find anew which pairs may touch; a status where automata are too far out or too fast."""
+        reach = (1.0 + SKIN) * self.packing.diameter
+        positions = self.packing.reference + self.motion.displacement
+        with np.errstate(over="ignore", invalid="ignore"):
+            fastest = np.sqrt((self.motion.velocity**2).sum(axis=1).max())
+        if not fastest <= self.speed_limit:
+            return cracking.TOO_FAST
+        if not can_be_found(positions, reach):
+            return TOO_FAR
+        weight = self._block["weight"]
+        exposed = np.flatnonzero(self._surface | (weight < 1.0).any(axis=1))
+        pairs = find_pairs(positions, exposed, reach, tuple(self._ground.period.tolist()))
+        slots = np.empty(len(pairs), np.int64)
+        slots_of_links(self.body.neighbours, weight, pairs, slots)
+        old, slid = self._block["contacts"], self._block["slid"]
+        held = np.where(old[:, SLOT] >= 0, weight[old[:, FIRST], old[:, SLOT]], 0.0)
+        rows, slid = merge(old, slid, pairs, slots, (held > 0.0) & (held < 1.0), self.count)
+        self._set_count(0)
+        contacts = self._contacts(len(rows))
+        contacts.pairs[: len(rows)], contacts.slid[: len(rows)] = rows, slid
+        self._set_count(len(rows))
+        self._losses[TRAVEL] = 0.5 * self.step_size * fastest
+        return 0
+
+    def _contacts(self, more: int = 0) -> Contacts:
+        """Return the lists of contacts, with room for so many more."""
+        return Contacts(self._block.room("contacts", more), self._block.room("slid", more))
+
+    def _count(self) -> int:
+        return self._block.count("contacts")
+
+    def _set_count(self, count: int) -> None:
+        self._block.set_count("contacts", count)
+        self._block.set_count("slid", count)
+
+    def _is_sound(self) -> bool:
+        """Return whether the contacts name automata and slots that exist: a snapshot may come from anywhere."""
+        pairs = self._block["contacts"]
+        ends, slots = pairs[:, : SECOND + 1], pairs[:, SLOT]
+        inside = ((ends >= 0) & (ends < self.count)).all() and ((slots >= -1) & (slots < self.packing.lattice.slots)).all()
+        return bool(inside) and self._block.count("slid") == len(pairs)
+
+    # -- readings ---------------------------------------------------------------------------------------------------
+
+    def dilation(self) -> FloatArray:
+        """Compute the rotations and volumetric strains of the present state; return the strains, in the scratch."""
+        scratch = self.scratch
+        orient(self.motion.rotation, scratch.half, 0, self.count)
+        bond_dilations(self.body, self.medium.bonds, self.motion.displacement, scratch.half, scratch.dilation, 0, self.count)
+        return scratch.dilation
+
+    def stress(self) -> FloatArray:
+        """Return the stresses that the links of the automata carry, shape (n, 3) [Pa]."""
+        found, theta = np.empty((self.count, 3)), self.dilation()
+        u, half = self.motion.displacement, self.scratch.half
+        bond_stresses(self.body, self.medium.bonds, self._law, u, half, theta, found, 0, self.count)
+        return found
+
+    def linked(self) -> FloatArray:
+        """Return the weight of each link: 1 while it holds, 0 when it is released."""
+        return self._block["weight"][self._pairs[:, 0], self._pairs[:, 2]]
+
+    def broken_links(self) -> float:
+        """Return how many links are broken."""
+        return float(np.count_nonzero(self.linked() < 1.0))
+
+    def damage(self) -> FloatArray:
+        """Return what part of the faces of each automaton is broken, shape (n,)."""
+        share = self.body.share[self.body.kind]
+        return 1.0 - (share * self._block["weight"]).sum(axis=1) / share.sum(axis=1)
+
+    def inelastic(self) -> FloatArray:
+        """Return the mean inelastic strain of the pairs of each automaton, shape (n,)."""
+        share = self.body.share[self.body.kind]
+        return (share * self._block["inelastic"]).sum(axis=1) / share.sum(axis=1)
+
+    def touching(self) -> float:
+        """Return how many contacts press."""
+        contacts = self._contacts()
+        return float(count_touching(self.body, self._ground, self.medium.bonds, self.motion, contacts, self._count()))
+
+    def stored(self) -> dict[str, float]:
+        """Return the energies that are stored, but those of motion [J]."""
+        self.dilation()
+        elastic = bond_energy(self.body, self.medium.bonds, self._law, self.motion.displacement, self.scratch.half)
+        # Contacts were let slide up to the middle of the last internal step.
+        contact = all_contact_energy(
+            self.body, self._ground, self.medium.bonds, self.motion, self._contacts(), self._count(), 0.5 * self.step_size
+        )
+        return {"elastic_energy": elastic, "contact_energy": contact}
+
+    def lost(self) -> dict[str, float]:
+        """Return the energies that were lost [J]."""
+        names = "fracture_energy", "friction_energy", "inelastic_energy"
+        return dict(zip(names, self._losses[:TRAVEL].tolist(), strict=True))
+
+
+def _refuse_double_links(packing: Packing) -> None:
+    """Refuse a closed packing so narrow that two automata are neighbours twice."""
+    ends = np.sort(packing.pairs()[:, :2], axis=1)
+    if len(np.unique(ends, axis=0)) < len(ends):
+        raise ParameterError(
+            "shape: two automata of this periodic specimen are neighbours on two sides, expected at least 3 diameters across "
+            "where links may break"
+        )
+
+
+def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -> Ground:
+    lattice, diameter, p = packing.lattice, packing.diameter, parameters
+    per_length = lattice.face * p.thickness
+    share = lattice.face / (2.0 * lattice.volume)
+    left, right, low, high = p.shape.bounds
+    period = np.array([right - left, high - low]) * np.array(p.periodic)
+    return Ground(
+        places=packing.places,
+        unit=lattice.unit * diameter,
+        period=period,
+        normal=per_length * (2.0 * body.shear + share * body.lame),
+        tangential=per_length * 2.0 * body.shear,
+        part=packing.classes.volume[packing.kind] / (lattice.volume * diameter**2),
+        friction=p.friction,
+    )

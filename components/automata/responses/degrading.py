@@ -1,0 +1,20 @@
+"""Degradation of the shear modulus: figure 3, b. The modulus for a change of volume stays lambda + 2 g G / 3."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from ...support.fields import field
+from .response import Response
+
+
+class Degrading(Response):
+    """Beyond the onset the modulus falls; unloading goes straight back to the origin."""
+
+    name: Literal["degrading"] = field("degrading", "which response", "1")
+    onset: float = field(..., "equivalent stress sigma_d at which degradation begins", "Pa", gt=0.0)
+    hardening: float = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa", ge=0.0)
+
+    def constants(self) -> tuple[float, float, float]:
+        """Return onset, slope, and all of the excess."""
+        return self.onset, self.hardening, 1.0

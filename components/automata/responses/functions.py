@@ -1,0 +1,45 @@
+"""The return to the limiting line, which all inelastic responses share.
+
+With the equivalent stress s above the limit s_l = onset + H q, q the inelastic strain so far, the deviator of the pair's stress
+is multiplied by M = s_new / s, s_new = s_l + H dq, dq = (s - s_l) / (3 g G + H) (Wilkins 1964). Of 1 - M the part beta lowers
+the stiffness g, g -> M_d g with M_d = 1 - beta (1 - M); the rest, M_p = M / M_d, is flow:
+
+    eps_p -> eps - M_p (eps - eps_p) - (1 - M_p) theta / 3,        gamma_p -> gamma - M_p (gamma - gamma_p).
+"""
+
+from __future__ import annotations
+
+from ...support.jit import inlined
+
+
+@inlined
+def respond(equivalent, eps, gamma, dilation, eps_p, gamma_p, stiffness, inelastic, shear, onset, hardening, degradation):
+    """Return the history of a pair after a step: eps_p, gamma_p, stiffness g, inelastic strain q.
+
+    Args:
+        equivalent: stress of the pair with the history as it is [Pa].
+        eps: strain along the pair.
+        gamma: shear angle.
+        dilation: mean volumetric strain of both automata.
+        eps_p: plastic strain along the pair.
+        gamma_p: plastic shear angle.
+        stiffness: what is left of the shear modulus, from 1 down.
+        inelastic: inelastic strain q.
+        shear: G [Pa].
+        onset: see `Response.constants` [Pa].
+        hardening: H [Pa].
+        degradation: beta.
+    """
+    limit = onset + hardening * inelastic
+    if not equivalent > limit:
+        return eps_p, gamma_p, stiffness, inelastic
+    more = (equivalent - limit) / (3.0 * stiffness * shear + hardening)
+    ratio = (limit + hardening * more) / equivalent
+    weaker = 1.0 - degradation * (1.0 - ratio)
+    flow = ratio / weaker
+    return (
+        eps - flow * (eps - eps_p) - (1.0 - flow) * dilation / 3.0,
+        gamma - flow * (gamma - gamma_p),
+        weaker * stiffness,
+        inelastic + more,
+    )

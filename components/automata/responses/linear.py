@@ -1,0 +1,15 @@
+"""Linear and elastic: figure 3, a."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from ...support.fields import field
+from .response import Response
+
+
+class Linear(Response):
+    """Forces follow strains in proportion, loading and unloading alike."""
+
+    name: Literal["linear"] = field("linear", "which response", "1")
+    elastic = True

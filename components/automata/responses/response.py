@@ -1,0 +1,18 @@
+"""What a response is: where it leaves the elastic line, and how it goes on."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from ...support.tagged_union import Named
+
+
+class Response(Named):
+    """How the forces of a pair follow its strains."""
+
+    elastic: ClassVar[bool] = False
+    """Whether it has no history."""
+
+    def constants(self) -> tuple[float, float, float]:
+        """Return the onset [Pa], the slope over the inelastic strain [Pa], and the part that degrades."""
+        return 0.0, 0.0, 0.0

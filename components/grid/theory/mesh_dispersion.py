@@ -1,0 +1,44 @@
+"""Plane waves on a square mesh: what frequency a wave vector has, in space and time as the grid computes it.
+
+With a = k_x h / 2, b = k_y h / 2 the gradient of a cell has the symbol D = (2 / h)(sin a cos b, cos a sin b), and hourglass
+forces add 16 kappa (lambda + 3 mu) / 12 sin^2 a sin^2 b / h^2. So rho w^2 = (lambda + 2 mu) |D|^2 + hourglass for waves along
+D, and mu |D|^2 + hourglass across it; leapfrog makes sin(Omega dt / 2) = w dt / 2 of it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...materials.elastic import Material
+
+
+def mesh_frequencies(
+    wave_vector: tuple[float, float], cell_size: float, material: Material, *, step_size: float = 0.0, hourglass: float = 1.0
+) -> tuple[float, float]:
+    """Return the angular frequencies of the P and the S wave of a wave vector [rad/s].
+
+    Args:
+        wave_vector: k_x and k_y [rad/m].
+        cell_size: side h of the cells [m].
+        material: of all cells.
+        step_size: internal step [s]; 0 for exact integration in time.
+        hourglass: the parameter of the grid.
+
+    Raises:
+        ValueError: the step is too large for this wave.
+    """
+    a, b = (0.5 * k * cell_size for k in wave_vector)
+    symbol = (math.sin(a) * math.cos(b)) ** 2 + (math.cos(a) * math.sin(b)) ** 2
+    first, shear = material.first_lame, material.shear_modulus
+    twist = 16.0 * hourglass * (first + 3.0 * shear) / 12.0 * (math.sin(a) * math.sin(b)) ** 2
+    squares = [(4.0 * modulus * symbol + twist) / (material.density * cell_size**2) for modulus in (first + 2.0 * shear, shear)]
+    return _in_time(math.sqrt(squares[0]), step_size), _in_time(math.sqrt(squares[1]), step_size)
+
+
+def _in_time(frequency: float, step_size: float) -> float:
+    """Return what leapfrog makes of a frequency of space [rad/s]."""
+    if step_size == 0.0:
+        return frequency
+    if frequency * step_size > 2.0:
+        raise ValueError(f"step_size: got {step_size:g} s, expected at most {2.0 / frequency:g} s for this wave")
+    return 2.0 * math.asin(0.5 * frequency * step_size) / step_size

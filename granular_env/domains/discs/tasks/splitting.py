@@ -1,0 +1,133 @@
+"""Splitting-v1: break a row of discs at a wanted link, and nowhere else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.component import Component
+from granular_env.components.discs import Discs
+from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.support.validation import finite_number, positive_number
+from granular_env.envs.environment import ComponentEnv, environment_factory
+from granular_env.envs.policies import Constant, OpenLoop, Policy
+from granular_env.envs.task import Seen, Task
+
+# The length of theory's pulses, in times that a wave takes from disc to disc.
+_PULSE_LENGTH = 4.0
+
+
+class SplittingTask(Task):
+    """One link of a row shall break, and no other. See `make_splitting`.
+
+    Args:
+        discs: the row.
+        target: number of the link that shall break.
+        force_scale: force on an end disc at action 1 [N].
+        work_price: what work costs that is as large as the energy of a link that breaks.
+        control_step: its length [s].
+    """
+
+    name = "splitting"
+
+    def __init__(self, discs: Discs, target: int, force_scale: float, work_price: float, control_step: float) -> None:
+        super().__init__()
+        p = discs.parameters
+        self.actions = {"force[0,0]": force_scale, "force[-1,0]": force_scale}
+        self.observations = {"displacement": p.breaking_strain * 2.0 * p.radius, "velocity": 0.25, "linked": 1.0}
+        self.target, self._limit = target, p.breaking_strain * 2.0 * p.radius
+        self._price = work_price / (0.5 * p.stiffness * self._limit**2)
+        # Long waves run with the speed 2 r sqrt(k / m): one link in this time.
+        self._disc_time, self._control_step, self._links = math.sqrt(p.mass / p.stiffness), control_step, p.columns - 1
+
+    def begin(self, component: Component, seen: Seen) -> None:
+        """Start with all links whole."""
+        self.counters = {"closeness": 0.0, "wrong_links": 0.0, "work": component.get("input_work")}
+
+    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
+        """Gain in closeness, less 1 for each wrong link that broke and the price of the work; the end is the right break."""
+        linked, along = seen["linked"], seen["displacement"][:, 0]
+        is_split = bool(linked[self.target] == 0.0)
+        lengthening = 1.0 if is_split else min(float(along[self.target + 1] - along[self.target]) / self._limit, 1.0)
+        before = dict(self.counters)
+        self.counters = {
+            "closeness": max(before["closeness"], lengthening),
+            "wrong_links": float(np.count_nonzero(linked == 0.0)) - is_split,
+            "work": component.get("input_work"),
+        }
+        gain, wrong, work = (self.counters[name] - before[name] for name in self.counters)
+        return gain - wrong - self._price * work, is_split
+
+    def baselines(self) -> Mapping[str, Policy]:
+        """Return doing nothing, and the pulses of theory: each pulls outwards, and both reach the wanted link at once."""
+        return {"nothing": Constant([0.0, 0.0]), "theory": OpenLoop(self._theory())}
+
+    def _theory(self) -> np.ndarray:
+        """Return two half sines, the one that has the shorter way later, shape (control steps, 2)."""
+        ways = np.array([self.target + 0.5, self._links - self.target - 0.5])
+        starts, length = (ways.max() - ways) * self._disc_time, _PULSE_LENGTH * self._disc_time
+        times = (np.arange(math.ceil((starts.max() + length) / self._control_step)) + 0.5) * self._control_step
+        phase = (times[:, None] - starts) / length
+        return np.where((phase > 0.0) & (phase < 1.0), np.sin(np.pi * np.clip(phase, 0.0, 1.0)), 0.0) * [-1.0, 1.0]
+
+
+@environment_factory
+def make_splitting(
+    columns: int = 10,
+    target: int = 2,
+    *,
+    breaking_strain: float = 0.01,
+    force_scale: float = 1.5,
+    work_price: float = 0.1,
+    step_size: float = 5e-5,
+    discs: dict[str, Any] | None = None,
+    **options: Any,
+) -> ComponentEnv:
+    """Break a row of linked discs at a wanted link by pulling at its ends, and break no other link.
+
+    The ends can be pulled with less force than a link bears. A pulse of tension runs from each end through the row; where the
+    two meet they add up, and are strong enough there.
+
+    ## Action space
+    `Box(-1, 1, (2,), float32)`: the force on the first and on the last disc along x, in units of `force_scale` (1.5 N);
+    clipped.
+
+    ## Observation space
+    `Box(-10, 10, (5 columns - 1,), float32)`: displacement of every disc (x, y), in units of the lengthening that breaks a
+    link; velocity of every disc (x, y), in units of 0.25 m/s; 1 for each link that holds and 0 for each broken one. `info` has
+    them in SI units and float64, with "time" [s], "closeness", "wrong_links" and "work" [J].
+
+    ## Rewards
+    closeness = the greatest lengthening of the wanted link so far, as a part of what breaks it; 1 when it is broken. A step's
+    reward is the gain in closeness, less 1 for each other link that broke, less `work_price` x the work of the forces / E,
+    where E is the energy of a link that breaks. Doing nothing returns 0; the pulses of theory return 0.5868.
+
+    ## Start state
+    Everything at rest, all links whole.
+
+    ## End of the episode
+    Terminated when the wanted link breaks. Truncated after `deadline` control steps.
+
+    ## Arguments
+    * `columns` (10): discs in the row. `target` (2): number of the wanted link, 0 is between the first two discs.
+    * `breaking_strain` (0.01): 2 N in a link. `force_scale` (1.5 N). `work_price` (0.1).
+    * `step_size` (5e-5 s): internal step. `internal_steps` (4) make a control step; a wave takes 1 ms from disc to disc.
+    * `deadline` (60): control steps, 12 ms.
+    * `discs`: further parameters of the component, such as `{"stiffness": 2e4}`.
+
+    ## Version history
+    * v1: first version.
+    """
+    parameters = {"rows": 1, "columns": columns, "breaking_strain": breaking_strain, "step_size": step_size}
+    component = Discs(**{**parameters, **(discs or {})})
+    links = len(component.get("linked"))
+    if isinstance(target, bool) or not isinstance(target, int) or not 0 <= target < links or component.parameters.rows != 1:
+        raise ParameterError(f"target: got {shortened(target)}, expected a link of a single row, 0 to {links - 1}")
+    settings: dict[str, Any] = {"deadline": 60, "internal_steps": 4, **options}
+    control_step = settings["internal_steps"] * component.step_size
+    scale, price = positive_number("force_scale", force_scale), finite_number("work_price", work_price)
+    task = SplittingTask(component, target, scale, price, control_step)
+    return ComponentEnv(component, task, **settings)

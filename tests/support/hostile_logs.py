@@ -1,0 +1,81 @@
+"""What is done with a hostile log, and lies about arrays with every checksum right."""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.errors import GranularError
+from granular_env.recording import open_log, recover, verify
+from granular_env.recording.records import Record
+
+ACTIONS: dict[str, Callable[[Path], object]] = {
+    "verify": verify,
+    "series": lambda path: [open_log(path).series(name) for name in open_log(path).variables],
+    "inputs": lambda path: open_log(path).inputs,
+    "drawables": lambda path: open_log(path).drawables,
+    "events": lambda path: open_log(path).events(),
+    "xarray": lambda path: open_log(path).to_xarray(),
+    "recover": lambda path: recover(path, path.with_suffix(".out"), overwrite=True),
+    "branch": lambda path: open_log(path).branch(0.0).run(path.with_suffix(".child"), overwrite=True),
+}
+# Whole numbers, and the bits of floats, that are none or that nobody counts to; but none that would be honest work for hours.
+_WILD = (0, -1, 1, 2, 7, 2**53, 2**61, 2**62, 2**63 - 1, 0x7FF8000000000000, 0x7FF0000000000000, 0x7FEFFFFFFFFFFFFF)
+_JSON = (None, True, -1, 0, 3, 1.5, float("1e308"), "", "x", [], {}, [[]], {"a": [None]}, [1, "a"], 2**70)
+
+
+def refused_by_the_family(path: Path, actions: tuple[str, ...] = tuple(ACTIONS)) -> int:
+    """How many actions were refused; any other exception fails the test."""
+    refused = 0
+    for name in actions:
+        try:
+            ACTIONS[name](path)
+        except GranularError as error:
+            assert str(error)
+            refused += 1
+    return refused
+
+
+def lie(record: Record, chance: random.Random) -> Record:
+    """A record of which one thing is otherwise: a number in an array, its shape or dtype, or a value of its header."""
+    names = sorted(record.arrays)
+    if record.header and (not names or chance.random() < 0.4):
+        return dataclasses.replace(record, header=_lie_in_json(dict(record.header), chance))
+    if not names:
+        return record
+    name = chance.choice(names)
+    return dataclasses.replace(record, arrays={**record.arrays, name: _lie_in_array(np.array(record.arrays[name]), chance)})
+
+
+def _lie_in_array(array: np.ndarray, chance: random.Random) -> np.ndarray:
+    kind = chance.randrange(7)
+    if kind <= 2 and array.size and array.dtype.itemsize == 8:
+        array.view(np.int64).reshape(-1)[chance.randrange(array.size)] = chance.choice(_WILD)
+        return array
+    if kind == 3 and array.ndim:
+        return array[: chance.randrange(len(array) + 1)]
+    if kind == 4 and array.ndim:
+        return np.concatenate([array, array[:1]])
+    if kind == 5:
+        return array.reshape(-1) if array.ndim > 1 else array.reshape(1, -1) if array.ndim else np.repeat(array, 3)
+    with np.errstate(all="ignore"):
+        return array.astype(np.int64 if array.dtype.kind == "f" else np.float64)
+
+
+def _lie_in_json(content: Any, chance: random.Random) -> Any:
+    """Replace one value, however deep, or leave out a key."""
+    if isinstance(content, dict) and content:
+        key = chance.choice(sorted(content))
+        if chance.random() < 0.15:
+            return {name: value for name, value in content.items() if name != key}
+        deeper = isinstance(content[key], (dict, list)) and chance.random() < 0.7
+        return {**content, key: _lie_in_json(content[key], chance) if deeper else chance.choice(_JSON)}
+    if isinstance(content, list) and content:
+        place = chance.randrange(len(content))
+        return [*content[:place], _lie_in_json(content[place], chance), *content[place + 1 :]]
+    return chance.choice(_JSON)

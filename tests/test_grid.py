@@ -1,0 +1,373 @@
+"""The grid against what is exact for it: patches, rigid motion, conserved quantities, symmetry, its step."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.component_examples import GRIDS, PINWHEEL, Example
+from support.conformance_tools import bits, drive
+from support.grid_tools import MEDIUM, P_SPEED, SMALL, bar, block, distorted, inner_nodes, pulse, start_pulse
+
+import granular_env as ge
+from granular_env.components.errors import ParameterError, StepError
+from granular_env.components.grid import Grid, kernels, schedule, threads
+from granular_env.components.profiles import Profile
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+# -- patches and rigid motion --------------------------------------------------------------------------------------------
+
+# Gradients of the displacement: stretch, shear, spin, and all at once.
+GRADIENTS = [[[1.0, 0.0], [0.0, 0.0]], [[0.0, 1.0], [1.0, 0.0]], [[0.0, -1.0], [1.0, 0.0]], [[0.7, -1.1], [0.4, 0.3]]]
+
+
+def patches() -> list[Grid]:
+    return [block(7, 5), distorted(7, 6), Grid(mesh=PINWHEEL, material=MEDIUM)]
+
+
+@pytest.mark.parametrize("gradient", GRADIENTS)
+def test_a_homogeneous_strain_leaves_inner_nodes_without_force(gradient: list[list[float]]) -> None:
+    for grid in patches():
+        grid.reset(displacement=SMALL * grid.mesh.nodes @ np.array(gradient).T)
+        strain = 0.5 * (np.array(gradient) + np.array(gradient).T)
+        volume = np.trace(strain)
+        exact = SMALL * np.array([volume + 2 * strain[0, 0], volume + 2 * strain[1, 1], volume, 2 * strain[0, 1]])
+        np.testing.assert_allclose(grid.get("stress"), np.tile(exact, (len(grid.mesh.cells), 1)), atol=1e-12 * SMALL)
+        assert inner_nodes(grid).any()
+        assert np.abs(grid._state.force[inner_nodes(grid)]).max() <= 1e-12 * SMALL
+
+
+def test_a_finite_rotation_in_one_step_makes_no_stress() -> None:
+    for grid in patches():
+        for angle in (0.3, -1.2):
+            cosine, sine = math.cos(angle), math.sin(angle)
+            turned = grid.mesh.nodes @ np.array([[cosine, sine], [-sine, cosine]])
+            grid.reset(displacement=turned - grid.mesh.nodes)
+            assert np.abs(grid.get("stress")).max() <= 1e-13
+
+
+def test_stresses_turn_with_a_body_that_spins() -> None:
+    """A stretched square that spins by a quarter of a turn has its stresses along the other axis."""
+    grid = block(1, 1, step_size=1e-3)
+    stress = np.array([[1.0, 0.0, 0.0, 0.0]])
+    spin = 0.5 * math.pi
+    # Each node keeps its distance from the middle where it is held by hand.
+    grid.reset(stress=stress)
+    velocity = grid._state.velocity
+    for tick in range(1000):
+        angle, onward = spin * tick * 1e-3, spin * (tick + 1) * 1e-3
+        there, here = (
+            grid.mesh.nodes @ np.array([[math.cos(one), math.sin(one)], [-math.sin(one), math.cos(one)]])
+            for one in (onward, angle)
+        )
+        velocity[:] = (there - here) / 1e-3
+        grid._state.displacement[:] = there - grid.mesh.nodes
+        grid._update_forces(1e-3)
+    # Each of a thousand steps rounds some times.
+    np.testing.assert_allclose(grid.get("stress"), [[0.0, 1.0, 0.0, 0.0]], atol=1e-12)
+
+
+# -- what is conserved ---------------------------------------------------------------------------------------------------
+
+
+def test_energy_and_momentum_of_a_plane_wave_are_conserved() -> None:
+    grid = bar(300, boundaries={"right": "fixed"})
+    start_pulse(grid, 80.0, 40.0)
+    energy = grid.get("kinetic_energy") + grid.get("elastic_energy")
+    momentum = grid.get("momentum")[0]
+    grid.step(200.0)
+    assert abs(grid.get("energy_residual")) <= 1e-12 * energy
+    assert abs(grid.get("momentum_residual")[0]) <= 1e-12 * momentum
+    # The wave has come back from the rigid end: twice its momentum has gone into that.
+    assert grid.get("boundary_impulse")[0] == pytest.approx(-2.0 * momentum, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_noise_on_a_distorted_mesh_keeps_energy_and_momenta(seed: int) -> None:
+    grid = distorted(12, 9, seed)
+    grid.reset(velocity=SMALL * np.random.default_rng(seed).standard_normal(grid.mesh.nodes.shape))
+    energy, turning = grid.get("kinetic_energy"), abs(grid.get("angular_momentum"))
+    grid.step(400 * grid.step_size)
+    assert grid.get("hourglass_energy") > 0.01 * energy and grid.get("elastic_energy") > 0.1 * energy
+    assert abs(grid.get("energy_residual")) <= 1e-12 * energy
+    # Momentum and its moment are sums over 130 nodes of some SMALL, 10 from the middle.
+    assert np.abs(grid.get("momentum_residual")).max() <= 1e-12 * 130 * SMALL
+    assert abs(grid.get("angular_momentum_residual")) <= 1e-12 * max(turning, 130 * SMALL)
+
+
+def test_work_of_every_condition_is_accounted_for() -> None:
+    """In linear motion the energy closes to rounding: forces, tractions, driven, absorbing, fixed edges at once."""
+    grid = block(
+        8, 6, forced_nodes=[20], boundaries={
+            "left": {"name": "velocity", "along": "nodes"}, "right": "traction",
+            "top": {"name": "absorbing", "sponge_width": 2.0},
+        },
+    )  # fmt: skip
+    motion = SMALL * np.random.default_rng(3).standard_normal((7, 2))
+    signal = Profile.half_sine(1.0, 40 * grid.step_size)
+    grid.step(50 * grid.step_size, left_velocity=signal * motion, right_traction=signal * (SMALL * np.array([1.0, -2.0])))
+    grid.step(50 * grid.step_size, left_velocity=motion, force=SMALL)
+    grid.step(100 * grid.step_size, left_velocity=0.0, force=0.0)
+    assert grid.get("absorbed_energy") > 0.1 * grid.get("kinetic_energy") > 0.0
+    assert abs(grid.get("energy_residual")) <= 1e-12 * abs(grid.get("input_work"))
+    assert np.abs(grid.get("momentum_residual")).max() <= 1e-12 * np.abs(grid.get("boundary_impulse")).max()
+    assert abs(grid.get("angular_momentum_residual")) <= 1e-12 * abs(grid.get("boundary_angular_impulse"))
+
+
+def test_the_residual_of_finite_strains_falls_with_them() -> None:
+    residuals = []
+    for strain in (1e-2, 1e-3, 1e-4):
+        grid = block(10, 8)
+        grid.reset(velocity=strain * np.sin(grid.mesh.nodes @ np.array([[0.5, 0.3], [0.2, 0.7]])))
+        energy = grid.get("kinetic_energy")
+        grid.step(100.0)
+        residuals.append(abs(grid.get("energy_residual")) / energy)
+    # In proportion to the strain: tenfold, within a factor of 3.
+    assert residuals[0] < 1e-3 and residuals[1] < residuals[0] / 3 and residuals[2] < residuals[1] / 3
+
+
+def test_a_traction_gives_its_impulse() -> None:
+    grid = block(6, 4, boundaries={"right": "traction"})
+    grid.step(3.0, right_traction=SMALL * np.array([2.0, -1.0]))
+    # Four metres of edge, 3 s.
+    np.testing.assert_allclose(grid.get("momentum"), 12.0 * SMALL * np.array([2.0, -1.0]), rtol=1e-12)
+    np.testing.assert_allclose(grid.get("impulse"), 12.0 * SMALL * np.array([2.0, -1.0]), rtol=1e-12)
+
+
+def test_linear_tractions_have_their_force_and_their_moment() -> None:
+    grid = block(2, 4, boundaries={"right": {"name": "traction", "along": "nodes"}})
+    y = np.arange(-2.0, 3.0)
+    traction = np.stack([SMALL * (3.0 + y), np.zeros(5)], axis=1)
+    grid.step(grid.step_size, right_traction=traction)
+    # The integrals of 3 + y and of -y (3 + y) from -2 to 2.
+    assert grid.get("impulse")[0] == pytest.approx(12.0 * SMALL * grid.step_size, rel=1e-12)
+    assert grid.get("angular_impulse") == pytest.approx(-16.0 / 3.0 * SMALL * grid.step_size, rel=1e-9)
+
+
+# -- symmetry, order of the work ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_mirror_images_have_mirrored_bits(axis: int) -> None:
+    """Finite motion with plasticity on a mesh with a notch and a hole, against its mirror image."""
+    slot, middle = ([-0.4, 0.4], [-1.85, -0.7]), [0.0, 0.37]
+    x, y = slot if axis == 0 else slot[::-1]
+    holes = [
+        {"name": "box", "x": x, "y": y},
+        {"name": "disc", "centre": middle if axis == 0 else middle[::-1], "radius": 0.45},
+    ]
+    mesh = {"name": "rectangle", "columns": 10, "rows": 10, "cell_size": 0.37, "centre": [0.0, 0.0], "holes": holes}
+    grid = Grid(mesh=mesh, material=MEDIUM, plasticity={"name": "von_mises", "yield_stress": 0.05})
+    assert len(grid.mesh.cells) < 96
+    nodes = grid.mesh.nodes
+    flip = np.array([-1.0, 1.0]) if axis == 0 else np.array([1.0, -1.0])
+    partner = np.array([int(np.flatnonzero((nodes == nodes[n] * flip).all(axis=1))[0]) for n in range(len(nodes))])
+    velocity = 0.05 * np.random.default_rng(5).standard_normal(nodes.shape)
+    grid.reset(velocity=velocity)
+    grid.step(60 * grid.step_size)
+    one, events = grid.get("velocity"), grid.event_count
+    grid.reset(velocity=velocity[partner] * flip)
+    grid.step(60 * grid.step_size)
+    assert events == grid.event_count > 10
+    # Of -0.0 and 0.0 either may stand for nothing.
+    np.testing.assert_array_equal(grid.get("velocity"), one[partner] * flip)
+
+
+@pytest.mark.parametrize("has_second_core", [False, True])
+@pytest.mark.parametrize("example", GRIDS, ids=lambda example: example.label)
+def test_the_bits_depend_neither_on_tiles_nor_on_threads(
+    example: Example, has_second_core: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = example.started()
+    drive(whole, example, 60)
+    monkeypatch.setattr(schedule, "TILE_CELLS", 3)
+    monkeypatch.setattr(threads, "LEAST_CELLS", 1)
+    monkeypatch.setattr(threads, "available", lambda: has_second_core)
+    tiled = example.started()
+    assert len(tiled._grid.tiles) > 3 == len(whole._grid.tiles)
+    assert len(tiled._grid.parts) - 1 == (1 if tiled._plastic else 2) and len(whole._grid.parts) == 2
+    drive(tiled, example, 60)
+    assert bits(tiled) == bits(whole)
+
+
+def test_two_threads_name_the_first_cell_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "LEAST_CELLS", 1)
+    monkeypatch.setattr(threads, "available", lambda: True)
+    grid = block(6, 6)
+    for node, cells in ((24, range(18)), (10, range(18)), (38, range(18, 36))):
+        grid.reset(velocity={node: (3.0, 0.0)})
+        with pytest.raises(StepError) as caught:
+            grid.step(10.0)
+        assert caught.value.index in cells and grid.tick == 0
+
+
+def test_a_parent_can_call_the_kernels() -> None:
+    grid, other = distorted(9, 8), distorted(9, 8)
+    velocity = 1e-3 * np.random.default_rng(1).standard_normal(grid.mesh.nodes.shape)
+    grid.reset(velocity=velocity)
+    other.reset(velocity=velocity)
+    grid.step(20 * grid.step_size)
+    state, tables, nodes = other._state, other._grid, len(other.mesh.nodes)
+    events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
+    for tick in range(20):
+        for part in ((0, 30), (30, nodes)):
+            kernels.kick(tables, state, grid.step_size, *part)
+            kernels.drift(tables, state, grid.step_size, *part)
+        groups = other._conditions.groups
+        assert kernels.forces(tables, state, groups, other._corner, grid.step_size, tick + 1, events, counts) == -1
+        kernels.kick(tables, state, grid.step_size, 0, nodes)
+    for name in ("displacement", "velocity", "stress"):
+        np.testing.assert_array_equal(other.get(name), grid.get(name))
+
+
+_WITHOUT_JIT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from support.component_examples import GRIDS
+from support.conformance_tools import bits, drive
+for example in GRIDS:
+    component = example.started()
+    drive(component, example, 12)
+    print(__import__("hashlib").sha256(bits(component)).hexdigest())
+"""
+
+
+def test_kernels_give_the_same_bits_without_the_jit() -> None:
+    command = [sys.executable, "-c", _WITHOUT_JIT, str(ROOT / "tests")]
+    answers = [
+        subprocess.run(
+            command, capture_output=True, text=True, check=True, cwd=ROOT, env={**os.environ, **extra}
+        ).stdout.split()
+        for extra in ({}, {"NUMBA_DISABLE_JIT": "1"})
+    ]
+    assert len(answers[0]) == len(GRIDS) and answers[0] == answers[1]
+
+
+# -- the step ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_highest_frequency_is_that_of_the_mesh() -> None:
+    # Of P waves along an axis at the edge of the zone: 2 c_p / h; power iteration comes from below.
+    frequency = block(40, 40).highest_frequency
+    assert 0.985 * 2.0 * P_SPEED <= frequency <= 2.0 * P_SPEED * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("make", [lambda h: block(12, 12, step_size=h), lambda h: distorted(12, 12, step_size=h)])
+def test_a_step_is_stable_up_to_what_is_allowed_and_refused_beyond(make) -> None:  # noqa: ANN001
+    largest = 2.0 / make(0.01).highest_frequency
+    grid = make(0.899 * largest)
+    grid.reset(velocity=SMALL * np.random.default_rng(1).standard_normal(grid.mesh.nodes.shape))
+    energy = grid.get("kinetic_energy")
+    grid.step(3000 * grid.step_size)
+    assert grid.get("kinetic_energy") < 2.0 * energy
+    with pytest.raises(ParameterError, match="step_size: got .* expected at most"):
+        make(0.901 * largest)
+
+
+def test_a_step_beyond_the_stable_one_blows_up() -> None:
+    """The limit means something: past it a run would not survive."""
+    grid = block(12, 12, step_size=0.45)
+    vars(grid)["step_size"] = 1.02 * 2.0 / (2.0 * P_SPEED)
+    grid.reset(velocity=SMALL * np.random.default_rng(1).standard_normal(grid.mesh.nodes.shape))
+    with pytest.raises(StepError):
+        for _ in range(100):
+            grid._advance(100)
+            if grid._failed[1]:
+                raise grid._explain(1)
+
+
+# -- bad input -----------------------------------------------------------------------------------------------------------
+
+SQUARE = {"name": "rectangle", "columns": 4, "rows": 4, "cell_size": 1.0}
+CONE = {"name": "drucker_prager", "yield_stress": 1.0, "friction": 0.2}
+NODES = [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [2, 1]]
+
+
+def mesh_of(cells: list[list[int]], nodes: list | None = None, **edges: list[int]) -> dict:
+    return {"name": "quadrilaterals", "nodes": NODES if nodes is None else nodes, "cells": cells, "edges": edges}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"mesh": mesh_of([[0, 1, 2, 3], [1, 2, 5, 4]])}, ["cells[1]", "inverted", "clockwise"]),
+        ({"mesh": mesh_of([[0, 1, 2, 3], [1, 4, 5, 1]])}, ["cells[1]", "four different nodes"]),
+        ({"mesh": mesh_of([[0, 1, 2, 3], [1, 4, 5, 6]])}, ["cells[1]", "got node 6, expected 0 to 5"]),
+        ({"mesh": mesh_of([[0, 1, 2, 3]])}, ["nodes[4]", "belongs to no cell"]),
+        ({"mesh": mesh_of([[0, 1, 2, 3]], [[0, 0], [1, 0], [2, 0], [3, 0]])}, ["cells[0]", "flat"]),
+        ({"mesh": mesh_of([[0, 1, 2, 3]], [[0, 0], [1, 0], [0.2, 0.2], [0, 1]])}, ["cells[0]", "not convex"]),
+        ({"mesh": mesh_of([[0, 1, 2, 3], [1, 4, 5, 2]], side=[0, 2])}, ["edges.side", "0 and 2", "no side of the boundary"]),
+        ({"mesh": {**SQUARE, "holes": [{"name": "box", "x": [9, 10], "y": [0, 1]}]}}, ["holes[0]", "the middle of no cell"]),
+        ({"mesh": {**SQUARE, "holes": [{"name": "box", "x": [-1, 9], "y": [-1, 9]}]}}, ["nothing is left"]),
+        ({"mesh": {**SQUARE, "holes": [{"name": "box", "x": [3, 2], "y": [0, 1]}]}}, ["the smaller number first"]),
+        ({"material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, ["poisson", "0.5"]),
+        ({"boundaries": {"rihgt": "fixed"}}, ["boundaries.rihgt", "right"]),
+        ({"boundaries": {"left": "periodic"}}, ["boundaries.left", "partner"]),
+        ({"boundaries": {"left": "fixed", "right": "fixed"}, "mesh": {**SQUARE, "columns": 1}}, ["no node can move"]),
+        ({"cell_material": [0, 0]}, ["cell_material", "got 2 numbers, expected 16"]),
+        ({"cell_material": [1] * 16}, ["cell_material[0]", "expected 0 to 0"]),
+        ({"regions": [{"area": {"name": "disc", "centre": [0, 0], "radius": 0.1}, "material": 0}]}, ["regions[0]", "no cell"]),
+        ({"plasticity": ["elastic", "elastic"]}, ["plasticity", "2 laws for 1 materials"]),
+        ({"forced_nodes": [99]}, ["forced_nodes[0]", "expected 0 to 24"]),
+        ({"receivers": [3, 3]}, ["receivers[1]", "there already"]),
+        ({"step_size": 0.6}, ["step_size", "expected at most", "2 / omega"]),
+        ({"plasticity": {**CONE, "dilatancy": 0.4}}, ["dilatancy", "at most friction"]),
+    ],
+)  # fmt: skip
+def test_bad_parameters_are_refused(parameters: dict, words: list[str]) -> None:
+    with pytest.raises(ParameterError) as caught:
+        ge.make("grid", **{"mesh": SQUARE, "material": MEDIUM, **parameters})
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_symmetry_edge_has_to_lie_along_an_axis() -> None:
+    nodes = [[0, 0], [1, 0], [1.5, 1], [0, 1]]
+    with pytest.raises(ParameterError, match="boundaries.slope: a symmetry edge"):
+        Grid(mesh=mesh_of([[0, 1, 2, 3]], nodes, slope=[1, 2]), material=MEDIUM, boundaries={"slope": "symmetry"})
+
+
+def test_joined_nodes_start_as_one() -> None:
+    grid = bar(10)
+    velocity = np.zeros((33, 2))
+    velocity[3] = 1.0
+    with pytest.raises(ParameterError, match="start.velocity: the nodes .3, 25. are joined"):
+        grid.reset(velocity=velocity)
+
+
+def test_an_inverting_cell_is_named_and_the_last_state_kept() -> None:
+    grid = block(4, 4)
+    grid.reset(velocity={12: (3.0, 0.0)})
+    with pytest.raises(StepError, match=r"displacement: cell \d+ has been inverted") as caught:
+        grid.step(10.0)
+    assert caught.value.index in range(16) and grid.tick == 0 and grid.get("velocity")[12, 0] == 3.0
+
+
+def test_an_inverted_start_is_refused() -> None:
+    grid = block(4, 4)
+    with pytest.raises(ParameterError, match=r"start.displacement: cell \d+ would be inverted"):
+        grid.reset(displacement={12: (3.0, 0.0)})
+
+
+# -- reading -------------------------------------------------------------------------------------------------------------
+
+
+def test_outputs_agree_with_each_other() -> None:
+    grid = block(4, 4, receivers=[7, [0.0, 0.0]], plasticity={"name": "von_mises", "yield_stress": 0.05})
+    grid.reset(velocity=0.1 * pulse(grid.mesh.nodes + 2.0, 4.0))
+    grid.step(2.0)
+    np.testing.assert_array_equal(grid.get("receiver_velocity"), grid.get("velocity")[[7, 12]])
+    xx, yy, zz, xy = grid.get("stress").T
+    np.testing.assert_allclose(grid.get("pressure"), -(xx + yy + zz) / 3.0)
+    p = grid.get("pressure")
+    norm = (xx + p) ** 2 + (yy + p) ** 2 + (zz + p) ** 2 + 2.0 * xy**2
+    np.testing.assert_allclose(grid.get("equivalent_stress"), np.sqrt(1.5 * norm))
+    assert grid.get("internal_energy").sum() == pytest.approx(grid.get("elastic_energy") + grid.get("plastic_work"))
+    assert grid.get("mass") == 16.0

@@ -1,0 +1,116 @@
+"""Plastic laws in the grid, against closed forms: uniaxial strain, yield surfaces, work, first yield."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from support.grid_tools import MEDIUM, bar, block
+
+from granular_env.components.grid import Grid
+from granular_env.components.materials.elastic import Material
+
+YIELD = 1e-4
+SHEAR, BULK = MEDIUM.shear_modulus, MEDIUM.bulk_modulus
+VON_MISES = {"name": "von_mises", "yield_stress": YIELD}
+CONE = {"name": "drucker_prager", "yield_stress": YIELD, "friction": 0.6, "dilatancy": 0.3}
+
+
+def strained(plasticity: dict, gradient: list[list[float]], ticks: int = 400, material: Material = MEDIUM) -> Grid:
+    """Return one cell whose four nodes are driven to a homogeneous strain, so slowly that inertia plays no part."""
+    edges = dict.fromkeys(("left", "right"), {"name": "velocity", "along": "nodes"})
+    grid = block(1, 1, plasticity=plasticity, boundaries=edges, material=material, step_size=0.01)
+    motion = grid.mesh.nodes @ np.array(gradient).T / (ticks * 0.01)
+    grid.step(ticks * 0.01, **{f"{name}_velocity": motion[grid.mesh.edge_nodes(name)] for name in ("left", "right")})
+    return grid
+
+
+def invariants(grid: Grid) -> tuple[float, float]:
+    """Return equivalent stress and pressure of the first cell [Pa]."""
+    return float(grid.get("equivalent_stress")[0]), float(grid.get("pressure")[0])
+
+
+def test_uniaxial_strain_yields_at_the_hugoniot_limit() -> None:
+    """Past sigma = Y (lambda + 2 mu) / 2 mu the deviator stays at 2/3 Y, and only the pressure grows."""
+    strain = 3.0 * YIELD
+    grid = strained(VON_MISES, [[-strain, 0.0], [0.0, 0.0]])
+    xx, yy, zz, xy = grid.get("stress")[0]
+    # Of first order in strains of 3e-4.
+    assert xx == pytest.approx(-(BULK * strain + 2.0 / 3.0 * YIELD), rel=1e-3)
+    assert yy == pytest.approx(zz, rel=1e-9) and xy == 0.0
+    assert invariants(grid) == (pytest.approx(YIELD, rel=1e-12), pytest.approx(BULK * strain, rel=1e-3))
+    # The rest of the deviatoric strain is plastic: e_p = 2/3 strain - Y / 3 mu.
+    assert grid.get("plastic_strain")[0] == pytest.approx(2.0 / 3.0 * strain - YIELD / (3.0 * SHEAR), rel=2e-3)
+    (event,) = grid.events()
+    limit = YIELD / (2.0 * SHEAR) / strain * grid.tick
+    assert event.kind == "cell_yielded" and event.index == 0 and event.value > event.limit == YIELD
+    assert limit <= event.tick <= limit + 1.01
+
+
+@pytest.mark.parametrize("hardening", [0.0, 0.5])
+def test_work_in_simple_shear(hardening: float) -> None:
+    """Elastic until gamma_0 = Y / (sqrt 3 mu); then tau rises with mu H / (3 mu + H), and plastic work is tau gamma_p."""
+    gamma = 5.0 * YIELD
+    grid = strained({**VON_MISES, "hardening": hardening}, [[0.0, gamma], [0.0, 0.0]])
+    first = YIELD / math.sqrt(3.0) / SHEAR
+    slope = SHEAR * hardening / (3.0 * SHEAR + hardening)
+    stress = SHEAR * first + slope * (gamma - first)
+    plastic = gamma - stress / SHEAR
+    assert grid.get("stress")[0, 3] == pytest.approx(stress, rel=1e-3)
+    assert grid.get("plastic_strain")[0] == pytest.approx(plastic / math.sqrt(3.0), rel=1e-3)
+    work = 0.5 * (SHEAR * first + stress) * plastic
+    assert grid.get("plastic_work") == pytest.approx(work, rel=2e-3)
+    assert grid.get("elastic_energy") == pytest.approx(stress * stress / (2.0 * SHEAR), rel=2e-3)
+
+
+def test_unloading_is_elastic() -> None:
+    grid = strained(VON_MISES, [[0.0, 3.0 * YIELD], [0.0, 0.0]])
+    stress, strain = grid.get("stress")[0, 3], grid.get("plastic_strain")[0]
+    motion = grid.mesh.nodes @ np.array([[0.0, 0.0], [-0.5 * YIELD, 0.0]])
+    grid.step(1.0, **{f"{name}_velocity": motion[grid.mesh.edge_nodes(name)] for name in ("left", "right")})
+    assert grid.get("stress")[0, 3] == pytest.approx(stress - 0.5 * YIELD * SHEAR, rel=1e-3)
+    assert grid.get("plastic_strain")[0] == strain and grid.event_count == 1
+
+
+@pytest.mark.parametrize("gradient", [[[-9e-4, 2e-4], [0.0, 0.0]], [[3e-4, 4e-4], [0.0, -8e-4]], [[0.0, 9e-4], [0.0, 0.0]]])
+def test_stresses_lie_on_the_cone(gradient: list[list[float]]) -> None:
+    grid = strained(CONE, gradient)
+    q, p = invariants(grid)
+    assert grid.get("plastic_strain")[0] > 0.0
+    assert q == pytest.approx(YIELD + 0.6 * p, rel=1e-12)
+    # What is plastic of the volume strain is the dilatancy's part of the plastic strain.
+    volume = gradient[0][0] + gradient[1][1]
+    assert volume + p / BULK == pytest.approx(0.3 * grid.get("plastic_strain")[0], rel=5e-3, abs=1e-6)
+
+
+def test_pure_tension_ends_at_the_tip_of_the_cone() -> None:
+    grid = strained(CONE, [[3e-4, 0.0], [0.0, 3e-4]])
+    q, p = invariants(grid)
+    assert q == 0.0 and p == pytest.approx(-YIELD / 0.6, rel=1e-12)
+    assert (
+        grid.get("energy_residual") == pytest.approx(0.0, abs=1e-3 * grid.get("plastic_work"))
+        and grid.get("plastic_work") > 0.0
+    )
+
+
+def test_an_elastic_precursor_runs_ahead_of_a_plastic_wave() -> None:
+    """Beyond yield the precursor stands at the Hugoniot limit and runs with c_p, the rest follows with sqrt(K / rho)."""
+    limit = YIELD * (BULK + 4.0 / 3.0 * SHEAR) / (2.0 * SHEAR)
+    drive = 4.0 * limit / math.sqrt(BULK + 4.0 / 3.0 * SHEAR)
+    grid = bar(400, plasticity=VON_MISES, boundaries={"left": "velocity"}, step_size=0.25)
+    grid.step(150.0, left_velocity=np.array([drive, 0.0]))
+    x, stress = grid.mesh.centres[:400, 0], -grid.get("stress")[:400, 0]
+    plastic, elastic = math.sqrt(BULK), math.sqrt(BULK + 4.0 / 3.0 * SHEAR)
+    between = (x > 1.1 * plastic * 150.0) & (x < 0.93 * elastic * 150.0)
+    # The discontinuities ring in the mesh: means over a plateau.
+    assert stress[between].mean() == pytest.approx(limit, rel=0.02)
+    # Behind the plastic front: the piston's speed is that of the precursor and of the plastic wave together.
+    behind = stress[x < 0.7 * plastic * 150.0].mean()
+    assert behind == pytest.approx(limit + plastic * (drive - limit / elastic), rel=0.02)
+    fronts = [x[stress > level].max() for level in (0.5 * limit, 0.5 * (limit + behind))]
+    assert fronts[0] == pytest.approx(elastic * 150.0, rel=0.02)
+    assert fronts[1] == pytest.approx(plastic * 150.0, rel=0.03)
+    yielded = {event.index for event in grid.events()}
+    assert all(cell in yielded for cell in range(150))
+    assert abs(grid.get("energy_residual")) <= 1e-3 * grid.get("input_work")
