@@ -12,6 +12,7 @@ from pathlib import Path
 import lz4.frame
 import numpy as np
 import pytest
+from mcap.writer import Writer
 from support.hostile_logs import ACTIONS, refused_by_the_family
 from support.recording_helpers import chain_log, changed, oscillator_log, rewrite
 from support.work import count_calls
@@ -19,7 +20,6 @@ from support.work import count_calls
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import LogError
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.mcap_writer import McapWriter
 from granular_env.recording.message_index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
 from granular_env.recording.records import CLOSED, FRAMES, HEADER, INCIDENTS, PROFILE, STEPS, Record
 
@@ -42,7 +42,7 @@ def _measured(act: Callable[[], object]) -> tuple[int, int]:
 def _bomb(path: Path, profile: str, content: bytes) -> int:
     """A file of one chunk that unfolds to `content`; its size."""
     with path.open("wb") as file:
-        McapWriter(file, profile, "")
+        Writer(file).start(profile, "")
         head = struct.pack("<QQQI", 0, 0, len(content), zlib.crc32(content)) + struct.pack("<I", 3) + b"lz4"
         packed = lz4.frame.compress(content)
         body = head + struct.pack("<Q", len(packed)) + packed
