@@ -7,7 +7,21 @@ import sys
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from . import calls, environments, gradient, grid, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer, sweeps
+from . import (
+    automata,
+    calls,
+    environments,
+    gradient,
+    grid,
+    kernel,
+    lammps_peer,
+    laws,
+    numpy_peer,
+    recording,
+    replay,
+    scipy_peer,
+    sweeps,
+)
 from .facts import facts
 from .figures import Figure, table
 
@@ -20,6 +34,7 @@ OURS: dict[str, Benchmark] = {
     "calls": calls.measure,
     "gradient": gradient.measure,
     "grid": grid.measure,
+    "automata": automata.measure,
     "environments": environments.measure,
     "recording": recording.measure,
     "replay": replay.measure,

@@ -10,6 +10,7 @@ sys.path.append(str(Path(__file__).resolve().parent.parent))
 
 from benchmarks import __main__ as program  # noqa: E402
 from benchmarks import (  # noqa: E402
+    automata,
     calls,
     chains,
     environments,
@@ -38,6 +39,7 @@ SMALL = {
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 3),
+    "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4), 5),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "replay": (lambda: replay.measure(grains=40, steps=20, rounds=2), 2),

@@ -20,7 +20,7 @@ import numpy as np
 from ..support.arrays import FloatArray
 from ..support.jit import inlined, jit
 from .breaking.functions import failure
-from .pair import strains, turned
+from .pair import mirrored_slots, strains, turned
 from .responses.functions import respond
 from .stress import virial
 
@@ -65,16 +65,6 @@ class Law(NamedTuple):
 def opposite_slot(slots, slot):
     """Return the slot of the same pair at its other end."""
     return slot + slots // 2 if slot < slots // 2 else slot - slots // 2
-
-
-@inlined
-def mirrored_slots(slots, group):
-    """Return two slots that a mirror exchanges or keeps: 0 and 2, 1 and 3; or 0 and 3, 1 and 2, 4 and 5."""
-    if slots == 4:
-        return group, group + 2
-    if group == 0:
-        return 0, 3
-    return (1, 2) if group == 1 else (4, 5)
 
 
 @inlined
