@@ -25,7 +25,7 @@ FINAL = {
     "power": "e05ec65993a8af1e17026af1035475eb",
     "oscillator": "96e94df6bb99efd59687d5fbcda22117",
     "discs": "7577008a6b94d92a399803b54259ea53",
-    "grid-edges": "c02428751cee8ab705b17d7c2e9904eb",
+    "grid-edges": "9853c4e40d8306ddbb0d00a532f1da73",
     "grid-yielding": "9279b8c98056286681e30b4c7cede4e9",
     "automata-linked": "06b98eaa4cae31ab1f1559a5382c8e62",
     "automata-cracking": "6c5ec0a43fe25f5402758a1a3934d820",
