@@ -7,7 +7,22 @@ import sys
 from collections.abc import Callable, Iterator
 from time import perf_counter
 
-from . import calls, environments, gradient, grid, kernel, lammps_peer, laws, numpy_peer, recording, replay, scipy_peer, sweeps
+from . import (
+    calls,
+    compilation,
+    environments,
+    gradient,
+    grid,
+    kernel,
+    lammps_peer,
+    laws,
+    mcap_peer,
+    numpy_peer,
+    recording,
+    replay,
+    scipy_peer,
+    sweeps,
+)
 from .facts import facts
 from .figures import Figure, table
 
@@ -18,10 +33,12 @@ OURS: dict[str, Benchmark] = {
     "numpy": numpy_peer.measure,
     "scipy": scipy_peer.measure,
     "calls": calls.measure,
+    "compilation": compilation.measure,
     "gradient": gradient.measure,
     "grid": grid.measure,
     "environments": environments.measure,
     "recording": recording.measure,
+    "mcap": mcap_peer.measure,
     "replay": replay.measure,
     "sweeps": sweeps.measure,
 }

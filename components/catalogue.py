@@ -20,7 +20,7 @@ ENTRY_POINT_GROUP = "granular_env.components"
 _OWN = {
     "automata": (
         ".automata.component:Automata",
-        "Movable cellular automata: equal discs in a packing, which act on pairs and on volume; Psakhie et al. (2003).",
+        "Movable cellular automata: equal discs in a packing, which act on pairs and on volume (Psakhie 2003).",
     ),
     "chain": (
         ".chain.component:Chain",

@@ -88,10 +88,15 @@ class Component(Stepping, metaclass=_Fixed):
         **fields: tuple[str, tuple[int, ...]],
     ) -> None:
         """Set `_block`: the state, as `snapshot.Block` lays it out, in the memory of a parent where there is one."""
-        if growing and self._given_memory is not None:
-            raise ParameterError(f"memory: the state of {self._full_name} grows, so it needs memory of its own")
         words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
         self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
+
+    def _include(self, part: Component) -> None:
+        """Take a part, which was made in the memory of this component, into its snapshots: the lists that grow in it too.
+
+        Call it in `_build`, after `_lay_out`.
+        """
+        self._block.include(part._block)
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent where there is one."""
@@ -131,8 +136,8 @@ class Component(Stepping, metaclass=_Fixed):
 
     @property
     def _full_name(self) -> str:
-        """The name with its article."""
-        return f"{'an' if self.name[:1].lower() in 'aeiou' else 'a'} {self.name}"
+        """The name as messages call it."""
+        return f"component {self.name!r}"
 
     def _assignment_advice(self, name: str) -> str:
         """Return advice: what to do instead of setting or deleting an attribute."""
@@ -141,7 +146,7 @@ class Component(Stepping, metaclass=_Fixed):
             return f"the parameters of {self._full_name} are fixed once it is made; make a new one with the other value"
         if variable is None:
             advice = "" if hasattr(self, name) else f"; {nearest(name, self.variables)}"
-            return f"{self._full_name}'s attributes cannot be set once it is made{advice}"
+            return f"the attributes of {self._full_name} cannot be set once it is made{advice}"
         if variable.causality == "input":
             return f"an input is given to a step: step(duration, {name}=...)"
         return f"a start value is given to reset: reset({name}=...)" if variable.state else "an output can only be read"

@@ -42,7 +42,7 @@ class Element:
 
         Args:
             variables: of the component, by name.
-            what: what messages call what is looked for, such as "output of this chain".
+            what: what messages call what is looked for, such as "output of 'chain'".
             *causalities: those that may be meant.
 
         Raises:

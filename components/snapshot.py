@@ -24,7 +24,8 @@ class Block:
     """The changing state of a component: memory with named views, and lists that grow.
 
     What has a fixed size lies in one piece of memory, so that a snapshot is one copy. A list that grows has an array with a
-    capacity, which is raised between ticks; a snapshot holds the rows in use.
+    capacity, which is raised between ticks; a snapshot holds the rows in use. The numbers of rows in use are the last words of
+    the memory, so a parent that owns the memory of parts has those of their lists too, and with `include` the rows.
     """
 
     def __init__(
@@ -53,19 +54,39 @@ class Block:
             offset += sizes[name]
         self._lists = {name: np.zeros((_FIRST_CAPACITY, *row), dtype) for name, (dtype, row) in lists.items()}
         self._places = {name: place for place, name in enumerate(lists)}
+        # All lists whose counts lie in this memory: its own, and those of parts.
+        self._tables: list[tuple[Block, str]] = [(self, name) for name in lists]
+
+    def include(self, part: Block) -> None:
+        """Take the lists of a part, which lies in this block's memory, into copies of this one; they stay the part's.
+
+        Raises:
+            ValueError: the part lies elsewhere.
+        """
+        if not np.shares_memory(self.memory, part.memory) or self._word_of(part) + part.memory.size > self.memory.size:
+            raise ValueError("the part does not lie in this block's memory")
+        self._tables += part._tables
+
+    def _word_of(self, part: Block) -> int:
+        """Return the number of the word of this memory at which that of a part begins."""
+        return (part.memory.ctypes.data - self.memory.ctypes.data) // 8
+
+    def _count_word(self, name: str) -> int:
+        """Return the number of the word of this memory that holds how long a list is: they are the last ones."""
+        return self.memory.size - len(self._lists) + self._places[name]
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.views[name] if name in self.views else self._lists[name][: self.count(name)]
 
     @property
     def grows(self) -> bool:
-        """Whether it has lists."""
-        return bool(self._lists)
+        """Whether it has lists, or parts that have."""
+        return bool(self._tables)
 
     @property
     def nbytes(self) -> int:
         """Bytes of the state, of lists the rows in use."""
-        return self.memory.nbytes + sum(self[name].nbytes for name in self._lists)
+        return self.memory.nbytes + sum(block[name].nbytes for block, name in self._tables)
 
     def count(self, name: str) -> int:
         """Return how many rows of a list are in use; 0 where there is no such list."""
@@ -103,19 +124,20 @@ class Block:
 
     def to_bytes(self) -> bytes:
         """Return the state: the fixed part, then the rows in use of each list."""
-        if not self._lists:
+        if not self._tables:
             return self.memory.tobytes()
-        return b"".join([self.memory.tobytes(), *(self[name].tobytes() for name in self._lists)])
+        return b"".join([self.memory.tobytes(), *(block[name].tobytes() for block, name in self._tables)])
 
     def sizes_in(self, data: bytes) -> list[int] | None:
         """Return the bytes of each list in a state that `to_bytes` gave; None where it is no such state."""
         fixed = self.memory.nbytes
-        if not self._lists:  # as usual, and on the way of every restore of an environment
+        if not self._tables:  # as usual, and on the way of every restore of an environment
             return [] if len(data) == fixed else None
         if len(data) < fixed:
             return None
-        counts = np.frombuffer(data, np.int64, len(self._lists), fixed - 8 * len(self._lists)).tolist()
-        sizes = [count * array[:1].nbytes for count, array in zip(counts, self._lists.values(), strict=True)]
+        words = np.frombuffer(data, np.int64, fixed // 8)
+        counts = [int(words[self._word_of(block) + block._count_word(name)]) for block, name in self._tables]
+        sizes = [count * block._lists[name][:1].nbytes for count, (block, name) in zip(counts, self._tables, strict=True)]
         return sizes if all(count >= 0 for count in counts) and fixed + sum(sizes) == len(data) else None
 
     def load(self, data: bytes) -> None:
@@ -124,10 +146,11 @@ class Block:
         if sizes is None:
             raise ValueError(f"a state of {len(data)} bytes")
         offset = self.memory.nbytes
-        for (name, array), size in zip(list(self._lists.items()), sizes, strict=True):
+        for (block, name), size in zip(self._tables, sizes, strict=True):
+            array = block._lists[name]
             rows = np.frombuffer(data, array.dtype, size // 8, offset).reshape(-1, *array.shape[1:])
-            self.set_count(name, 0)
-            self.room(name, len(rows))[: len(rows)] = rows
+            block.set_count(name, 0)
+            block.room(name, len(rows))[: len(rows)] = rows
             offset += size
         self.memory[:] = np.frombuffer(data, np.float64, len(self.memory))
 

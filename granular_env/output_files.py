@@ -6,6 +6,7 @@ import contextlib
 import errno
 import fcntl
 import os
+import re
 import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -140,6 +141,11 @@ def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[Granula
     """Return the error of a file that cannot be written, with advice that fits its cause."""
     reason = error.strerror or error
     return kind(f"{os.fspath(path)!r} cannot be written: {reason}; {advice_for(error)}; what stood there is kept")
+
+
+def file_name(name: str, default: str) -> str:
+    """Return a name that a file or a folder can have; `default` where nothing of it is left."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or default
 
 
 def with_article(name: object) -> str:

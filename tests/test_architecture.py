@@ -8,6 +8,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import grimp
 import pytest
 
 from granular_env.components import catalogue
@@ -143,3 +144,17 @@ def test_nobody_reads_the_private_members_of_a_component():
             own = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in ("self", "cls")
             read = isinstance(node, ast.Attribute) and not own and node.attr in private
             assert not read, f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)} reads a private member of a component"
+
+
+def test_only_components_and_domains_import_a_particular_component():
+    """Whatever the catalogue holds: a generic room asks the catalogue, so that it serves every component alike."""
+    graph = grimp.build_graph("granular_env", cache_dir=None)
+    homes = {catalogue.component_class(name).__module__.split(".")[2] for name in catalogue.names()}
+    assert {"chain", "discs", "oscillator"} <= homes
+    for home in homes:
+        system = f"granular_env.components.{home}"
+        for module in {system, *graph.find_descendants(system)}:
+            for importer in graph.find_modules_that_directly_import(module):
+                assert importer.startswith(("granular_env.components.", "granular_env.domains.")), (
+                    f"{importer} imports {module}"
+                )

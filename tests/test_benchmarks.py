@@ -12,6 +12,7 @@ from benchmarks import __main__ as program  # noqa: E402
 from benchmarks import (  # noqa: E402
     calls,
     chains,
+    compilation,
     environments,
     facts,
     gradient,
@@ -19,6 +20,7 @@ from benchmarks import (  # noqa: E402
     kernel,
     lammps_peer,
     laws,
+    mcap_peer,
     numpy_peer,
     recording,
     replay,
@@ -36,10 +38,12 @@ SMALL = {
     "numpy": (lambda: numpy_peer.measure(grains=30, ticks=5, rounds=2), 1),
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),
+    "compilation": (lambda: compilation.measure(repeats=1), 3),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 3),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
+    "mcap": (lambda: mcap_peer.measure(small=20, large=2, large_words=100, rounds=2), 2),
     "replay": (lambda: replay.measure(grains=40, steps=20, rounds=2), 2),
     "sweeps": (lambda: sweeps.measure(tasks=3, task_seconds=0.001, rounds=1, least_tasks=3), 2),
 }

@@ -299,7 +299,7 @@ def test_a_log_is_told_apart_from_an_experiment(log, capsys):
 def test_words_agree_with_their_numbers(log, capsys):
     assert main(["check", log]) == 0
     assert main(["check", "oscillator/pushed"]) == 0
-    assert capsys.readouterr().out.count("an oscillator") == 2
+    assert capsys.readouterr().out.count("component oscillator") == 2
     assert main(["replay", log, "--verify"]) == 0
     assert re.search(r"\b1 \w+(s|es)\b", capsys.readouterr().out) is None
 
@@ -449,7 +449,7 @@ def test_what_is_mistyped_is_answered_by_its_command_and_the_nearest_name(argume
         (["sweep", "x", "--quiet", "--json"], "--quiet and --json exclude each other; give one of them."),
         (["view", "x", "--web", "--save", "a.rrd"], "--web and --save exclude each other; give one of them."),
         (["branch", "x.mcap", "--at", "soon"], "Invalid value for '--at': 'soon' is not a valid float."),
-        (["report", "x.mcap", "--grains", "3,x"], "Invalid value for '--grains': 'x' is not a valid integer."),
+        (["report", "x.mcap", "--indices", "3,x"], "Invalid value for '--indices': 'x' is not a valid integer."),
         (["sweep", "x", "--engine", "rya"], "'rya' is not one of 'processes', 'serial', 'ray'."),
         (["replay", "a.mcap", "b.mcap"], "unexpected extra argument (b.mcap)"),
     ],
@@ -472,7 +472,7 @@ def test_negative_numbers_and_names_that_begin_with_a_dash(log, folder, capsys):
     assert main(["check", "-x.mcap"]) == 2
     capsys.readouterr()
     assert main(["check", "--", "-x.mcap"]) == 0
-    assert capsys.readouterr().out.startswith("-x.mcap: an oscillator")
+    assert capsys.readouterr().out.startswith("-x.mcap: component oscillator")
 
 
 @pytest.mark.parametrize("width", [60, 80])
@@ -531,6 +531,13 @@ def test_streams_that_are_closed_or_full_are_no_difference(redirection, status, 
     assert said in ended.stderr
     assert "Traceback" not in ended.stderr and "Exception ignored" not in ended.stderr
     assert verify("a.mcap").identical
+
+
+def test_help_that_cannot_be_written_is_told_of():
+    command = f'exec "{sys.executable}" -m granular_env --help >/dev/full'
+    ended = subprocess.run(["bash", "-c", command], cwd=ROOT, capture_output=True, text=True, timeout=100)
+    assert ended.returncode == 2
+    assert ended.stderr == "granular-env: the system refused it: No space left on device\n"
 
 
 def test_a_current_folder_that_is_gone_is_told_in_a_sentence(tmp_path):
@@ -627,7 +634,7 @@ def test_names_out_of_files_are_not_obeyed_by_the_terminal(folder, capsys):
     capsys.readouterr()
     assert main(["check", "x.toml"]) == 0
     text = capsys.readouterr().out
-    assert r"valid: x\x1b[2J, an oscillator" in text and "\x1b" not in text
+    assert r"valid: x\x1b[2J, component oscillator" in text and "\x1b" not in text
     assert with_article("\x1b[31mred") == r"a \x1b[31mred"
     assert main(["run", "no\x1b[2Jthing"]) == 2
     assert "\x1b" not in capsys.readouterr().err

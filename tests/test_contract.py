@@ -136,7 +136,7 @@ def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: A
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("stiffness", "the parameters of an oscillator are fixed once it is made; make a new one"),
+        ("stiffness", "the parameters of component 'oscillator' are fixed once it is made; make a new one"),
         ("stifness", "did you mean 'stiffness'"),
         ("force", r"an input is given to a step: step\(duration, force=...\)"),
         ("velocity", r"a start value is given to reset: reset\(velocity=...\)"),
@@ -178,7 +178,7 @@ def test_a_subclass_may_have_attributes_of_its_own() -> None:
     counting = Counting()
     counting.step(3 * counting.step_size)
     assert counting.label == "mine" and counting._advances == 1
-    with pytest.raises(ParameterError, match="label: an oscillator's attributes cannot be set"):
+    with pytest.raises(ParameterError, match="label: the attributes of component 'oscillator' cannot be set"):
         counting.label = "yours"
 
 

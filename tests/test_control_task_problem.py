@@ -15,6 +15,7 @@ from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.task_names import task_names
 from granular_env.control.task_problem import TaskProblem
 from granular_env.domains.chain import ChainVectorEnv
+from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import ComponentEnv
 
 SMALL = {"grains": 12, "deadline": 80, "place": 6.0, "amplitude": 4.0}
@@ -57,7 +58,7 @@ def test_slopes_by_the_point_are_those_of_central_differences(changes):
     draw = np.random.default_rng(5)
     point, along = draw.uniform(0.05, 0.3, shape.size), draw.normal(size=shape.size)
     value = lambda at: problem.value_and_grad(shape.actions(at[None])[0], SEEDS)[0]  # noqa: E731
-    slopes = shape.pull(point, problem.value_and_grad(shape.actions(point[None])[0], SEEDS)[1])
+    slopes = shape.pullback(point, problem.value_and_grad(shape.actions(point[None])[0], SEEDS)[1])
     # Grains part and meet again, so the error falls more slowly than the step's square: 5e-6 at 1e-5, at most 1e-7 at 1e-6.
     differences = (value(point + 1e-6 * along) - value(point - 1e-6 * along)) / 2e-6
     assert slopes @ along == pytest.approx(differences, rel=1e-6)
@@ -83,7 +84,8 @@ def test_the_objective_of_an_episode_at_rest_is_minus_its_return(name, arguments
 def test_every_environment_has_a_short_name():
     assert task_names()["pulse-forming"] == "granular_env/PulseForming-v1"
     for short, registered in task_names().items():
-        assert TaskProblem(short, {"grains": 48}).name == registered == TaskProblem(registered, {"grains": 48}).name
+        small = {"grains": 48} if registered in ENVIRONMENTS else {}
+        assert TaskProblem(short, small).name == registered == TaskProblem(registered, small).name
 
 
 def test_a_task_without_a_deadline_is_refused():

@@ -64,9 +64,7 @@ def test_a_stop_rule_watches_one_element() -> None:
     assert stop("velocity[9,1]").stopped_by is None
     with pytest.raises(ExperimentError, match=r"stop.0.variable: got the index 9 of 'velocity', expected 2 numbers"):
         stop("velocity[9]")
-    with pytest.raises(
-        ExperimentError, match=r"stop.0.variable: 'velocty' is no output of this discs; did you mean 'velocity'"
-    ):
+    with pytest.raises(ExperimentError, match=r"stop.0.variable: 'velocty' is no output of 'discs'; did you mean 'velocity'"):
         stop("velocty[9,0]")
     with pytest.raises(ExperimentError, match="stop.0.variable: got 'velocity.0', expected a variable"):
         stop("velocity.0")

@@ -395,3 +395,34 @@ def test_a_profile_table_has_to_say_how_it_is_built():
     with pytest.raises(TypeError, match="abstract.*build"):
         type("Unbuilt", (ProfileTable,), {})()
     assert not any(table.__abstractmethods__ for table in get_args(get_args(AnyProfile)[0]))
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("batch", 0, "greater than or equal to 1"),
+        ("batch", 1_000_000, "less than or equal to 100000"),
+        ("batch", 1.5, "a whole number"),
+        ("batch", "many", "a whole number"),
+        ("name", "-", "a text that matches"),
+        ("name", 3, "a text"),
+    ],
+)
+def test_what_a_value_of_a_document_should_be_is_said_in_words_of_its_own(key, value, expected):
+    from granular_env.components.errors import GranularError
+    from granular_env.control.study import load_study
+
+    study = {
+        "version": 1,
+        "name": "x",
+        "seeds": [1],
+        "budget": 10,
+        "task": {"name": "protection"},
+        "drive": {"knots": 3},
+        "method": [{"type": "random", key: value}],
+    }
+    with pytest.raises(GranularError) as caught:
+        load_study(study)
+    (fault,) = caught.value.faults
+    assert fault.location == ("method", 0, key) and fault.received == f"got {value!r}"
+    assert fault.expected.startswith(expected) and "nput should" not in str(caught.value)

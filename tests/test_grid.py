@@ -328,6 +328,12 @@ def test_bad_parameters_are_refused(parameters: dict, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["receiver", "Left", "a b", ""])
+def test_edges_have_names_that_inputs_can_have(name: str) -> None:
+    with pytest.raises(ParameterError, match="edges: got the name"):
+        Grid(mesh=mesh_of([[0, 1, 2, 3]], NODES[:4], **{name: [0, 1]}), material=MEDIUM)
+
+
 def test_a_symmetry_edge_has_to_lie_along_an_axis() -> None:
     nodes = [[0, 0], [1, 0], [1.5, 1], [0, 1]]
     with pytest.raises(ParameterError, match="boundaries.slope: a symmetry edge"):
@@ -356,7 +362,33 @@ def test_an_inverted_start_is_refused() -> None:
         grid.reset(displacement={12: (3.0, 0.0)})
 
 
+def test_strong_compression_is_reported() -> None:
+    edges = {"left": "fixed", "right": "velocity", "bottom": "symmetry", "top": "symmetry"}
+    grid = block(4, 1, boundaries=edges, step_size=0.02)
+    assert grid.cautions() == [] and grid.report()["smallest area of a cell over that at rest"] == 1.0
+    grid.step(80.0, right_velocity=[-0.03, 0.0])
+    (said,) = grid.cautions()
+    smallest = grid.report()["smallest area of a cell over that at rest"]
+    assert "smaller step_size" in said and 0.2 < smallest < 0.5
+
+
 # -- reading -------------------------------------------------------------------------------------------------------------
+
+
+def test_held_edges_tell_what_they_hold() -> None:
+    """Pressed slowly in uniaxial strain: every side holds its part of the stress lambda e, (lambda + 2 mu) e."""
+    edges = {"left": "fixed", "right": {"name": "velocity", "components": "x"}, "bottom": "symmetry", "top": "symmetry"}
+    grid = block(6, 3, boundaries=edges)
+    strain, duration = 1e-8, 600.0
+    ramp = Profile.half_sine(0.5 * math.pi * 6.0 * strain / duration, duration)
+    grid.step(duration, right_velocity=ramp * np.array([-1.0, 0.0]))
+    pressed = 3.0 * strain * 3.0
+    np.testing.assert_allclose(grid.get("left_reaction"), [pressed, 0.0], rtol=1e-3, atol=1e-3 * pressed)
+    np.testing.assert_allclose(grid.get("right_reaction"), [-pressed, 0.0], rtol=1e-3, atol=1e-3 * pressed)
+    # Of six metres; the node at the left end belongs to the fixed edge.
+    held = 6.0 * strain * 5.5 / 6.0
+    np.testing.assert_allclose(grid.get("bottom_reaction"), [0.0, held], rtol=1e-3, atol=1e-12)
+    np.testing.assert_array_equal(grid.get("top_reaction"), -grid.get("bottom_reaction"))
 
 
 def test_outputs_agree_with_each_other() -> None:

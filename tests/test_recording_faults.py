@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mcap.writer import CompressionType, Writer
 from support.recording_helpers import chain_log, mutated, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError, ParameterError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.mcap_writer import McapWriter
 from granular_env.recording.message_index import CHUNK
 from granular_env.recording.recorder import Recorder
 from granular_env.recording.records import HEADER, PROFILE, STEPS, Record
@@ -129,13 +129,17 @@ class _FullDisk:
     published = True
 
     def __init__(self, room: int) -> None:
-        self.room = room
+        self.room, self.written = room, 0
 
     def write(self, data: Any) -> int:
         self.room -= len(data)
         if self.room < 0:
             raise OSError(28, "No space left on device")
+        self.written += len(data)
         return len(data)
+
+    def tell(self) -> int:
+        return self.written
 
     def flush(self) -> None:
         pass
@@ -343,14 +347,15 @@ def test_a_message_of_another_log_is_noticed(tmp_path: Path) -> None:
         container = McapReader(tmp_path / name, Limits(name))
         contents.append([[(m.topic, bytes(m.data)) for m in container.messages(c)] for c in range(container.chunk_count)])
     with (tmp_path / "c").open("wb") as file:
-        writer = McapWriter(file, PROFILE, "")
-        schema = writer.add_schema("s", "protobuf", b"")
+        writer = Writer(file, compression=CompressionType.LZ4)
+        writer.start(PROFILE, "")
+        schema = writer.register_schema("s", "protobuf", b"")
         topics = sorted({topic for chunk in contents[0] for topic, _ in chunk})
-        channels = {topic: writer.add_channel(topic, "protobuf", schema) for topic in topics}
+        channels = {topic: writer.register_channel(topic, "protobuf", schema) for topic in topics}
         foreign = next(data for chunk in contents[1] for topic, data in chunk if topic == "granular/steps")
         for chunk in contents[0]:
             for topic, data in chunk:
-                writer.add_message(channels[topic], 0, 0, [foreign if topic == "granular/steps" else data])
+                writer.add_message(channels[topic], 0, foreign if topic == "granular/steps" else data, 0)
             writer.flush()
         writer.finish()
     with pytest.raises(LogError, match="another log"):

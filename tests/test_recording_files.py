@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.recording_helpers import chain_log, oscillator_log
+from support.work import count_calls
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
@@ -65,12 +66,12 @@ def test_opening_reads_the_first_and_the_last_chunk(tmp_path: Path, reads: dict[
 
 
 @pytest.mark.slow
-def test_opening_a_large_log_takes_no_time(tmp_path: Path, reads: dict[str, int]) -> None:
+def test_opening_a_large_log_takes_little_work(tmp_path: Path, reads: dict[str, int]) -> None:
     _long_log(tmp_path / "a.mcap", 3000, 5000)
     assert (tmp_path / "a.mcap").stat().st_size > 200e6
-    begun = time.perf_counter()
-    open_log(tmp_path / "a.mcap").close()
-    assert reads["chunks"] == 2 and reads["bytes"] < 2e6 and time.perf_counter() - begun < 1.0
+    calls = count_calls(lambda: open_log(tmp_path / "a.mcap").close())
+    # Less than a call for each of its frames.
+    assert reads["chunks"] == 2 and reads["bytes"] < 2e6 and calls < 5000
 
 
 def test_every_committed_log_is_opened_by_its_index(reads: dict[str, int]) -> None:

@@ -130,13 +130,13 @@ def test_axes_say_what_and_in_which_unit(chain_log):
 
 def test_histories_and_profiles_show_what_was_asked_for(chain_log):
     motion = from_log(chain_log).motion
-    line = figures.histories(motion, grains=[-1]).axes[0].lines[0]
+    line = figures.histories(motion, indices=[-1]).axes[0].lines[0]
     np.testing.assert_array_equal(line.get_ydata(), motion.colour[:, 19])
     panel = figures.profiles(motion, times=[5e-5]).axes[0]
     np.testing.assert_array_equal(panel.lines[0].get_ydata(), motion.colour[50])
 
 
-@pytest.mark.parametrize(("chosen", "word"), [({"times": [1.0]}, "times: got 1 s"), ({"grains": [20]}, "grains: got 20")])
+@pytest.mark.parametrize(("chosen", "word"), [({"times": [1.0]}, "times: got 1 s"), ({"indices": [20]}, "indices: got 20")])
 def test_what_the_log_does_not_have_is_refused_and_nothing_written(chain_log, tmp_path, chosen, word):
     with pytest.raises(ParameterError, match=word):
         report(chain_log, tmp_path / "report", **chosen)
@@ -187,7 +187,7 @@ def test_report_of_a_component_without_particles(oscillator_log, tmp_path):
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
     assert headings == ["Outputs", "Inputs", "Balances", "Validity", "Parameters", "Environment", "Replay it"]
     with pytest.raises(ParameterError, match="none of the variables is a recorded array"):
-        report(oscillator_log, tmp_path, grains=[0])
+        report(oscillator_log, tmp_path, indices=[0])
 
 
 def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_path):
@@ -218,7 +218,7 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
         for drawn in (scene_data.motion, scene_data.curves["kinetic_energy"]):
             assert [drawn.ticks[cut] for cut in drawn.cuts] == [log.segments[0].end]
         html = report(log, tmp_path).read_text()
-    line = figures.histories(scene_data.motion, grains=[0]).axes[0].lines[0]
+    line = figures.histories(scene_data.motion, indices=[0]).axes[0].lines[0]
     assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == scene_data.motion.cuts.tolist()
     energies = figures.balance(scene_data).axes[0].lines[0]
     assert np.isnan(energies.get_ydata()).sum() == 1
@@ -245,7 +245,7 @@ def test_histories_are_of_grains_that_the_wave_reached(tmp_path):
         chain.step(1e-4, left_velocity=5.0)
     with open_log(tmp_path / "a.mcap") as log:
         motion = from_log(log).motion
-    chosen = figures.default_grains(motion)
+    chosen = figures.default_indices(motion)
     assert len(chosen) == 5 and chosen[0] == 0 and chosen[-1] < 100
     assert np.abs(motion.colour[:, chosen]).max(axis=0).min() > 0.1
 

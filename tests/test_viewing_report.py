@@ -78,7 +78,7 @@ def test_a_report_shows_what_it_is_asked_for(log, tmp_path):
         str(tmp_path),
         "--variables",
         "contact_force",
-        "--grains",
+        "--indices",
         "3,7",
         "--times",
         "5e-5",
@@ -99,10 +99,10 @@ def test_a_report_shows_what_it_is_asked_for(log, tmp_path):
         ({"variables": ["position"]}, "variables: 'position' was not recorded; this log holds .*contact_force"),
         ({"variables": "velocity"}, "variables: got 'velocity', expected a list"),
         ({"times": 1e-4}, "times: got 0.0001, expected a list"),
-        ({"grains": 3}, "grains: got 3, expected a list"),
-        ({"grains": ["3"]}, "grains: got '3', expected a whole number"),
+        ({"indices": 3}, "indices: got 3, expected a list"),
+        ({"indices": ["3"]}, "indices: got '3', expected a whole number"),
         ({"times": ["now"]}, "times: got 'now'"),
-        ({"variables": ["kinetic_energy"], "times": [1e-5]}, "times, grains: none of the variables is a recorded array"),
+        ({"variables": ["kinetic_energy"], "times": [1e-5]}, "times, indices: none of the variables is a recorded array"),
     ],
     ids=str,
 )
@@ -191,7 +191,7 @@ def test_progress_goes_from_zero_to_one(whole):
 def test_figures_are_returned_for_scripts_and_notebooks(log):
     from matplotlib.figure import Figure
 
-    forces = plot(log, "contact_force", "histories", grains=[4])
+    forces = plot(log, "contact_force", "histories", indices=[4])
     assert isinstance(forces, Figure)
     times, values = log.series("contact_force")
     np.testing.assert_array_equal(forces.axes[0].lines[0].get_ydata(), values[:, 4])

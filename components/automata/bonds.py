@@ -30,9 +30,9 @@ class Bonds(NamedTuple):
 
     Attributes:
         weight: 1 for a link that holds, less while it is released, 0 afterwards; shape (n, slots).
-        plastic: plastic strains along and across, shape (n, slots, 2); (0, ...) where pairs are elastic.
-        stiffness: part of the shear modulus that is left, less 1, shape (n, slots); (0, ...) where pairs are elastic.
-        inelastic: inelastic strain, shape (n, slots); (0, ...) where pairs are elastic.
+        plastic: plastic strains along and across, shape (n, slots, 2).
+        stiffness: part of the shear modulus that is left, less 1, shape (n, slots).
+        inelastic: inelastic strain, shape (n, slots).
     """
 
     weight: FloatArray
@@ -85,13 +85,11 @@ def bond_strains(body, displacement, half, i, slot):
 
 
 @inlined
-def bond_tractions(body, bonds, law, displacement, half, dilation, i, slot):
+def bond_tractions(body, bonds, displacement, half, dilation, i, slot):
     """Return the tractions along and across a link, and cos - 1 and sin of its rotation."""
     eps, gamma, less, sine = bond_strains(body, displacement, half, i, slot)
-    twice = 2.0 * body.shear
-    if not law.elastic:
-        twice *= 1.0 + bonds.stiffness[i, slot]
-        eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
+    twice = 2.0 * body.shear * (1.0 + bonds.stiffness[i, slot])
+    eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
     pressing = body.lame * (0.5 * (dilation[i] + dilation[body.neighbours[i, slot]]))
     return twice * eps + pressing, twice * gamma, less, sine
 
@@ -128,44 +126,44 @@ def bond_dilations(body, bonds, displacement, half, dilation_out, begin, end):
 
 
 @jit
-def bond_stresses(body, bonds, law, displacement, half, dilation, stress_out, begin, end):
+def bond_stresses(body, bonds, displacement, half, dilation, stress_out, begin, end):
     """Write the stresses of automata from `begin` up to `end`; arguments as for `stress.stresses`."""
     slots = body.directions.shape[0]
     for i in range(begin, end):
         k, xx, yy, xy = body.kind[i], 0.0, 0.0, 0.0
         for group in range(slots // 2 - 1, -1, -1):
             a, b = mirrored_slots(slots, group)
-            ax, ay, axy = _virial(body, bonds, law, displacement, half, dilation, i, k, a)
-            bx, by, bxy = _virial(body, bonds, law, displacement, half, dilation, i, k, b)
+            ax, ay, axy = _virial(body, bonds, displacement, half, dilation, i, k, a)
+            bx, by, bxy = _virial(body, bonds, displacement, half, dilation, i, k, b)
             xx, yy, xy = xx + (ax + bx), yy + (ay + by), xy + (axy + bxy)
         stress_out[i, 0], stress_out[i, 1], stress_out[i, 2] = xx, yy, xy
 
 
 @inlined
-def _virial(body, bonds, law, displacement, half, dilation, i, kind, slot):
-    normal, tangential, less, sine = bond_tractions(body, bonds, law, displacement, half, dilation, i, slot)
+def _virial(body, bonds, displacement, half, dilation, i, kind, slot):
+    normal, tangential, less, sine = bond_tractions(body, bonds, displacement, half, dilation, i, slot)
     share = body.share[kind, slot] * bonds.weight[i, slot]
     return virial(share * normal, share * tangential, body.directions[slot, 0], body.directions[slot, 1], less, sine)
 
 
 @jit
-def bond_forces(body, bonds, law, displacement, half, dilation, force_out, torque_out, begin, end):
+def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out, begin, end):
     """Write the forces and torques of the links on automata from `begin` up to `end`; arguments as for `linked.forces`."""
     slots = body.directions.shape[0]
     for i in range(begin, end):
         k, fx, fy, torque = body.kind[i], 0.0, 0.0, 0.0
         for group in range(slots // 2 - 1, -1, -1):
             a, b = mirrored_slots(slots, group)
-            ax, ay, at = _pull(body, bonds, law, displacement, half, dilation, i, k, a)
-            bx, by, bt = _pull(body, bonds, law, displacement, half, dilation, i, k, b)
+            ax, ay, at = _pull(body, bonds, displacement, half, dilation, i, k, a)
+            bx, by, bt = _pull(body, bonds, displacement, half, dilation, i, k, b)
             fx, fy, torque = fx + (ax + bx), fy + (ay + by), torque + (at + bt)
         force_out[i, 0], force_out[i, 1], torque_out[i] = fx, fy, torque
 
 
 @inlined
-def _pull(body, bonds, law, displacement, half, dilation, i, kind, slot):
+def _pull(body, bonds, displacement, half, dilation, i, kind, slot):
     """Return the force of a link on an automaton, x and y, and its torque."""
-    normal, tangential, less, sine = bond_tractions(body, bonds, law, displacement, half, dilation, i, slot)
+    normal, tangential, less, sine = bond_tractions(body, bonds, displacement, half, dilation, i, slot)
     eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
     area = body.face[kind, slot] * bonds.weight[i, slot]
     fn, ft = area * normal, area * tangential
@@ -174,13 +172,11 @@ def _pull(body, bonds, law, displacement, half, dilation, i, kind, slot):
 
 
 @jit
-def pair_energy(body, bonds, law, displacement, half, i, slot):
+def pair_energy(body, bonds, displacement, half, i, slot):
     """Return the energy of a link itself, for a weight of 1 [J]."""
     eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
-    modulus = body.shear
-    if not law.elastic:
-        modulus *= 1.0 + bonds.stiffness[i, slot]
-        eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
+    modulus = body.shear * (1.0 + bonds.stiffness[i, slot])
+    eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
     return body.face[body.kind[i], slot] * body.diameter * modulus * (eps * eps + gamma * gamma)
 
 
@@ -192,14 +188,14 @@ def volume_energy(body, bonds, displacement, half, i):
 
 
 @jit
-def bond_energy(body, bonds, law, displacement, half):
+def bond_energy(body, bonds, displacement, half):
     """Return the energy that is stored in all links and volumes [J]."""
     total, slots = 0.0, body.directions.shape[0]
     for i in range(body.kind.size):
         total += volume_energy(body, bonds, displacement, half, i)
         for slot in range(slots // 2):
             if bonds.weight[i, slot] > 0.0:
-                total += bonds.weight[i, slot] * pair_energy(body, bonds, law, displacement, half, i, slot)
+                total += bonds.weight[i, slot] * pair_energy(body, bonds, displacement, half, i, slot)
     return total
 
 
@@ -227,19 +223,16 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
             j = body.neighbours[i, slot]
             if j == i or bonds.weight[i, slot] != 1.0:
                 continue
-            normal, tangential, equivalent, mean = 0.0, 0.0, 0.0, 0.0
-            for yielded in range(2):
-                normal, tangential, equivalent, mean = pair_stress(
-                    body, bonds, law, displacement, half, dilation, stress, i, slot
-                )
-                if law.elastic or yielded or not equivalent > law.response[0]:
-                    break
-                before = pair_energy(body, bonds, law, displacement, half, i, slot)
-                flow = _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent)
-                # Flow takes place under the stress after it: the kicks before and after see that, not the one tried.
-                lost += before - pair_energy(body, bonds, law, displacement, half, i, slot) - flow
+            if not law.elastic:
+                equivalent = mean_equivalent_stress(body, bonds, dilation, stress, i, slot)
+                if equivalent > law.response[0]:
+                    before = pair_energy(body, bonds, displacement, half, i, slot)
+                    flow = _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent)
+                    # Flow takes place under the stress after it: the kicks before and after see that, not the one tried.
+                    lost += before - pair_energy(body, bonds, displacement, half, i, slot) - flow
             if law.criterion:
                 eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+                normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
                 value, limit, _ = failure(
                     law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, law.factors[i, slot]
                 )
@@ -268,27 +261,50 @@ def _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent
 
 
 @inlined
-def pair_stress(body, bonds, law, displacement, half, dilation, stress, i, slot):
+def pair_stress(body, bonds, displacement, half, dilation, stress, i, slot):
     """Return the stress of a link: tractions along and across, equivalent and mean stress [Pa].
 
     The tractions are the link's own; along its face the mean stress of both automata acts.
     """
-    normal, tangential, less, sine = bond_tractions(body, bonds, law, displacement, half, dilation, i, slot)
+    normal, tangential, less, sine = bond_tractions(body, bonds, displacement, half, dilation, i, slot)
     j = body.neighbours[i, slot]
     ex, ey = turned(0.0, 1.0, body.directions[slot, 0], body.directions[slot, 1], less, sine)
     xx, yy, xy = 0.5 * (stress[i, 0] + stress[j, 0]), 0.5 * (stress[i, 1] + stress[j, 1]), 0.5 * (stress[i, 2] + stress[j, 2])
     side = (ex * ex * xx + ey * ey * yy) + 2.0 * (ex * ey) * xy
-    left = 1.0 if law.elastic else 1.0 + bonds.stiffness[i, slot]
-    mean = (body.lame + 2.0 * body.shear * left / 3.0) * (0.5 * (dilation[i] + dilation[j]))
-    depth = 3.0 * mean - normal - side
-    squares = (normal - side) * (normal - side) + (side - depth) * (side - depth) + (depth - normal) * (depth - normal)
-    return normal, tangential, np.sqrt(0.5 * squares + 3.0 * tangential * tangential), mean
+    mean = _mean_stress(body, bonds, dilation, i, slot)
+    return normal, tangential, equivalent_stress(normal, side, 3.0 * mean - normal - side, tangential), mean
+
+
+@inlined
+def _mean_stress(body, bonds, dilation, i, slot):
+    """Return the mean stress of a link, K theta, with what is left of its shear modulus [Pa]."""
+    left = 1.0 + bonds.stiffness[i, slot]
+    return (body.lame + 2.0 * body.shear * left / 3.0) * (0.5 * (dilation[i] + dilation[body.neighbours[i, slot]]))
+
+
+@inlined
+def equivalent_stress(xx, yy, zz, xy):
+    """Return von Mises' equivalent stress [Pa]."""
+    squares = (xx - yy) * (xx - yy) + (yy - zz) * (yy - zz) + (zz - xx) * (zz - xx)
+    return np.sqrt(0.5 * squares + 3.0 * xy * xy)
+
+
+@inlined
+def mean_equivalent_stress(body, bonds, dilation, stress, i, slot):
+    """Return the equivalent stress of the mean of both automata [Pa].
+
+    All pairs of an automaton then yield together. With their own tractions they would not: what one pair takes off its deviator
+    the others' stress along z would have to carry.
+    """
+    j = body.neighbours[i, slot]
+    xx, yy, xy = 0.5 * (stress[i, 0] + stress[j, 0]), 0.5 * (stress[i, 1] + stress[j, 1]), 0.5 * (stress[i, 2] + stress[j, 2])
+    return equivalent_stress(xx, yy, 3.0 * _mean_stress(body, bonds, dilation, i, slot) - xx - yy, xy)
 
 
 @jit
 def bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot):
     """Return what decides whether a link breaks, its limit, and the number of the cause; slot in the first half."""
     eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
-    normal, tangential, equivalent, mean = pair_stress(body, bonds, law, displacement, half, dilation, stress, i, slot)
+    normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
     factor = law.factors[i, slot]
     return failure(law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, factor)

@@ -31,7 +31,7 @@ _BYTES = 600
 
 
 class Automata(Component):
-    """Movable cellular automata: equal discs in a packing, which act on pairs and on volume; Psakhie et al. (2003).
+    """Movable cellular automata: equal discs in a packing, which act on pairs and on volume (Psakhie 2003).
 
     m u'' = sum of F_n n + F_t t over the pairs, J w'' = (r / 2) F_t; bulk and shear modulus are exact for both packings. See
     `AutomataParameters`, `pair` and `linked`.

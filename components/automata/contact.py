@@ -146,18 +146,37 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
     return lost
 
 
+@inlined
+def _put_weight(body, bonds, pairs, row, weight):
+    """Write the weight of a link at both of its ends."""
+    i, j, slot = pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT]
+    bonds.weight[i, slot] = weight
+    bonds.weight[j, opposite_slot(body.directions.shape[0], slot)] = weight
+
+
+@inlined
+def _scheduled_weight(pairs, row, tick, release):
+    """Return the weight of a broken link after an internal step."""
+    return max(0.0, 1.0 - (tick - pairs[row, START] + 1) / release)
+
+
 @jit
-def set_weight(body, ground, bonds, law, motion, half, contacts, row, weight):
-    """Give the link of a contact another weight; return the energy that this takes [J]."""
+def release_bond(body, ground, bonds, law, motion, half, contacts, row, tick):
+    """Lower the weight of the broken link of a contact; return the energy that this takes [J].
+
+    The forces of this step get the mean of the weights before and after it, as the kick belongs to both halves of the step;
+    `settle_weights` then writes the weight after it.
+    """
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    u = motion.displacement
+    before, after = bonds.weight[i, slot], _scheduled_weight(contacts.pairs, row, tick, law.release)
     energy = 0.0
     for sign in (1.0, -1.0):
-        energy += sign * (volume_energy(body, bonds, u, half, i) + volume_energy(body, bonds, u, half, j))
-        energy += sign * bonds.weight[i, slot] * pair_energy(body, bonds, law, u, half, i, slot)
+        energy += sign * (volume_energy(body, bonds, motion.displacement, half, i))
+        energy += sign * (volume_energy(body, bonds, motion.displacement, half, j))
+        energy += sign * bonds.weight[i, slot] * pair_energy(body, bonds, motion.displacement, half, i, slot)
         energy += sign * contact_energy(body, ground, bonds, motion, contacts, row, 0.0)
-        bonds.weight[i, slot] = weight
-        bonds.weight[j, opposite_slot(body.directions.shape[0], slot)] = weight
+        _put_weight(body, bonds, contacts.pairs, row, after)
+    _put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
     return energy
 
 
@@ -179,11 +198,18 @@ def release_bonds(body, ground, bonds, law, motion, half, contacts, count, tick)
     lost = 0.0
     for row in range(count):
         slot = contacts.pairs[row, SLOT]
-        if slot < 0 or not 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
-            continue
-        weight = max(0.0, 1.0 - (tick - contacts.pairs[row, START] + 1) / law.release)
-        lost += set_weight(body, ground, bonds, law, motion, half, contacts, row, weight)
+        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
+            lost += release_bond(body, ground, bonds, law, motion, half, contacts, row, tick)
     return lost
+
+
+@jit
+def settle_weights(body, bonds, law, contacts, count, tick):
+    """Give links that are being released their weights after an internal step; arguments as for `release_bonds`."""
+    for row in range(count):
+        slot = contacts.pairs[row, SLOT]
+        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
+            _put_weight(body, bonds, contacts.pairs, row, _scheduled_weight(contacts.pairs, row, tick, law.release))
 
 
 @jit

@@ -22,7 +22,7 @@ from .bonds import (
     opposite_slot,
     update_bonds,
 )
-from .contact import FIRST, SECOND, SLOT, START, Ground, add_contacts, release_bonds, set_weight
+from .contact import FIRST, SECOND, SLOT, START, Ground, add_contacts, release_bond, release_bonds, settle_weights
 from .motion import add_loads, drift, hold, keep_velocities, kick, settle_loads
 from .pair import orient
 from .state import Body
@@ -82,7 +82,7 @@ def begin_tick(medium, motion, scratch, judgement, contacts, count, losses, time
     bond_dilations(body, bonds, u, scratch.half, scratch.dilation, 0, automata)
     if law.elastic and not law.criterion:
         return 0
-    bond_stresses(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, 0, automata)
+    bond_stresses(body, bonds, u, scratch.half, scratch.dilation, judgement.stress, 0, automata)
     marked, lost = update_bonds(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, judgement.mark)
     losses[INELASTIC] += lost
     return marked
@@ -126,8 +126,7 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
             event[3], event[4] = judgement.mark[i, slot], limit
             count, known = count + 1, known + 1
     for row in range(first, count):
-        weight = 1.0 - 1.0 / law.release
-        losses[FRACTURE] += set_weight(body, ground, bonds, law, motion, scratch.half, contacts, row, weight)
+        losses[FRACTURE] += release_bond(body, ground, bonds, law, motion, scratch.half, contacts, row, tick)
     for row in range(first, count):
         for end in (FIRST, SECOND):
             i = contacts.pairs[row, end]
@@ -137,7 +136,7 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
 
 @jit
 def finish_tick(
-    medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time
+    medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time, tick
 ):
     """Kick, and move to the end of an internal step.
 
@@ -155,16 +154,18 @@ def finish_tick(
         tallies: of the loads and of the grip, see `motion`, shape (2, 4), updated in place.
         losses: see FRACTURE, shape (4,), updated in place; TRAVEL grows by the way of the fastest automaton.
         time: length of a step [s].
+        tick: number of the step.
 
     Returns:
         The largest squared speed [m^2/s^2]; NaN where one is not a number any more.
     """
     body, automata = medium.body, medium.body.kind.size
     u, half = motion.displacement, scratch.half
-    bond_forces(body, medium.bonds, medium.law, u, half, scratch.dilation, scratch.force, scratch.torque, 0, automata)
+    bond_forces(body, medium.bonds, u, half, scratch.dilation, scratch.force, scratch.torque, 0, automata)
     losses[FRICTION] += add_contacts(
         body, medium.ground, medium.bonds, motion, contacts, count, time, scratch.force, scratch.torque
     )
+    settle_weights(body, medium.bonds, medium.law, contacts, count, tick)
     add_loads(load, reference, motion, scratch.force, time, load_before, tallies[0])
     keep_velocities(grip, motion, grip_before)
     fastest = kick(body, motion, scratch.force, scratch.torque, time, 0, automata)
@@ -211,7 +212,20 @@ def advance(
         if begin_tick(medium, motion, scratch, judgement, contacts, count, losses, time, tick + done):
             return BREAK, done
         fastest = finish_tick(
-            medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time
+            medium,
+            reference,
+            motion,
+            scratch,
+            contacts,
+            count,
+            load,
+            load_before,
+            grip,
+            grip_before,
+            tallies,
+            losses,
+            time,
+            tick + done,
         )
         if not fastest <= speed_limit * speed_limit:
             return TOO_FAST, done

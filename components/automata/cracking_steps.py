@@ -35,10 +35,9 @@ class CrackingSteps(LinkedSteps):
         p, n, slots = parameters, self.count, self.packing.lattice.slots
         _refuse_double_links(self.packing)
         self.event_kinds = dict(p.criterion.causes)
-        history = 0 if p.response.elastic else n
         self.fields = {
-            "weight": ("f8", (n, slots)), "plastic": ("f8", (history, slots, 2)), "stiffness": ("f8", (history, slots)),
-            "inelastic": ("f8", (history, slots)), "losses": ("f8", (LOSSES,)),
+            "weight": ("f8", (n, slots)), "plastic": ("f8", (n, slots, 2)), "stiffness": ("f8", (n, slots)),
+            "inelastic": ("f8", (n, slots)), "losses": ("f8", (LOSSES,)),
         }  # fmt: skip
         events = {"events": EVENT_ROWS} if self.event_kinds else {}
         self.growing = {**events, "contacts": ("i8", (4,)), "slid": ("f8", ())}
@@ -82,7 +81,7 @@ class CrackingSteps(LinkedSteps):
                     return status
             if code == cracking.BREAK:
                 self._break_links(tick)
-                if not self._finish() <= self.speed_limit**2:
+                if not self._finish(tick) <= self.speed_limit**2:
                     return cracking.TOO_FAST
                 tick += 1
         return 0
@@ -95,11 +94,11 @@ class CrackingSteps(LinkedSteps):
             self.speed_limit, _MOST_TRAVEL * self.packing.diameter,
         )  # fmt: skip
 
-    def _finish(self) -> float:
+    def _finish(self, tick: int) -> float:
         edge = self.boundary
         return cracking.finish_tick(
             self.medium, self.packing.reference, self.motion, self.scratch, self._contacts(), self._count(), edge.load,
-            edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size,
+            edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size, tick,
         )  # fmt: skip
 
     def _break_links(self, tick: int) -> None:
@@ -169,7 +168,7 @@ class CrackingSteps(LinkedSteps):
         """Return the stresses that the links of the automata carry, shape (n, 3) [Pa]."""
         found, theta = np.empty((self.count, 3)), self.dilation()
         u, half = self.motion.displacement, self.scratch.half
-        bond_stresses(self.body, self.medium.bonds, self._law, u, half, theta, found, 0, self.count)
+        bond_stresses(self.body, self.medium.bonds, u, half, theta, found, 0, self.count)
         return found
 
     def linked(self) -> FloatArray:
@@ -198,7 +197,7 @@ class CrackingSteps(LinkedSteps):
     def stored(self) -> dict[str, float]:
         """Return the energies that are stored, but those of motion [J]."""
         self.dilation()
-        elastic = bond_energy(self.body, self.medium.bonds, self._law, self.motion.displacement, self.scratch.half)
+        elastic = bond_energy(self.body, self.medium.bonds, self.motion.displacement, self.scratch.half)
         # Contacts were let slide up to the middle of the last internal step.
         contact = all_contact_energy(
             self.body, self._ground, self.medium.bonds, self.motion, self._contacts(), self._count(), 0.5 * self.step_size

@@ -28,7 +28,7 @@ _MAXIMUM_GRAINS = 100_000_000
 class ChainParameters(Parameters):
     """A row of grains that touch by a contact law (Hertz's unless another is named), with its two ends."""
 
-    grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS)
+    grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS, examples=[4])
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
     material: Preset | Material | list[Preset | Material] = _field(
         "steel", f"material, or the name of a preset ({preset_list()}): one for all, or one each", "1"

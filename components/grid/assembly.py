@@ -29,7 +29,8 @@ class Assembly:
         mass: of each node by itself, shape (n,) [kg].
         places: node -> its row in `conditions`, -1 for the others, shape (n,).
         joined: groups of nodes that move as one, shape (k, 4), the rest of each row -1.
-        prescribed: node -> component -> edge that prescribes it.
+        leaders: whose prescribed velocity each node with conditions has; see `conditions.leading_rows`.
+        held_edges: nodes and components that edges prescribe; see `conditions.held_edges`.
         inputs: of the edges, and the forces on nodes.
     """
 
@@ -39,7 +40,8 @@ class Assembly:
     mass: FloatArray
     places: IntArray
     joined: IntArray
-    prescribed: Mapping[int, Mapping[int, str]]
+    leaders: IntArray
+    held_edges: Mapping[str, tuple[IntArray, np.ndarray]]
     inputs: Sequence[EdgeInput]
 
 
@@ -76,7 +78,8 @@ def assemble(
     """
     joined = conditions.joined_nodes(mesh, boundaries)
     prescribed = conditions.prescribed_components(mesh, boundaries)
-    inputs = conditions.edge_inputs(mesh, boundaries, forced)
+    held_edges = conditions.held_edges(mesh, boundaries, prescribed)
+    inputs = conditions.edge_inputs(mesh, boundaries, forced, held_edges)
     count = len(mesh.nodes)
     density, longitudinal, shear = (
         np.array([getattr(one, name) for one in materials])[cell_material]
@@ -124,7 +127,8 @@ def assemble(
         drive=np.zeros((1, len(nodes), 2)),
         begin=np.zeros((len(nodes), 5, 2)),
     )
-    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, prescribed, inputs)
+    leaders = conditions.leading_rows(prescribed, places, joined, len(nodes))
+    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, leaders, held_edges, inputs)
 
 
 def lump(mesh: Mesh, amounts: FloatArray) -> FloatArray:

@@ -20,10 +20,12 @@ from . import kernels, layout, threads
 from .assembly import Assembly, assemble
 from .boundaries import Boundary
 from .drive import make_drive, signal_factors
-from .mesh import IntArray, Mesh
+from .mesh import IntArray, Mesh, cell_areas
 from .parameters import GridParameters, Place
 from .stability import ALLOWED, SUGGESTED, highest_frequency
 
+# A cell with so little of its area has passed what the step was chosen for.
+_COMPRESSED = 0.5
 # The state, and what kernels keep beside it, for each cell of a large mesh.
 _BYTES_OF_CELL = 420
 _STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
@@ -160,6 +162,11 @@ class Grid(Component):
         yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=cells)
         yield Variable("plastic_strain", "output", "1", (m,), "equivalent plastic strain of the cells", minimum=0.0, axes=cells)
         yield Variable("internal_energy", "output", "J", (m,), "work that stresses have done on the cells", axes=cells)
+        for edge in self._assembly.held_edges:
+            yield Variable(
+                f"{edge}_reaction", "output", "N", (2,), f"force of the {edge} edge on the cells there, along x and y, where "
+                "it prescribes the motion", axes=("direction",),
+            )  # fmt: skip
         yield Variable("receiver_displacement", "output", "m", (k, 2), "displacement of the `receivers`", axes=received)
         yield Variable("receiver_velocity", "output", "m/s", (k, 2), "velocity of the `receivers`", axes=received)
 
@@ -174,9 +181,16 @@ class Grid(Component):
             "equivalent_stress": self._equivalent_stress,
             "plastic_strain": lambda: state.plastic_strain if self._plastic else np.zeros(len(self.mesh.cells)),
             "internal_energy": lambda: state.energy,
+            **{f"{edge}_reaction": lambda edge=edge: self._reaction(edge) for edge in self._assembly.held_edges},
             "receiver_displacement": lambda: state.displacement[self._receivers],
             "receiver_velocity": lambda: state.velocity[self._receivers],
         }
+
+    def _reaction(self, edge: str) -> FloatArray:
+        """Return minus the force of the cells on the nodes of an edge, where it prescribes their motion, shape (2,) [N]."""
+        nodes, own = self._assembly.held_edges[edge]
+        share = self._conditions.share[self._assembly.places[nodes], None]
+        return 0.0 - np.where(own, share * self._state.force[nodes], 0.0).sum(axis=0)
 
     def _equivalent_stress(self) -> FloatArray:
         xx, yy, zz, xy = self._state.stress.T
@@ -296,6 +310,25 @@ class Grid(Component):
             "energy": kinetic + elastic + hourglass + correction, "momentum": sums[3:5].copy(),
             "angular_momentum": float(sums[5]),
         }  # fmt: skip
+
+    def report(self) -> dict[str, float]:
+        """Return how close the step is to the largest stable one, how small cells have become, and how much has yielded."""
+        moved = self.mesh.nodes + self._state.displacement
+        return {
+            "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
+            "smallest area of a cell over that at rest": float((cell_areas(moved, self.mesh.cells) / self.mesh.areas).min()),
+            "part of the cells that has yielded": self.event_count / len(self.mesh.cells),
+        }
+
+    def cautions(self) -> list[str]:
+        """Return a sentence where cells are so compressed that the step may be too large for them."""
+        smallest = self.report()["smallest area of a cell over that at rest"]
+        if smallest > _COMPRESSED:
+            return []
+        return [
+            f"a cell has {smallest:.2g} of its area at rest: the elastic law is meant for small elastic strains, and the step "
+            f"(now {self.step_size:g} s) for cells as they are at rest; load less, or take a smaller step_size"
+        ]
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.

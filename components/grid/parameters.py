@@ -13,7 +13,7 @@ from ..support.fields import Index, Pair, Positive, field
 from ..support.validation import Parameters
 from .areas import ChosenArea
 from .boundaries import ChosenBoundary
-from .shapes import ChosenShape
+from .shapes import ChosenShape, Rectangle
 
 Place = Index | Pair
 
@@ -29,7 +29,7 @@ class GridParameters(Parameters):
     """A continuum in plane strain on a mesh of quadrilaterals that moves with it; a slab one metre thick."""
 
     mesh: ChosenShape = field(
-        ..., "{name = rectangle, columns, rows, cell_size}, or {name = quadrilaterals, nodes, cells, edges}", "1"
+        Rectangle(), "{name = rectangle, columns, rows, cell_size}, or {name = quadrilaterals, nodes, cells, edges}", "1"
     )
     material: Preset | Material | list[Preset | Material] = field(
         "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `cell_material`", "1"

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from ..support.fields import Index, Pair, Positive, PositivePair, field
 from ..support.tagged_union import ByName, Named
@@ -14,6 +15,16 @@ from .mesh import Mesh, rectangle, without_cells
 
 _Corners = Annotated[list[Index], Field(min_length=4, max_length=4)]
 _MOST_CELLS = 100_000_000
+
+
+def _edge_name(name: str) -> str:
+    """Refuse names that would give inputs no name, or that of an output."""
+    if not re.fullmatch("[a-z][a-z0-9_]*", name) or name == "receiver":
+        raise ValueError(f"edges: got the name {name!r}, expected small letters, digits and _, and not 'receiver'")
+    return name
+
+
+EdgeName = Annotated[str, AfterValidator(_edge_name)]
 
 
 class Shape(Named):
@@ -38,8 +49,8 @@ class Rectangle(Shape):
     """Equal cells along the axes, without those whose middle lies in a hole."""
 
     name: Literal["rectangle"] = field("rectangle", "equal cells along the axes", "1")
-    columns: int = field(..., "cells along x", "1", ge=1, le=_MOST_CELLS)
-    rows: int = field(..., "cells along y", "1", ge=1, le=_MOST_CELLS)
+    columns: int = field(40, "cells along x", "1", ge=1, le=_MOST_CELLS)
+    rows: int = field(20, "cells along y", "1", ge=1, le=_MOST_CELLS)
     cell_size: Positive | PositivePair = field(1e-3, "side of a cell, or its width and height", "m")
     centre: Pair | None = field(
         None, "middle of the rectangle; default: its lower left corner is at 0. About [0, 0] mirror images are exact", "m"
@@ -81,7 +92,7 @@ class Quadrilaterals(Shape):
     name: Literal["quadrilaterals"] = field("quadrilaterals", "nodes and cells that are given", "1")
     nodes: list[Pair] = field(..., "x and y of each node", "m", min_length=4)
     cells: list[_Corners] = field(..., "the four nodes of each cell, counterclockwise", "1", min_length=1)
-    edges: dict[str, Annotated[list[Index], Field(min_length=2)]] = field(
+    edges: dict[EdgeName, Annotated[list[Index], Field(min_length=2)]] = field(
         {}, "parts of the boundary by name: their nodes, one after the other along the boundary", "1"
     )
 

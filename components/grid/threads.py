@@ -36,17 +36,18 @@ def advance(
     counts: Any, failure_out: Any,
 ) -> int:  # fmt: skip
     """Advance a grid of two parts as `kernels.advance` does, whose arguments it takes."""
-    submit, ticks, failed = _helper().submit, len(factors), [-1]
+    submit, ticks = _helper().submit, len(factors)
     kernels.begin_advance(grid, state, conditions, factors, step)
     for row in range(ticks):
         inputs = (step, tick + row + 1, row + 1 < ticks, events, counts)
         second = submit(kernels.advance_part, grid, state, corner, 1, *inputs)
+        first = -1
         try:
-            failed = [int(kernels.advance_part(grid, state, corner, 0, *inputs))]
+            first = int(kernels.advance_part(grid, state, corner, 0, *inputs))
         finally:
             # Also where Ctrl-C comes in between: nobody may write to a state that is being restored.
-            failed.append(int(second.result()))
-        first = next((int(cell) for cell in failed if cell >= 0), -1)
+            other = int(second.result())
+        first = first if first >= 0 else other
         if first >= 0:
             failure_out[0], failure_out[1] = first, tick + row + 1
             return 1

@@ -79,6 +79,31 @@ def as_validation_error(faults: Iterable[Fault]) -> ValidationError:
 
 # The type of pydantic's errors that carry a fault.
 _FAULT = "fault"
+# What each type of pydantic's errors expected, with its figures.
+_EXPECTED = {
+    "bool_parsing": "true or false",
+    "bool_type": "true or false",
+    "finite_number": "a finite number",
+    "float_parsing": "a number",
+    "float_type": "a number",
+    "greater_than": "greater than {gt:.10g}",
+    "greater_than_equal": "greater than or equal to {ge:.10g}",
+    "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "int_parsing_size": "a smaller whole number",
+    "int_type": "a whole number",
+    "less_than": "less than {lt:.10g}",
+    "less_than_equal": "less than or equal to {le:.10g}",
+    "list_type": "a list",
+    "literal_error": "{expected}",
+    "string_pattern_mismatch": "a text that matches {pattern}",
+    "string_too_short": "a text of at least {min_length} letters",
+    "string_type": "a text",
+    "too_long": "at most {max_length} of them",
+    "too_short": "at least {min_length} of them",
+    "tuple_type": "a list",
+    "union_tag_invalid": "{expected_tags}",
+}
 
 
 def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
@@ -107,7 +132,8 @@ def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
         return Fault(
             place, f"got {shortened(error['input'])}", f"a list; tables of a list are written [[{name}]], with two brackets"
         )
-    return Fault(place, f"got {shortened(error['input'])}", error["msg"].removeprefix("Input should be "))
+    expected = _EXPECTED[kind].format(**error.get("ctx", {})) if kind in _EXPECTED else error["msg"]
+    return Fault(place, f"got {shortened(error['input'])}", expected)
 
 
 def _place(loc: Location, given: Any, may_be_missing: bool) -> Location:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains import domain_of
 from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment
+from granular_env.output_files import file_name
 from granular_env.recording import open_log
 from granular_env.recording.reader import Log
 from granular_env.run_loop import run
@@ -103,7 +103,7 @@ class Context:
 
     def _record_run(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:
         """Run it. Another process may be at the same: each writes its own file, and the last one, which is equal, stays."""
-        short = re.sub(r"[^A-Za-z0-9._-]+", "-", experiment.name.rpartition("/")[2]).strip("-.") or "run"
+        short = file_name(experiment.name.rpartition("/")[2], "run")
         path = self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"
         own = path.with_name(f".{path.name}.{os.getpid()}{PART}")
         try:

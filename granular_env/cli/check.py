@@ -15,7 +15,7 @@ from granular_env.cli.completion import names
 from granular_env.cli.kinds import is_plan, is_study
 from granular_env.cli.status import Status
 from granular_env.components.errors import GranularWarning, MissingExtraError, Override
-from granular_env.output_files import count_of, readable_bytes, with_article
+from granular_env.output_files import count_of, readable_bytes
 from granular_env.terminal import printable, wrap_text
 
 Overrides = tuple[Override, ...]
@@ -60,7 +60,7 @@ def _check_experiment(name: str, overrides: Overrides, for_programs: bool) -> in
     for note in notes:
         print(wrap_text(f"note: {printable(note)}"))
     print(
-        f"valid: {printable(experiment.name)}, {with_article(component.name)} for {experiment.duration:g} s "
+        f"valid: {printable(experiment.name)}, component {printable(component.name)} for {experiment.duration:g} s "
         f"in {ready.ticks} ticks of {component.step_size:g} s"
     )
     return Status.DONE
@@ -125,7 +125,7 @@ def _check_log(path: str, allow_large: bool, for_programs: bool) -> int:
                 f"{count_of(len(log.variables), 'variable')}, {readable_bytes(log.size)}"
             )
             state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
-            print(f"{path}: {with_article(component)}, {size}; {state}")
+            print(f"{path}: component {printable(component)}, {size}; {state}")
         return Status.DONE if log.complete else Status.DIFFERENT
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 
 from granular_env.components.errors import LogError
-from granular_env.output_files import advice_for
+from granular_env.output_files import advice_for, file_name
 
 
 @contextmanager
@@ -28,8 +27,8 @@ def reserve_log(name: str, folder: Path = Path("logs")) -> Iterator[Path]:
 
     It may be overwritten; where nothing was written to it, it is removed again.
     """
-    stem, new_folder = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "run", not folder.exists()
-    path = _empty_file(folder, stem)
+    new_folder = not folder.exists()
+    path = _empty_file(folder, file_name(name, "run"))
     try:
         yield path
     finally:

@@ -58,14 +58,14 @@ def view(
     "-o", "--out", metavar="FOLDER", shell_complete=folders, help="Where to write it (default: beside the log, by its name)."
 )
 @list_option("--variables", "NAME", click.STRING, "Recorded outputs to show (default: all).")
-@list_option("--grains", "I", click.INT, "Whose histories (default: up to five).")
+@list_option("--indices", "I", click.INT, "Whose histories (default: up to five).")
 @list_option("--times", "T", click.FLOAT, "Instants of the profiles [s] (default: four).")
 @large_option()
 def report(
     log: str,
     out: str | None,
     variables: list[str] | None,
-    grains: list[int] | None,
+    indices: list[int] | None,
     times: list[float] | None,
     allow_large: bool,
 ) -> int:
@@ -75,7 +75,7 @@ def report(
 
     with open_log(log, allow_large=allow_large) as opened:
         folder = Path(out) if out else _report_folder(Path(log))
-        page = viewing.report(opened, folder, variables=variables, grains=grains, times=times, progress=True)
+        page = viewing.report(opened, folder, variables=variables, indices=indices, times=times, progress=True)
         print(f"written: {page}")
     return Status.DONE
 

@@ -61,7 +61,7 @@ class Problem(Protocol):
 
     Attributes:
         steps: control steps of an episode.
-        stage: attributes of the task that its smooth objective is built with, where they are not its own; None for those.
+        stage: keyword arguments of the task's smooth objective, where they are not its defaults; None for those.
         entries: numbers in an action.
         observed: numbers in an observation.
         rate: the task's own limit of the action's change per control step, or None.

@@ -30,7 +30,7 @@ class TaskProblem:
         folder: where modules of the user's own are looked for first.
 
     Attributes:
-        stage: attributes of the task that its smooth objective is built with, where they are not its own; None for those.
+        stage: keyword arguments of the task's smooth objective, where they are not its defaults; None for those.
 
     Raises:
         ParameterError: there is no such environment, it does not take an argument, or its episodes have no end.

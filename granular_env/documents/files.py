@@ -14,8 +14,6 @@ from granular_env.components.errors import ExperimentError, shortened
 from granular_env.components.files import read_bounded
 from granular_env.package_contents import shipped_files
 
-# The first bytes of every MCAP file.
-_LOG_MAGIC = b"\x89MCAP"
 _LARGEST_FILE = 16 * 2**20
 
 
@@ -53,8 +51,10 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
 
 def begins_as_log(path: Path) -> bool:
     """Return whether a file begins as logs do."""
+    from mcap.writer import MCAP0_MAGIC
+
     with suppress(OSError), path.open("rb") as file:
-        return file.read(len(_LOG_MAGIC)) == _LOG_MAGIC
+        return file.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC
     return False
 
 

@@ -74,6 +74,7 @@ DOMAINS: dict[str, Domain] = {
         papers={"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983:PAPER"},
     ),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
+    "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
 }
 """Name of a component in the catalogue -> what its domain offers."""
 

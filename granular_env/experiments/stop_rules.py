@@ -93,7 +93,7 @@ class StopWatch:
 
 def _check(rule: StopRule, component: Component, place: str) -> None:
     try:
-        variable = rule.element.find(component.variables, f"output of this {component.name}", "output", "input")
+        variable = rule.element.find(component.variables, f"output of {component.name!r}", "output", "input")
     except ParameterError as error:
         raise ParameterError(str(error), at=f"{place}.variable") from None
     if math.prod(variable.shape) == 0:

@@ -213,5 +213,10 @@ def example_of(name: str, parameters: dict[str, Any]) -> Component:
     return catalogue.make(name, **{**needed, **parameters})
 
 
-def _smallest(field: FieldInfo) -> int | float:
-    return 4 if int in (field.annotation, *get_args(field.annotation)) else 1.0
+def _smallest(field: FieldInfo) -> Any:
+    """Return the first example that a field gives, else the smallest number from 1 that its lower bound admits."""
+    if field.examples:
+        return field.examples[0]
+    number = int if int in (field.annotation, *get_args(field.annotation)) else float
+    bounds = [(getattr(one, "ge", None), getattr(one, "gt", None)) for one in field.metadata]
+    return number(max([1, *(ge for ge, _ in bounds if ge is not None), *(gt + 1 for _, gt in bounds if gt is not None)]))

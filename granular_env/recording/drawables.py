@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..components.contract import Variable
 from ..components.drawables import Cells, Curve, Drawable, Links, Points
 from ..components.errors import LogError
 
@@ -17,6 +18,8 @@ _ARRAYS = {
     "reference": (np.float64, 2), "radius": (np.float64, 1), "pairs": (np.int64, 2), "nodes": (np.float64, 2),
     "connectivity": (np.int64, 2), "coordinate": (np.float64, 1),
 }  # fmt: skip
+# Places beyond this are nowhere [m].
+_FARTHEST = 1e100
 # The arrays that have one row for each of the things drawn, and where their numbers point to.
 _COUNTED = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}
 
@@ -36,8 +39,14 @@ def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]],
     return facts, arrays
 
 
-def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray]) -> tuple[Drawable, ...]:
-    """Return the drawables from what `drawable_facts` gave; `LogError` for anything else."""
+def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
+    """Return the drawables from what `drawable_facts` gave; `LogError` for anything else.
+
+    Args:
+        facts: the header's JSON values.
+        arrays: the header's arrays.
+        variables: those recorded, by name; what a drawable shows of them has to fit it.
+    """
     if not isinstance(facts, list):
         raise LogError("the log's header does not say what can be drawn")
     found: list[Drawable] = []
@@ -45,6 +54,8 @@ def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray]) -> tuple[Drawab
         found.append(_drawable(place, texts, arrays))
         if isinstance(found[-1], Links) and not _has_ends(found[-1], found):
             raise LogError(f"the log's header describes drawable {place} wrongly: its pairs join points that there are not")
+        if (name := unfit_output(found[-1], variables)) is not None:
+            raise LogError(f"the log's header describes drawable {place} wrongly: {name!r} has another number of values")
     return tuple(found)
 
 
@@ -72,7 +83,8 @@ def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawa
 
 def _is_consistent(drawable: Drawable) -> bool:
     arrays = [getattr(drawable, name) for name in _COUNTED[type(drawable)]]
-    if len({len(array) for array in arrays}) != 1 or not all(np.isfinite(array).all() for array in arrays):
+    # Squares of distances have to be finite as well.
+    if len({len(array) for array in arrays}) != 1 or not all((np.abs(array) < _FARTHEST).all() for array in arrays):
         return False
     if isinstance(drawable, Points):
         return 1 <= drawable.reference.shape[1] <= 3
@@ -82,6 +94,31 @@ def _is_consistent(drawable: Drawable) -> bool:
         inside = (drawable.connectivity >= 0) & (drawable.connectivity < len(drawable.nodes))
         return 1 <= drawable.nodes.shape[1] <= 3 and bool(inside.all())
     return True
+
+
+def unfit_output(drawable: Drawable, variables: Mapping[str, Variable]) -> str | None:
+    """Return the name of the first output that a drawable shows, and that has another shape than it; None where all fit."""
+    if isinstance(drawable, Points):
+        count = len(drawable.radius)
+        fits = {drawable.displacement: [count], drawable.colour: [count], drawable.rotation: [count]}
+    elif isinstance(drawable, Links):
+        fits = {drawable.state: [len(drawable.pairs)]}
+    elif isinstance(drawable, Cells):
+        nodes = len(drawable.nodes)
+        fits = {drawable.displacement: [nodes], drawable.field: [nodes, len(drawable.connectivity)]}
+    else:
+        fits = {drawable.field: [len(drawable.coordinate)]}
+    for name, lengths in fits.items():
+        shape = variables[name].shape if name in variables else None
+        if shape is not None and not (shape and shape[0] in lengths and _has_axes(drawable, name, shape)):
+            return name
+    return None
+
+
+def _has_axes(drawable: Drawable, name: str, shape: tuple[int, ...]) -> bool:
+    """Return whether a displacement has up to three components, and any other output one number for each thing drawn."""
+    moves = isinstance(drawable, Points | Cells) and name == drawable.displacement
+    return len(shape) == 1 or (moves and len(shape) == 2 and 1 <= shape[1] <= 3)
 
 
 def _has_ends(links: Links, known: Iterable[Drawable]) -> bool:

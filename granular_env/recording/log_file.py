@@ -9,9 +9,10 @@ import secrets
 from pathlib import Path
 from typing import IO, Any
 
+from mcap.writer import MCAP0_MAGIC
+
 from ..components.errors import Fault, LogError, Option, ParameterError
 from ..output_files import advice_for, resolve_file
-from .mcap_reader import MAGIC
 
 
 class LogFile:
@@ -36,6 +37,10 @@ class LogFile:
     def write(self, data: Any) -> int:
         """Write bytes."""
         return self._file.write(data)
+
+    def tell(self) -> int:
+        """Return how many bytes were written."""
+        return self._file.tell()
 
     def flush(self) -> None:
         """Hand what was written to the operating system."""
@@ -135,9 +140,9 @@ def _open_older(path: Path, target: Path) -> IO[bytes]:
 
 def _check_is_log(file: IO[bytes], path: Path) -> bool:
     """Return whether it is a log, and False for an empty file; refuse everything else."""
-    head = file.read(len(MAGIC))
+    head = file.read(len(MCAP0_MAGIC))
     file.seek(0)
-    if head and head != MAGIC:
+    if head and head != MCAP0_MAGIC:
         raise ParameterError(f"path: {str(path)!r} is no log, and only a log is replaced; choose another name")
     return bool(head)
 

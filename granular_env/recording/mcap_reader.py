@@ -16,11 +16,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO
 
+from mcap.writer import MCAP0_MAGIC
+
 from ..components.errors import Fault, LogError, Phrase
 from .limits import Limits
 from .records import PROFILE
 
-MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")
 _FOOTER = struct.Struct("<QQI")
 _CHUNK = struct.Struct("<QQQII")
@@ -61,7 +62,7 @@ class McapReader:
         self.path, self._caps = path, caps
         self.damage, self.bytes_lost = "", 0
         self.advice: Phrase = ""
-        self._scanned = len(MAGIC)
+        self._scanned = len(MCAP0_MAGIC)
         self._cache: OrderedDict[int, list[RawMessage]] = OrderedDict()
         self._channels: dict[int, str] = {}
         self._metadata: list[tuple[int, int]] = []
@@ -149,7 +150,7 @@ class McapReader:
     # -- finding chunks ---------------------------------------------------------------------------------------------
 
     def _open(self, scan: bool) -> None:
-        if self._read(0, len(MAGIC)) != MAGIC:
+        if self._read(0, len(MCAP0_MAGIC)) != MCAP0_MAGIC:
             raise LogError(f"{str(self.path)!r} is no MCAP file, so no log of granular-env")
         self._check_profile()
         footer = None if scan else self._footer()
@@ -172,23 +173,23 @@ class McapReader:
 
     def _check_profile(self) -> None:
         """Refuse other programs' files before any chunk of theirs is decompressed."""
-        opcode, length = _RECORD.unpack(self._read(len(MAGIC), _RECORD.size))
-        (name_length,) = struct.unpack("<I", self._read(len(MAGIC) + _RECORD.size, 4))
+        opcode, length = _RECORD.unpack(self._read(len(MCAP0_MAGIC), _RECORD.size))
+        (name_length,) = struct.unpack("<I", self._read(len(MCAP0_MAGIC) + _RECORD.size, 4))
         expected = PROFILE.encode()
         if opcode != _HEADER_OP or name_length > length or name_length != len(expected) or (
-            self._read(len(MAGIC) + _RECORD.size + 4, name_length) != expected
+            self._read(len(MCAP0_MAGIC) + _RECORD.size + 4, name_length) != expected
         ):  # fmt: skip
             raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost")
 
     def _footer(self) -> tuple[int, bytes] | None:
         """Where the summary starts and its bytes; None where the file has no end."""
-        end = self._size - len(MAGIC) - _FOOTER_BYTES
-        if end < len(MAGIC) or self._read(self._size - len(MAGIC), len(MAGIC)) != MAGIC:
+        end = self._size - len(MCAP0_MAGIC) - _FOOTER_BYTES
+        if end < len(MCAP0_MAGIC) or self._read(self._size - len(MCAP0_MAGIC), len(MCAP0_MAGIC)) != MCAP0_MAGIC:
             return None
         tail = self._read(end, _FOOTER_BYTES)
         opcode, length = _RECORD.unpack_from(tail)
         start, _, crc = _FOOTER.unpack_from(tail, _RECORD.size)
-        if opcode != _FOOTER_OP or length != _FOOTER.size or not len(MAGIC) <= start <= end:
+        if opcode != _FOOTER_OP or length != _FOOTER.size or not len(MCAP0_MAGIC) <= start <= end:
             raise self._damage_error("the footer")
         summary = self._read(start, end - start)
         if zlib.crc32(tail[:-4], zlib.crc32(summary)) != crc:
@@ -196,7 +197,7 @@ class McapReader:
         return start, summary
 
     def _check_places(self, end: int) -> None:
-        before = len(MAGIC)
+        before = len(MCAP0_MAGIC)
         for offset, length in self._places:
             if offset < before or length < _RECORD.size or offset + length > end:
                 raise self._damage_error("the index of chunks")
@@ -204,7 +205,7 @@ class McapReader:
 
     def _scan(self) -> Iterator[tuple[int, int]]:
         """Chunks from the front, as long as they are whole."""
-        offset = len(MAGIC)
+        offset = len(MCAP0_MAGIC)
         while offset + _RECORD.size <= self._size:
             self._scanned = offset
             opcode, length = _RECORD.unpack(self._read(offset, _RECORD.size))

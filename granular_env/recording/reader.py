@@ -182,7 +182,7 @@ class Log:
     @cached_property
     def drawables(self) -> tuple[Drawable, ...]:
         """What a viewer can draw."""
-        return drawables_from(self._header.get("drawables"), self._header_arrays)
+        return drawables_from(self._header.get("drawables"), self._header_arrays, self.variables)
 
     @cached_property
     def balances(self) -> tuple[BalanceNames, ...]:

@@ -56,7 +56,7 @@ class Reading:
 
     def check(self, component: Component) -> None:
         """`ParameterError` where this component has no such variable, or no such element."""
-        variable = self.element.find(component.variables, f"output of this {component.name}", "output", "input")
+        variable = self.element.find(component.variables, f"output of {component.name!r}", "output", "input")
         size = math.prod(variable.shape)
         if not self.element.index and variable.shape and (self.kind not in ("max", "min") or not size):
             example = Element(self.name, (-1,) * len(variable.shape))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping, Sequence
 from contextlib import closing, suppress
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 from granular_env.components.errors import ParameterError, SweepError, shortened
 from granular_env.documents import Overrides
+from granular_env.output_files import file_name
 from granular_env.progress import Progress
 from granular_env.viewing.optional_packages import import_optional
 
@@ -144,4 +144,4 @@ def _folder(folder: str | os.PathLike[str]) -> Path:
 
 
 def _default_folder(plan: Plan) -> Path:
-    return Path("sweeps") / (re.sub(r"[^A-Za-z0-9._-]+", "-", plan.title).strip("-.")[:100] or "sweep")
+    return Path("sweeps") / file_name(plan.title, "sweep")

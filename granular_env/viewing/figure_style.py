@@ -238,7 +238,7 @@ def place_axis(shown: Field) -> str:
     return shown.axis if shown.every == 1 else f"{shown.axis}; each {shown.every}th is shown"
 
 
-def indices(shown: Field) -> npt.NDArray[np.int64]:
+def shown_indices(shown: Field) -> npt.NDArray[np.int64]:
     """Return the number of each place that is shown."""
     return np.arange(shown.values.shape[1]) * shown.every
 

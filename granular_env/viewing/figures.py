@@ -20,7 +20,6 @@ from .fields import Field, as_field
 from .figure_style import (
     draw_curves,
     draw_space_time,
-    indices,
     insert_gaps,
     legend,
     line,
@@ -29,6 +28,7 @@ from .figure_style import (
     place_axis,
     png,
     quantity,
+    shown_indices,
     span,
     svg,
     time_unit,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "curves",
-    "default_grains",
+    "default_indices",
     "default_times",
     "headline",
     "histories",
@@ -78,8 +78,8 @@ def headline(motion: Motion | Field, title: str = "") -> Figure:
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 5])
     draw_space_time(figure, below, shown, None)
     values, scale_unit = shown.values[-1], time_unit(span(shown))
-    above.fill_between(indices(shown), values, color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
-    above.plot(indices(shown), values, color=DIVERGING[-1], linewidth=1.2, **markers(shown))
+    above.fill_between(shown_indices(shown), values, color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
+    above.plot(shown_indices(shown), values, color=DIVERGING[-1], linewidth=1.2, **markers(shown))
     above.set_ylabel(quantity(shown))
     above.text(0.01, 0.95, f"at {span(shown) * scale_unit[0]:.4g} {scale_unit[1]}", transform=above.transAxes, va="top")
     above.set_title(title)
@@ -100,7 +100,7 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Fi
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for panel, time in zip(panels, chosen, strict=True):
         frame = frame_at(shown.times, time)
-        panel.plot(indices(shown), shown.values[frame], color=PALETTE[0], **markers(shown))
+        panel.plot(shown_indices(shown), shown.values[frame], color=PALETTE[0], **markers(shown))
         panel.set_title(f"t = {shown.times[frame] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
     figure.supylabel(quantity(shown), fontsize=11)
@@ -109,7 +109,7 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Fi
 
 
 @with_style
-def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Figure:
+def histories(motion: Motion | Field, indices: Sequence[int] | None = None) -> Figure:
     """Draw the quantity of some places in time (default: up to five that the wave reached).
 
     Raises:
@@ -117,8 +117,8 @@ def histories(motion: Motion | Field, grains: Sequence[int] | None = None) -> Fi
     """
     shown = as_field(motion)
     scale, unit = time_unit(span(shown))
-    chosen = default_grains(shown) if grains is None else list(grains)
-    columns = [column_of(shown, grain) for grain in chosen]
+    chosen = default_indices(shown) if indices is None else list(indices)
+    columns = [column_of(shown, index) for index in chosen]
     figure = new_figure(8.0, 4.2)
     axes = figure.subplots()
     for place, column in enumerate(columns):
@@ -175,7 +175,7 @@ def default_times(motion: Motion | Field) -> list[float]:
     return [first + (last - first) * part for part in (0.25, 0.5, 0.75, 1.0)]
 
 
-def default_grains(motion: Motion | Field) -> list[int]:
+def default_indices(motion: Motion | Field) -> list[int]:
     """Up to five places, evenly spaced among those that the wave reached (all of them, where nothing changed)."""
     shown = as_field(motion)
     reached = np.arange(shown.values.shape[1])
@@ -196,8 +196,8 @@ def frame_at(times: FloatArray, time: float) -> int:
     return int(np.argmin(np.abs(times - time)))
 
 
-def column_of(shown: Motion | Field, grain: int) -> int:
+def column_of(shown: Motion | Field, index: int) -> int:
     """Return the column of a place (negative numbers count from the end); `ParameterError` where there is none."""
-    if not isinstance(grain, int) or not -shown.total <= grain < shown.total:
-        raise ParameterError(f"grains: got {grain!r}, expected a whole number from {-shown.total} to {shown.total - 1}")
-    return (grain % shown.total) // shown.every
+    if not isinstance(index, int) or not -shown.total <= index < shown.total:
+        raise ParameterError(f"indices: got {index!r}, expected a whole number from {-shown.total} to {shown.total - 1}")
+    return (index % shown.total) // shown.every

@@ -37,18 +37,18 @@ class Choice:
 
     variables: Sequence[str] | None = None
     times: Sequence[float] | None = None
-    grains: Sequence[int] | None = None
+    indices: Sequence[int] | None = None
 
     def check(self, log: Any) -> None:
         """Raise `ParameterError` for what this log does not hold."""
-        for name, values in (("times", self.times), ("grains", self.grains)):
+        for name, values in (("times", self.times), ("indices", self.indices)):
             if values is not None and (isinstance(values, str) or not np.iterable(values)):
                 raise ParameterError(f"{name}: got {values!r}, expected a list")
         arrays = field_names(log)
         known = [*arrays, *(name for name, one in log.variables.items() if one.shape == () and len(log.times(name)))]
         require_names(self.variables, known)
-        if (self.times is not None or self.grains is not None) and not self.holds_any(arrays):
-            raise ParameterError("times, grains: none of the variables is a recorded array; leave them out")
+        if (self.times is not None or self.indices is not None) and not self.holds_any(arrays):
+            raise ParameterError("times, indices: none of the variables is a recorded array; leave them out")
 
     def holds_any(self, names: Sequence[str]) -> bool:
         """Tell whether one of these variables is to be shown."""
@@ -127,9 +127,9 @@ def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Sho
         words = f"{name.capitalize()} of every {field.place} at chosen instants."
         drawn[f"{stem}profiles"] = Shown(heading, figures.profiles(field, choice.times), words)
     heading = f"Histories of chosen {field.place}s" if is_main else f"{name.capitalize()}: histories"
-    which = "" if choice.grains is not None else ", evenly spaced among those that changed; others can be named (grains)"
+    which = "" if choice.indices is not None else ", evenly spaced among those that changed; others can be named (indices)"
     words = f"{name.capitalize()} of chosen {field.place}s in time{which}."
-    drawn[f"{stem}histories"] = Shown(heading, figures.histories(field, choice.grains), words)
+    drawn[f"{stem}histories"] = Shown(heading, figures.histories(field, choice.indices), words)
     return drawn
 
 

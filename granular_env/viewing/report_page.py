@@ -10,7 +10,7 @@ from typing import Any
 from markupsafe import Markup
 
 from granular_env.components.errors import ParameterError
-from granular_env.output_files import require_writable, with_article, write_files
+from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from . import figures, html_page, report_tables
@@ -27,13 +27,13 @@ def report(
     log: Any,
     folder: str | os.PathLike[str],
     times: Sequence[float] | None = None,
-    grains: Sequence[int] | None = None,
+    indices: Sequence[int] | None = None,
     variables: Sequence[str] | None = None,
     progress: Progress = False,
 ) -> Path:
     """Write ``report.html`` and the PNG files of its figures.
 
-        ge.viewing.report(log, "piston", variables=["contact_force"], grains=[10, 20], times=[1e-4, 2e-4])
+        ge.viewing.report(log, "piston", variables=["contact_force"], indices=[10, 20], times=[1e-4, 2e-4])
 
     The page carries its pictures and its style, runs no script and is forbidden the network by its own policy; text from
     the log is escaped. It is light or dark with the reader's system.
@@ -42,7 +42,7 @@ def report(
         log: an open log, of any component.
         folder: where to; made if it is not there.
         times: instants of the profiles [s]; default: four, evenly spaced.
-        grains: whose histories to draw, of contacts by their own numbers; default: up to five that the wave reached.
+        indices: of which elements the histories are drawn; default: up to five that changed.
         variables: recorded outputs to show; default: all. Arrays get x-t diagrams and histories, scalars curves.
         progress: show a bar, or call this with the part that is done.
 
@@ -51,14 +51,15 @@ def report(
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ParameterError: a variable, an instant or a grain that the log does not have, or `folder` is a file; nothing is written.
+        ParameterError: a variable, an instant or an index that the log does not have, or `folder` is a file; nothing is
+            written.
         GranularError: the files cannot be written; then none of them is.
     """
     if not hasattr(log, "metadata") or not hasattr(log, "variables"):
         raise ParameterError(f"log: got {type(log).__name__}, expected an open log: open_log(path)")
     target = _target(folder)
     with progress_bar(f"report in {target.parent.name}", show=progress) as bar:
-        return _write(log, target, Choice(variables, times, grains), bar.update)
+        return _write(log, target, Choice(variables, times, indices), bar.update)
 
 
 def _write(log: Any, target: Path, choice: Choice, tell: Callable[[float], None]) -> Path:
@@ -107,7 +108,7 @@ def _lead(log: Any, scene_data: SceneData) -> Markup:
     scale, unit = figures.time_unit(log.duration)
     metadata = log.metadata
     calls = "1 call" if log.calls == 1 else f"{log.calls} calls"
-    what = f"{log.duration * scale:.6g} {unit} of {with_article(metadata.get('component'))}, in {calls} of step()"
+    what = f"{log.duration * scale:.6g} {unit} of component {metadata.get('component')}, in {calls} of step()"
     size = report_tables.file_size(os.path.getsize(log.path))
     experiment = metadata.get("experiment")
     described = experiment if isinstance(experiment, dict) else {}

@@ -24,26 +24,26 @@ def plot(
     kind: str = "space-time",
     *,
     times: Sequence[float] | None = None,
-    grains: Sequence[int] | None = None,
+    indices: Sequence[int] | None = None,
 ) -> Figure:
     """Return a figure of a recorded variable or an input of a log.
 
-        figure = ge.viewing.plot(log, "contact_force", "histories", grains=[10, 20])
+        figure = ge.viewing.plot(log, "contact_force", "histories", indices=[10, 20])
         figure.savefig("force.pdf")              # or let a notebook show it: it is the value of the cell
 
     Args:
         log: an open log.
         variable: a recorded output, or an input. Of a scalar its course in time is drawn, whatever the kind.
-        kind: of an array: "space-time", "profiles" (at `times`) or "histories" (of `grains`).
+        kind: of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
         times: instants of the profiles [s]; default: four, evenly spaced.
-        grains: whose histories, of contacts by their own numbers; default: up to five that the wave reached.
+        indices: of which elements; default: up to five that changed.
 
     Returns:
         A figure outside pyplot; `figure.axes` can be changed.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ParameterError: the log does not hold this variable, an instant or a grain, or there is no such kind.
+        ParameterError: the log does not hold this variable, an instant or an index, or there is no such kind.
     """
     if kind not in _KINDS:
         raise ParameterError(f"kind: got {kind!r}, expected one of {', '.join(_KINDS)}")
@@ -51,7 +51,7 @@ def plot(
         field = load_field(log, variable, FRAMES)
         if kind == "profiles":
             return figures.profiles(field, times)
-        return figures.histories(field, grains) if kind == "histories" else figures.space_time(field)
+        return figures.histories(field, indices) if kind == "histories" else figures.space_time(field)
     scalars = [name for name, one in log.variables.items() if one.shape == () and len(log.times(name))]
     if variable in scalars:
         return figures.curves(list(curves_of(log, variable)))

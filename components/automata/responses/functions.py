@@ -1,7 +1,7 @@
 """The return to the limiting line, which all inelastic responses share.
 
 With the equivalent stress s above the limit s_l = onset + H q, q the inelastic strain so far, the deviator of the pair's stress
-is multiplied by M = s_new / s, s_new = s_l + H dq, dq = (s - s_l) / (3 g G + H) (Wilkins 1964). Of 1 - M the part beta lowers
+is multiplied by M = s_new / s, s_new = s_l + H dq, dq = (s - s_l) / (g (3 G + H)) (Wilkins 1964). Of 1 - M the part beta lowers
 the stiffness g, g -> M_d g with M_d = 1 - beta (1 - M); the rest, M_p = M / M_d, is flow:
 
     eps_p -> eps - M_p (eps - eps_p) - (1 - M_p) theta / 3,        gamma_p -> gamma - M_p (gamma - gamma_p).
@@ -33,7 +33,7 @@ def respond(equivalent, eps, gamma, dilation, eps_p, gamma_p, stiffness, inelast
     limit = onset + hardening * inelastic
     if not equivalent > limit:
         return eps_p, gamma_p, stiffness, inelastic
-    more = (equivalent - limit) / (3.0 * stiffness * shear + hardening)
+    more = (equivalent - limit) / (stiffness * (3.0 * shear + hardening))
     ratio = (limit + hardening * more) / equivalent
     weaker = 1.0 - degradation * (1.0 - ratio)
     flow = ratio / weaker

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from .dispersion import lattice_frequencies, leapfrog_frequency, rotation_frequency
 from .speeds import longitudinal_speed, shear_speed
+from .strength import drucker_prager_stress, equivalent_stress, splitting_tension
 
 __all__ = [
+    "drucker_prager_stress",
+    "equivalent_stress",
     "lattice_frequencies",
     "leapfrog_frequency",
     "longitudinal_speed",
     "rotation_frequency",
     "shear_speed",
+    "splitting_tension",
 ]

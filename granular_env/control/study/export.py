@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import re
 import statistics
 from typing import Any
 
@@ -14,11 +13,6 @@ from granular_env.output_files import write_files
 
 from .results import StudyResult, Trial
 from .study import VERSION
-
-
-def safe_name(name: str) -> str:
-    """Return a name that can be a folder's."""
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or "study"
 
 
 def write_results(result: StudyResult) -> None:

@@ -29,7 +29,7 @@ class Evolution(MethodTable):
     spread: float = Field(default=0.3, gt=0.0, description="standard deviation at the start, in units of the bounds' distance")
 
     def run(self, search: BudgetedEvaluator) -> None:
-        """BudgetedEvaluator generation after generation; start again elsewhere where it has converged."""
+        """Search generation after generation; start again elsewhere where it has converged."""
         lowest, highest = search.shape.lowest, search.shape.highest
         middle = np.full(search.shape.size, np.clip(self.start, lowest, highest))
         if self.begin:
@@ -46,7 +46,7 @@ def evolve(
     bounds: list[Any],
     returns: Callable[[FloatArray], FloatArray],
 ) -> None:
-    """BudgetedEvaluator with CMA-ES until the budget is spent.
+    """Search with CMA-ES until the budget is spent.
 
     Args:
         search: gives the random numbers.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -53,9 +54,9 @@ class MethodTable(Table):
         """Forward runs of an episode that its first result takes."""
         return 1.0
 
+    @abstractmethod
     def run(self, search: BudgetedEvaluator) -> None:
-        """BudgetedEvaluator until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
-        raise NotImplementedError
+        """Search until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
 
     def actor(self, best: dict[str, npt.NDArray[np.generic]], search: BudgetedEvaluator, problem: Problem) -> Any:
         """Return an agent that plays the best so far in a single environment; by default the drive of the best point."""

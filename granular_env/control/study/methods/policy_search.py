@@ -31,7 +31,7 @@ class PolicySearch(MethodTable):
     spread: float = Field(default=0.1, gt=0.0, description="standard deviation of the weights at the start")
 
     def run(self, search: BudgetedEvaluator) -> None:
-        """BudgetedEvaluator generation after generation, each policy in all episodes."""
+        """Search generation after generation, each policy in all episodes."""
         entries, size = search.problem.entries, search.problem.observed
 
         def returns(points: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -38,15 +39,12 @@ class Reinforcement(MethodTable):
     layers: list[int] = Field(default=[64, 64], description="widths of the networks' hidden layers")
     learning_rate: float = Field(default=3e-4, gt=0.0, description="step of the optimiser")
     discount: float = Field(default=0.99, gt=0.0, le=1.0, description="weight of a reward one decision later")
+    rollout: int = Field(ge=1, description="decisions of an environment in a round")
     evaluate_every: int = Field(default=10, ge=1, description="rounds of training between two evaluations")
 
+    @abstractmethod
     def algorithm(self, env: Any, seed: int) -> Any:
         """Return the algorithm on an environment of stable-baselines3."""
-        raise NotImplementedError
-
-    def decisions(self) -> int:
-        """Decisions of one environment in a round."""
-        raise NotImplementedError
 
     def run(self, search: BudgetedEvaluator) -> None:
         """Round after round of training until the budget is spent."""
@@ -60,16 +58,16 @@ class Reinforcement(MethodTable):
             model = self.algorithm(env, search.seed + 1000 * rounds)
             if search.track.agent:
                 put_arrays(model, search.track.agent)
-                model.num_timesteps = rounds * self.decisions() * self.environments
+                model.num_timesteps = rounds * self.rollout * self.environments
             while True:
                 if rounds % self.evaluate_every == 0:
                     self._evaluate(model, search)
-                if search.remaining_steps < self.decisions() * self.environments * self.hold:
+                if search.remaining_steps < self.rollout * self.environments * self.hold:
                     self._evaluate(model, search)
                     raise BudgetSpentError
-                model.learn(self.decisions() * self.environments, reset_num_timesteps=False, log_interval=None)
+                model.learn(self.rollout * self.environments, reset_num_timesteps=False, log_interval=None)
                 # An action that the end of an episode cuts short counts in full.
-                search.track.add(TRAINING, None, 0.0, self.decisions() * self.environments * self.hold)
+                search.track.add(TRAINING, None, 0.0, self.rollout * self.environments * self.hold)
                 search.track.agent = arrays_of(model)
                 rounds += 1
                 search.watch(search.track)
@@ -113,10 +111,6 @@ class PPO(Reinforcement):
     trace: float = Field(default=0.95, ge=0.0, le=1.0, description="lambda of the advantages; 1: of whole returns")
     noise: float = Field(default=0.6, gt=0.0, description="standard deviation of the actions at the start")
 
-    def decisions(self) -> int:
-        """Return the decisions of a rollout."""
-        return self.rollout
-
     def algorithm(self, env: Any, seed: int) -> Any:
         """PPO of stable-baselines3."""
         from stable_baselines3 import PPO as Algorithm  # pyright: ignore[reportMissingImports]
@@ -138,10 +132,6 @@ class SAC(Reinforcement):
     memory: int = Field(default=100_000, ge=100, description="decisions that are remembered")
     first: int = Field(default=1000, ge=0, description="decisions made at random before the learning starts")
     updates: int = Field(default=8, ge=1, description="steps of the optimiser after each decision of the batch")
-
-    def decisions(self) -> int:
-        """Return a few decisions."""
-        return self.rollout
 
     def algorithm(self, env: Any, seed: int) -> Any:
         """SAC of stable-baselines3."""

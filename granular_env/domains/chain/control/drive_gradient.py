@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -25,7 +26,7 @@ def value_and_grad(
         env: a `ChainEnv`.
         drive: an action for every control step, shape (steps, entries).
         seeds: one for each episode.
-        stage: attributes of the task that its objective is built with, where they are not its own.
+        stage: keyword arguments of the task's `objective`, where they are not its defaults.
 
     Raises:
         ParameterError: the task has no objective with a gradient, or its chain has none.
@@ -36,28 +37,24 @@ def value_and_grad(
     late = max(steps - actuator.delay, 0)
     for seed in seeds:
         _, info = env.reset(seed=seed)
-        if goal := env.task.counter_names[: len(env.task.goal_scales)]:
-            # The objective of a task that draws its goals is that of its present demand.
-            env.task.demand = np.array([info[name] for name in goal])
+        settings = dict(stage or {})
+        if names := env.task.counter_names[: len(env.task.goal_scales)]:
+            # The objective of a task that draws its goals is that of the present one.
+            settings["goal"] = np.array([info[name] for name in names])
         inputs = np.zeros((steps, 2))
         inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
-        bars = value_and_adjoint(env.component, inputs, env.internal_steps, _objective(env, steps, stage or {}))
-        value += bars.value / len(seeds)
-        slopes[:late] += env.actuator.scales * bars.inputs[actuator.delay :, actuator.sides] / len(seeds)
+        adjoints = value_and_adjoint(env.component, inputs, env.internal_steps, _objective(env, steps, settings))
+        value += adjoints.value / len(seeds)
+        slopes[:late] += env.actuator.scales * adjoints.inputs[actuator.delay :, actuator.sides] / len(seeds)
     return value, slopes
 
 
-def _objective(env: Any, steps: int, stage: Mapping[str, Any]) -> Any:
-    task = env.task
-    own: dict[str, Any] = {name: getattr(task, name, None) for name in stage}
-    for name, value in stage.items():
-        if own[name] is None or np.shape(own[name]) != np.shape(value):
-            came = f"no attribute {name!r}" if own[name] is None else f"{name} = {own[name]}"
-            raise ParameterError(f"{name}: got {value}, but the task {task.name!r}, whose objective it is for, has {came}")
-    try:
-        for name, value in stage.items():
-            setattr(task, name, value)
-        return task.objective(env.component, steps)
-    finally:
-        for name, value in own.items():
-            setattr(task, name, value)
+def _objective(env: Any, steps: int, settings: Mapping[str, Any]) -> Any:
+    """Return the task's objective; `ParameterError` for a setting that it does not take, or that has another shape."""
+    known = inspect.signature(env.task.objective).parameters
+    for name, value in settings.items():
+        default = known[name].default if name in known else None
+        if name not in known or (default is not None and np.shape(default) != np.shape(value)):
+            came = f"takes no {name!r}" if name not in known else f"takes {name} = {default}"
+            raise ParameterError(f"{name}: got {value}, but the objective of the task {env.task.name!r} {came}")
+    return env.task.objective(env.component, steps, **settings)

@@ -70,6 +70,9 @@ class ChainTask(Task):
     def objective(self, chain: Chain, steps: int) -> Objective:
         """Return the smooth counterpart of minus the return, for gradients.
 
+        A task may have keyword arguments of its own behind these two, with defaults: a study gives them in stages, such as
+        `way` and `sharpness`. One that draws goals has `goal`, and is given that of the episode.
+
         Raises:
             ParameterError: this task has none.
         """

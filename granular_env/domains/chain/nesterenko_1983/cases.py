@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 from granular_env.atlas.context import Context
+from granular_env.atlas.verdicts import Value
 from granular_env.components.chain import theory
 from granular_env.experiments import load_experiment
 
@@ -29,6 +30,13 @@ ERROR, ERROR_SOURCE = 1e-4, "the paper’s own error of velocities"
 # Words of the paper, as we read them everywhere; what keeps to them holds in part: "unchanged", of a height or a speed that is
 # seen in a figure, and "satisfactory", of one curve against another [%].
 UNCHANGED, SATISFACTORY = 5.0, 10.0
+
+
+def change(name: str, printed: str, percent: float, digits: int = 3) -> Value:
+    """Return a change in percent that the paper calls none: its own error agrees, what no figure shows agrees in part."""
+    return Value(
+        name, printed, percent, "%", paper=0.0, tolerance=100.0 * ERROR, source=ERROR_SOURCE, loose=UNCHANGED, digits=digits
+    )
 
 
 def sampling(context: Context) -> float:

@@ -13,7 +13,7 @@ from granular_env.components.chain import theory
 
 from .. import measurement
 from ..measurement import History
-from .cases import DIAMETER, ERROR, ERROR_SOURCE, SPEED, UNCHANGED, case, grain, longer
+from .cases import DIAMETER, ERROR, ERROR_SOURCE, SPEED, case, change, grain, longer
 from .curves import MICRO, TIME, velocity_of
 from .wave_count import RULE, counts, heights, waves
 
@@ -134,12 +134,7 @@ def _formation(context: Context, chain: History) -> Item:
     early, late = (waves(chain, grain(context, number))[0].amplitude for number in (20, 80))
     return Item(
         "The waves are formed at the twentieth grain", "section 3.1",
-        [
-            Value(
-                "change of v_m, 20 to 80", "none", 100.0 * (late / early - 1.0), "%", paper=0.0, tolerance=100.0 * ERROR,
-                source=ERROR_SOURCE, loose=UNCHANGED, digits=2,
-            )
-        ],
+        [change("change of v_m, 20 to 80", "none", 100.0 * (late / early - 1.0), digits=2)],
         reason="The taller wave still grows a little after the twentieth grain, by more than the paper’s error; its own v_20 "
         "and v_50 of the last grain differ by 0.03 %.",
     )  # fmt: skip

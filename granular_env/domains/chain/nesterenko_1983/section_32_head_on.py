@@ -8,7 +8,7 @@ from granular_env.atlas.verdicts import Value
 
 from .. import measurement
 from ..measurement import History, Shift
-from .cases import ERROR, ERROR_SOURCE, SPEED, UNCHANGED, case, grain
+from .cases import SPEED, case, change, grain
 from .curves import MICRO, TIME, velocity_of
 from .wave_count import FAINT
 
@@ -46,17 +46,7 @@ def _form(context: Context, met: History, shifts: list[Shift]) -> Item:
     waves = measurement.waves_at(met, grain(context, 75), 0.005 * SPEED)
     small = max((wave.amplitude / SPEED for wave in waves if wave.amplitude < _TALL), default=0.0)
     values = [
-        Value(
-            f"change of v_m, {name} wave",
-            "unchanged",
-            100.0 * shift.amplitude_change,
-            "%",
-            paper=0.0,
-            tolerance=100.0 * ERROR,
-            source=ERROR_SOURCE,
-            loose=UNCHANGED,
-            digits=3,
-        )  # fmt: skip
+        change(f"change of v_m, {name} wave", "unchanged", 100.0 * shift.amplitude_change)
         for name, shift in zip(("first", "second"), shifts, strict=False)
     ]
     return Item(

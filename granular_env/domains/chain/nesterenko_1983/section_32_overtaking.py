@@ -9,7 +9,7 @@ from granular_env.atlas.model import Axis, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 
 from ..measurement import History, Wave
-from .cases import ERROR, ERROR_SOURCE, UNCHANGED, case, grain
+from .cases import case, change, grain
 from .curves import TIME, during
 from .wave_count import RULE, counts, heights, waves
 
@@ -70,10 +70,9 @@ def _windows(leading: dict[int, dict[int, Wave]]) -> Item:
 
 def _form(leading: dict[int, dict[int, Wave]]) -> Item:
     values = [
-        Value(
+        change(
             f"change of v_m, wave {name}, grain 50 to 145", "unchanged",
-            100.0 * (leading[145][name].amplitude / leading[50][name].amplitude - 1.0), "%",
-            paper=0.0, tolerance=100.0 * ERROR, source=ERROR_SOURCE, loose=UNCHANGED, digits=3,
+            100.0 * (leading[145][name].amplitude / leading[50][name].amplitude - 1.0),
         )
         for name in (1, 3)
     ]  # fmt: skip

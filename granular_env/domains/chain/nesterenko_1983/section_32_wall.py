@@ -7,7 +7,7 @@ from granular_env.atlas.model import Axis, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 
 from ..measurement import History
-from .cases import ERROR, ERROR_SOURCE, MASS, SPEED, UNCHANGED, case, grain
+from .cases import MASS, SPEED, case, change, grain
 from .curves import TIME, velocity_of
 from .wave_count import CLEAR, RULE, counts, heights, waves
 
@@ -50,15 +50,10 @@ def _reflection(context: Context, wall: History) -> Item:
     """Return the tallest wave before and after the wall, at a grain that it passes between other waves."""
     place = grain(context, 60)
     before, after = waves(wall, place)[0], waves(wall, place, direction="left")[0]
-    change = 100.0 * (after.amplitude / before.amplitude - 1.0)
+    percent = 100.0 * (after.amplitude / before.amplitude - 1.0)
     return Item(
         "The wall throws the waves back with their form kept", "section 3.2 A",
-        [
-            Value(
-                "change of the first wave’s v_m", "unchanged", change, "%", paper=0.0, tolerance=100.0 * ERROR,
-                source=ERROR_SOURCE, loose=UNCHANGED, digits=3,
-            )
-        ],
+        [change("change of the first wave’s v_m", "unchanged", percent)],
         remark="At grain 60 on the way there and back.",
         reason="On its way back it has passed waves that still came, and each passage costs a little height, as in the head-on "
         "collision.",

@@ -90,17 +90,17 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     n, (force, tangent) = int(a[SCALARS, GRAINS]), _elastic_force(a)
     if force <= 0.0:
         return
     part, ratio = 0.5 if step == steps - 1 else 1.0, force / constants[_PEAK_SCALE]
     slope = slopes[0] * part * constants[_DURATION] / constants[_IMPULSE]
     slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _power(ratio, constants) / force
-    bar[U, n] += slope * tangent
-    bar[U, n + 1] -= slope * tangent
-    bar[REST_OVERLAP, n] += slope * tangent
-    bar[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
+    adjoint[U, n] += slope * tangent
+    adjoint[U, n + 1] -= slope * tangent
+    adjoint[REST_OVERLAP, n] += slope * tangent
+    adjoint[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
 
 
 def _impulse_of(duration: float) -> Callable[[Chain], float]:
@@ -136,24 +136,28 @@ class ProtectionTask(DrivenEndTask):
     def __init__(self, chain: Chain, end: DrivenEnd, impulse: float, peak_scale: float) -> None:
         super().__init__(chain, end)
         self.chain, self.observed_force = chain, end.actions.get("left_force", self.observed_force)
-        self.sharpness: tuple[int, float] = (5, 0.01)
         self.impulse = positive_number("impulse", impulse)
         self.constants = np.array([self.impulse, positive_number("peak_scale", peak_scale), end.duration])
 
-    def objective(self, chain: Chain, steps: int) -> Objective:
+    def objective(self, chain: Chain, steps: int, *, sharpness: tuple[int, float] = (5, 0.01)) -> Objective:
         """h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
 
         h(x) = (x + sqrt(x^2 + r^2)) / 2 is the positive part, rounded, r = 0.01. The smooth peak is the p-norm of the wall's
         force over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both count the elastic part of the
-        force. `sharpness`, an attribute, is (binary logarithm of p, r).
+        force.
+
+        Args:
+            chain: what is driven.
+            steps: control steps.
+            sharpness: binary logarithm of p, and r.
 
         Raises:
             ParameterError: the contacts are not Hertz's.
         """
         hertz_chain(self.name, chain)
         text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
-        constants = np.concatenate([self.constants, self.sharpness])
-        return Objective(_note, _value, _pull, constants, count=2, description=text)
+        constants = np.concatenate([self.constants, sharpness])
+        return Objective(_note, _value, _pullback, constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return a ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""

@@ -62,12 +62,12 @@ def _note(a, step, steps, inputs, constants, sums):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     weight = _weight(step, steps, constants)
     if weight > 0.0:
         waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        distance_pullback(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
+        distance_pullback(a, adjoint, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
 
 
 class PulseFormingTask(DrivenEndTask):
@@ -102,18 +102,21 @@ class PulseFormingTask(DrivenEndTask):
         refuse_early(self.shapes, self.waves, end.duration, end.steps)
         horizon, width = end.duration * end.steps, positive_number("window", window)
         head = [horizon, self.energy, width, float(len(self.waves)), end.duration, 0.0]
-        self.constants, self.way = np.concatenate([head, self.waves.reshape(-1), self.shapes]), 0.0
+        self.constants = np.concatenate([head, self.waves.reshape(-1), self.shapes])
 
-    def objective(self, chain: Chain, steps: int) -> Objective:
+    def objective(self, chain: Chain, steps: int, *, way: float = 0.0) -> Objective:
         """Return the distance at the end of the last control step: minus the return, if nothing is in the chain at the start.
 
-        `way`, an attribute, from 0 (so it is at first) to 1, is the weight of the mean distance over all control steps, to the
-        waves on their way: it has a slope far from any solution, where a wave in a wrong place has none.
+        Args:
+            chain: what is driven.
+            steps: control steps.
+            way: from 0 to 1, weight of the mean distance over all control steps to the waves on their way: it has a slope far
+                from any solution, where a wave in a wrong place has none.
         """
         text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
         constants = self.constants.copy()
-        constants[_WAY] = self.way
-        return Objective(_note, sum_value, _pull, constants, description=text)
+        constants[_WAY] = way
+        return Objective(_note, sum_value, _pullback, constants, description=text)
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
         """Return that of the wanted waves on their way."""

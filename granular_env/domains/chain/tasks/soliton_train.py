@@ -75,11 +75,11 @@ def _note(a, step, steps, inputs, constants, sums):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
         waves, goal = int(constants[_WAVES]), constants[_SHAPES:]
         energy = _energy(goal, waves, constants[_ENERGY])
-        distance_pullback(a, bar, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
+        distance_pullback(a, adjoint, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
 
 
 class SolitonTrainTask(DrivenEndTask):
@@ -131,7 +131,6 @@ class SolitonTrainTask(DrivenEndTask):
         for place in (front[0] - (waves - 1) * spacing[1], front[1]):
             refuse_crowded(self.shapes, np.array([[slowest, place, 0.0]]), self.grains, "front")
         refuse_early(self.shapes, self._rows(np.array([[slowest, farthest]]))[None, :COLUMNS], end.duration, end.steps)
-        self.demand = self.goal(np.random.default_rng(0))
 
     def goal(self, random: Generator) -> FloatArray:
         """One to `waves` waves, foremost first: heights, the foremost one's place, distances, each drawn evenly."""
@@ -168,13 +167,17 @@ class SolitonTrainTask(DrivenEndTask):
         goal[: len(rows), 2] = self.speed * root(rows[:, 0], 5)
         return goal.reshape(-1)
 
-    def objective(self, chain: Chain, steps: int) -> Objective:
-        """Return the distance at the end of the last control step to the waves of `demand`: minus the return.
+    def objective(self, chain: Chain, steps: int, *, goal: FloatArray | None = None) -> Objective:
+        """Return the distance at the end of the last control step to the demanded waves: minus the return.
 
-        `demand` is an attribute, a goal as `goal` and `given_goal` make it; that of seed 0 at first.
+        Args:
+            chain: what is driven.
+            steps: control steps.
+            goal: the demanded waves, as `goal` and `given_goal` make them; default: those of seed 0.
         """
+        demanded = self.goal(np.random.default_rng(0)) if goal is None else goal
         text = "square of the distance to the demanded waves at the end, in the energy norm, over their energy"
-        return Objective(_note, sum_value, _pull, np.concatenate([self.head, self.demand, self.shapes]), description=text)
+        return Objective(_note, sum_value, _pullback, np.concatenate([self.head, demanded, self.shapes]), description=text)
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
         """Return that of the demanded waves on their way."""
@@ -278,7 +281,7 @@ def make_soliton_train(
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the demanded
     waves pass, averaged over each control step. They return -1, and (seeds 0 to 59) -1.4e-4 to -7.8e-4 with a force,
     -3.4e-4 to -1.45e-3 with a piston. A drive for one demand is no policy for all of them:
-    "best" is missing; the gradient of `objective` finds it for each `demand` (-1e-9 or better).
+    "best" is missing; the gradient of `objective` finds it for each goal (-1e-9 or better).
 
     ## Version history
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.

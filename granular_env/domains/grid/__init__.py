@@ -1,0 +1,1 @@
+"""What belongs to the grid alone: environments and their tasks."""

@@ -1,0 +1,182 @@
+"""BuriedTarget-v1: shape the loads on a surface so that at the deadline a buried point moves as fast as it can."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict, Unpack
+
+import numpy as np
+
+from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.grid import Grid
+from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.validation import finite_number, positive_number, whole_number
+from granular_env.envs.environment import ComponentEnv, environment_factory
+from granular_env.envs.policies import Constant, OpenLoop, Policy
+from granular_env.envs.task import Seen, Task
+
+# The block, in cells and in metres, and its rock.
+_COLUMNS, _ROWS, _CELL = 60, 36, 5e-3
+_ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
+# Cells between two loads.
+_SPACING = 4
+# Directions among which the fastest motion of the target is sought.
+_DIRECTIONS = 3600
+
+
+class Options(TypedDict, total=False):
+    """What the environment takes beside its own arguments; see `ComponentEnv`."""
+
+    clock: int
+    step_error_reward: float
+    render_mode: str | None
+
+
+class BuriedTargetTask(Task):
+    """At the deadline the last receiver shall move fast. See `make_buried_target`.
+
+    Args:
+        grid: with forced nodes; its last receiver is the target.
+        force: of each load at action 1 [N].
+        internal_steps: in a control step.
+        deadline: control steps.
+        hold: control steps for which an action is held.
+    """
+
+    name = "buried_target"
+
+    def __init__(self, grid: Grid, force: float, internal_steps: int, deadline: int, hold: int = 1) -> None:
+        super().__init__()
+        self.actions = {"force": positive_number("force", force)}
+        steps = target_response(grid, internal_steps, deadline) * force
+        self.response = np.add.reduceat(steps, np.arange(0, deadline, hold))
+        self.drive, self.drive_gains = fastest_drive(self.response)
+        self.best_speed = float(np.abs(self.drive_gains).sum())
+        self.observations = {"receiver_velocity": self.best_speed}
+
+    def begin(self, component: Any, seen: Seen) -> None:
+        """Note what the target has at the start."""
+        self.counters = {"target_energy": self._energy(seen)}
+
+    def judge(self, component: Any, seen: Seen, duration: float) -> tuple[float, bool]:
+        """Return what the target's energy has gained, as a part of the best at the deadline."""
+        before, self.counters["target_energy"] = self.counters["target_energy"], self._energy(seen)
+        return self.counters["target_energy"] - before, False
+
+    def baselines(self) -> Mapping[str, Policy]:
+        """Return doing nothing, one push of each load, so timed that they meet at the target, and the best drive.
+
+        The best one is "theory": what each load would send to the target, turned round in time; by reciprocity, what a source
+        at the target would send to the loads.
+        """
+        pushes = np.zeros_like(self.drive)
+        for entry, gains in enumerate(np.abs(self.drive_gains).T):
+            row = int(np.argmax(gains))
+            pushes[row, entry] = self.drive[row, entry]
+        return {
+            "nothing": Constant(np.zeros(self.drive.shape[1])),
+            "one_push": OpenLoop(pushes),
+            "theory": OpenLoop(self.drive),
+        }
+
+    def _energy(self, seen: Seen) -> float:
+        """Return the square of the target's speed, as a part of the best at the deadline."""
+        vx, vy = (float(number) for number in np.asarray(seen["receiver_velocity"])[-1])
+        return (vx * vx + vy * vy) / (self.best_speed * self.best_speed)
+
+
+def target_response(grid: Grid, internal_steps: int, deadline: int) -> FloatArray:
+    """Return the target's velocity at the deadline for a vertical force of 1 N, held over one control step, of each load.
+
+    The grid is left at its start. Shape (control steps, 2 entries for each load: x and y, 2 directions) [m/s/N].
+    """
+    loads, duration = len(grid.get("force")), internal_steps * grid.step_size
+    found = np.zeros((deadline, 2 * loads, 2))
+    for entry in range(2 * loads):
+        grid.reset()
+        force = np.zeros((loads, 2))
+        force[entry // 2, entry % 2] = 1.0
+        for late in range(deadline):
+            grid.step(duration, force=force if late == 0 else 0.0)
+            # What acts so much earlier than the deadline has this effect at it.
+            found[deadline - 1 - late, entry] = grid.get("receiver_velocity")[-1]
+    grid.reset()
+    return found
+
+
+def fastest_drive(response: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the drive of entries from -1 to 1 with the fastest target at the deadline, and what each entry gives of it [m/s].
+
+    In any direction e the velocity is the sum of drive x response.e, so that the best drive has the sign of that; the speed is
+    the sum of the magnitudes. Both have the shape (actions, 2 entries for each load).
+
+    Args:
+        response: see `target_response`, times the force at action 1.
+    """
+    angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    along = np.cos(angles) * response[..., 0, None] + np.sin(angles) * response[..., 1, None]
+    speeds = np.abs(along).sum(axis=(0, 1))
+    best = int(np.argmax(speeds))
+    return np.sign(along[..., best]), along[..., best]
+
+
+@environment_factory
+def make_buried_target(
+    *,
+    loads: int = 8,
+    force: float = 1e4,
+    target: Sequence[float] = (0.04, -0.1),
+    internal_steps: int = 4,
+    deadline: int = 24,
+    hold: int = 1,
+    **options: Unpack[Options],
+) -> ComponentEnv:
+    """Make the environment: loads in a row on the surface of a block of rock, and a target below them.
+
+    ## Description
+    The block is 0.3 m wide and 0.18 m deep, of granite, and its other sides let waves out. Each load is a force along x and y
+    on a node of the surface; they are 20 mm apart, about x = 0. Waves need some 20 us (P) or 34 us (S) to the target, so that
+    what is done in the last steps is too late.
+
+    ## Reward
+    What the square of the target's speed gains in a step, in units of the largest that is possible at the deadline. So the
+    return is the target's kinetic energy at the deadline, 1 at most: the medium is linear, and theory knows the best drive.
+
+    Args:
+        loads: how many.
+        force: of each at action 1, along x and along y [N].
+        target: x and y of the target, y from the surface, negative below it [m].
+        internal_steps: internal steps of 0.5 us in a control step.
+        deadline: control steps of an episode.
+        hold: control steps for which an action is held.
+        **options: of `ComponentEnv`.
+    """
+    loads = whole_number("loads", loads)
+    if loads > (_COLUMNS - 2) // _SPACING:
+        raise ParameterError(
+            f"loads: got {loads}, expected at most {(_COLUMNS - 2) // _SPACING}: they are {_SPACING} cells apart"
+        )
+    place = [finite_number(f"target[{axis}]", number) for axis, number in enumerate(_pair(target))]
+    if not (abs(place[0]) <= 0.5 * _COLUMNS * _CELL and -_ROWS * _CELL <= place[1] < 0.0):
+        raise ParameterError(
+            f"target: got {place}, expected a point of the block: |x| at most 0.15 m, y from -0.18 m to below 0"
+        )
+    internal_steps, deadline = whole_number("internal_steps", internal_steps), whole_number("deadline", deadline)
+    hold = whole_number("hold", hold)
+    places = [[_SPACING * _CELL * (number - 0.5 * (loads - 1)), 0.0] for number in range(loads)]
+    middle = [0.0, -0.5 * _ROWS * _CELL]
+    grid = Grid(
+        mesh={"name": "rectangle", "columns": _COLUMNS, "rows": _ROWS, "cell_size": _CELL, "centre": middle},
+        material=_ROCK, boundaries=dict.fromkeys(("left", "right", "bottom"), "absorbing"), forced_nodes=places,
+        receivers=[*places, place],
+    )  # fmt: skip
+    task = BuriedTargetTask(grid, force, internal_steps, deadline, hold)
+    return ComponentEnv(grid, task, internal_steps=internal_steps, deadline=deadline, hold=hold, **{"clock": 2, **options})
+
+
+def _pair(given: Any) -> list[Any]:
+    """Return two entries; `ParameterError` otherwise."""
+    entries = list(given) if isinstance(given, (list, tuple, np.ndarray)) else []
+    if len(entries) != 2:
+        raise ParameterError(f"target: got {shortened(given)}, expected two numbers, x and y")
+    return entries

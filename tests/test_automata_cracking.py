@@ -1,0 +1,361 @@
+"""Automata whose pairs yield, break, touch and rub: laws against closed forms, energies, bits, and the shipped experiments."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import granular_env as ge
+from granular_env.components.automata import Automata, theory
+from granular_env.components.automata.breaking import CRITERIA
+from granular_env.components.automata.breaking.functions import failure
+from granular_env.components.errors import GranularError, ParameterError
+from granular_env.components.support import memory_limits
+
+ROW = 0.5 * math.sqrt(3.0)
+SOLID = ge.Material(density=1.0, young=2.5, poisson=0.25)  # rho = G = lambda = 1
+BOTH = pytest.mark.parametrize("packing", ["square", "hexagonal"])
+
+
+def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters: object) -> Automata:
+    """A rectangle of automata of diameter 1."""
+    shape = {"name": "rectangle", "width": float(columns), "height": rows * (ROW if packing == "hexagonal" else 1.0)}
+    return Automata(**{"shape": shape, "diameter": 1.0, "packing": packing, "material": SOLID, **parameters})
+
+
+def confined(**laws: object) -> Automata:
+    """A square block that is stretched along y and held along x: its strain and stress are homogeneous."""
+    return block(columns=2, rows=2, left="symmetry", right="symmetry", bottom="symmetry", top="platen", **laws)
+
+
+def stretch(automata: Automata, strain: float, rate: float = 2e-6) -> None:
+    """Bring the block to that strain, slowly."""
+    now = automata.get("displacement")[-1, 1] / 2.0
+    ticks = max(1, round(abs(strain - now) / rate / automata.step_size))
+    automata.step(ticks * automata.step_size, top_speed=2.0 * (strain - now) / (ticks * automata.step_size))
+
+
+# -- responses: figure 3 ------------------------------------------------------------------------------------------------
+
+ONSET, HARDENING = 2e-3, 0.5
+# Equivalent stress of uniaxial strain eps: 2 eps (G = 1); the equivalent strain is 2/3 eps. Beyond the onset it grows with
+# 3 G H / (3 G + H) of that.
+TANGENT = 2.0 / 3.0 * 3.0 * HARDENING / (3.0 + HARDENING)
+
+
+def equivalent_in_the_middle(automata: Automata) -> float:
+    xx, yy, _ = automata.get("stress")[4]
+    return float(yy - xx)
+
+
+def stiffness_left(part: float) -> float:
+    """Integrate the part of the excess that degrades, dg = -beta g (3 g G - H_t) de / s, up to the strain 3e-3."""
+    stiffness, steps, slope = 1.0, 100_000, 1.5 * TANGENT
+    change = 2.0 / 3.0 * 2e-3 / steps  # of the equivalent strain, 2/3 eps, beyond eps = 1e-3
+    for number in range(steps):
+        stress = ONSET + slope * change * (number + 0.5)
+        stiffness -= part * stiffness * (3.0 * stiffness - slope) * change / stress
+    return stiffness
+
+
+@pytest.mark.parametrize(
+    ("response", "slope", "left"),
+    [
+        ({"name": "linear"}, 2.0, 0.0),
+        ({"name": "degrading", "onset": ONSET, "hardening": HARDENING}, "secant", 0.0),
+        ({"name": "plastic", "yield_stress": ONSET, "hardening": HARDENING}, 2.0, "flow"),
+        ({"name": "plastic_degrading", "yield_stress": ONSET, "hardening": HARDENING, "degradation": 0.5}, "between", "some"),
+    ],
+    ids=["a", "b", "c", "d"],
+)
+def test_the_four_response_functions(response: dict[str, object], slope: object, left: object) -> None:
+    automata = confined(response=response)
+    stretch(automata, 0.5e-3)
+    assert equivalent_in_the_middle(automata) == pytest.approx(1e-3, rel=0.01)
+    stretch(automata, 3e-3)
+    linear = response["name"] == "linear"
+    envelope = 6e-3 if linear else ONSET + TANGENT * 2e-3
+    assert equivalent_in_the_middle(automata) == pytest.approx(envelope, rel=0.01)
+    # Pressure is not touched by flow; degradation takes 2 g G / 3 of the bulk modulus.
+    top = equivalent_in_the_middle(automata)
+    stretch(automata, 2.5e-3)
+    unloading = (top - equivalent_in_the_middle(automata)) / 0.5e-3
+    part = {2.0: 0.0, "secant": 1.0, "between": 0.5}[slope]
+    assert unloading == pytest.approx(2.0 * stiffness_left(part), rel=0.02)
+    assert slope != "secant" or unloading == pytest.approx(top / 3e-3, rel=0.02)
+    zero = 2.5e-3 - equivalent_in_the_middle(automata) / unloading
+    flow = 3e-3 - envelope / 2.0
+    low, high = {0.0: (-1e-4, 1e-4), "flow": (0.97 * flow, 1.03 * flow), "some": (0.1 * flow, 0.9 * flow)}[left]
+    assert low <= zero <= high
+    lost = automata.get("inelastic_energy") if not linear else 0.0
+    assert (lost > 0.0) == (not linear)
+    assert abs(automata.get("energy_residual")) <= 0.01 * automata.get("boundary_work")
+
+
+def test_flow_keeps_the_pressure() -> None:
+    automata = confined(response={"name": "plastic", "yield_stress": ONSET})
+    stretch(automata, 4e-3)
+    xx, yy, _ = automata.get("stress")[4]
+    # K theta = (lambda + 2 G / 3) eps, of which the stress along z has its share: xx = zz.
+    assert (2.0 * xx + yy) / 3.0 == pytest.approx(5.0 / 3.0 * 4e-3, rel=0.01)
+    assert yy - xx == pytest.approx(ONSET, rel=0.01)
+
+
+# -- criteria -----------------------------------------------------------------------------------------------------------
+
+# Uniaxial strain e: sigma_n = 3 e, sigma_eq = 2 e, sigma_m = 5/3 e.
+CASES = {
+    "von_mises": ({"strength": 4e-3}, "von_mises_break", 2e-3, 4e-3),
+    "drucker_prager": (
+        {"compressive": 12e-3, "tensile": 4e-3},
+        "drucker_prager_break",
+        12e-3 / (2.0 * 2.0 + 3.0 * 5.0 / 3.0),
+        12e-3,
+    ),
+    "mohr_coulomb": ({"cohesion": 1.0, "internal_friction": 0.5, "tensile": 6e-3}, "tension_break", 2e-3, 6e-3),
+    "strain": ({"tensile": 2e-3}, "stretch_break", 2e-3, 2e-3),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_criterion_breaks_at_its_closed_form(name: str) -> None:
+    strengths, kind, strain, limit = CASES[name]
+    automata = confined(criterion={"name": name, **strengths})
+    stretch(automata, 0.98 * strain)
+    assert automata.events() == [] and automata.get("broken_links") == 0.0
+    stretch(automata, 1.02 * strain)
+    first = automata.events()[0]
+    assert first.kind == kind and first.limit == pytest.approx(limit, rel=1e-12)
+    assert first.limit <= first.value <= 1.01 * first.limit
+    assert automata.get("linked")[first.index] < 1.0
+
+
+def test_every_criterion_agrees_with_its_formula() -> None:
+    generator = np.random.default_rng(0)
+    tables = {name: CRITERIA[name](**strengths) for name, (strengths, *_) in CASES.items()}
+    for _ in range(200):
+        eps, gamma, normal, tangential, side, depth = 1e-2 * generator.standard_normal(6)
+        mean, equivalent = (normal + side + depth) / 3.0, theory.equivalent_stress(normal, side, depth, tangential)
+        found = {
+            name: failure(one.code, np.array(one.constants()), eps, gamma, normal, tangential, equivalent, mean, 1.0)
+            for name, one in tables.items()
+        }
+        assert found["von_mises"] == (equivalent, 4e-3, 0)
+        assert found["drucker_prager"][0] == pytest.approx(
+            theory.drucker_prager_stress(equivalent, mean, 12e-3, 4e-3), rel=1e-12
+        )
+        value, limit, cause = found["mohr_coulomb"]
+        shear = abs(tangential) + 0.5 * normal
+        assert value / limit == pytest.approx(max(shear / 1.0, normal / 6e-3), rel=1e-12)
+        assert cause == int(normal / 6e-3 >= shear)
+        assert found["strain"][:2] == (pytest.approx(eps), 2e-3) or eps / 2e-3 < abs(gamma) / 1e300
+
+
+def test_a_weaker_and_a_stronger_pair_break_at_their_own_strengths() -> None:
+    automata = confined(criterion={"name": "strain", "tensile": 2e-3}, strength_scatter=0.4, strength_seed=3)
+    stretch(automata, 4e-3)
+    limits = [event.limit for event in automata.events()]
+    assert len(limits) > 1 and len(set(limits)) == len(limits)
+    assert all(0.6 * 2e-3 <= limit <= 1.4 * 2e-3 for limit in limits)
+
+
+# -- contacts -----------------------------------------------------------------------------------------------------------
+
+
+def loose_pair(friction: float) -> tuple[Automata, int, int]:
+    """Two whole automata that are linked to nothing, far from the others; the second right of the first."""
+    automata = block(columns=6, rows=6, criterion={"name": "strain", "tensile": 10.0}, friction=friction, step_size=0.02)
+    first, second = (
+        int(np.flatnonzero((automata.packing.reference == place).all(axis=1))[0]) for place in ((2.0, 3.0), (4.0, 3.0))
+    )
+    automata.reset(displacement={first: (0.0, 20.0), second: (-0.9, 20.0)})
+    automata._block["weight"][:] = 0.0  # nothing holds anything
+    return automata, first, second
+
+
+def collide(automata: Automata, first: int, second: int, velocity: tuple[float, float], spin: float = 0.0) -> None:
+    automata._block["velocity"][first] = velocity
+    automata._block["spin"][first] = spin
+    automata._block["start"][:] = automata._sums()[3] + automata._sums()[4], *automata._sums()[:3]
+    automata.step(120.0)
+
+
+def test_a_head_on_collision_is_elastic() -> None:
+    automata, first, second = loose_pair(0.5)
+    collide(automata, first, second, (0.01, 0.0))
+    velocity = automata.get("velocity")
+    # Leapfrog errs by (omega h)^2 / 4 = 5e-4 at most, omega^2 = 2 k / m = 5.
+    np.testing.assert_allclose(velocity[[first, second]], [[0.0, 0.0], [0.01, 0.0]], atol=1e-5)
+    assert automata.get("touching") == 0.0 and automata.get("friction_energy") == 0.0
+
+
+def test_an_oblique_collision_slides_as_coulomb_says() -> None:
+    automata, first, second = loose_pair(0.1)
+    collide(automata, first, second, (0.01, 0.0), spin=0.2)
+    velocity, spin = automata.get("velocity"), automata.get("angular_velocity")
+    normal, across = velocity[second]
+    # It slides all the time: the impulse across is 0.1 of that along, downwards where the first one turns upwards.
+    assert abs(across) == pytest.approx(0.1 * normal, rel=0.02)
+    assert spin[first] + spin[second] < 0.2
+    assert automata.get("friction_energy") > 0.0
+    assert abs(automata.get("energy_residual")) <= 0.01 * automata.get("friction_energy")
+    assert np.abs(automata.get("momentum_residual")).max() <= 1e-14
+    assert abs(automata.get("angular_momentum_residual")) <= 1e-13
+
+
+def test_without_friction_nothing_is_rubbed_away() -> None:
+    automata, first, second = loose_pair(0.0)
+    collide(automata, first, second, (0.01, 0.002), spin=0.2)
+    assert automata.get("friction_energy") == 0.0 and automata.get("angular_velocity")[second] == 0.0
+
+
+def test_neighbours_are_found_anew() -> None:
+    """A loose automaton flies past others and hits the third one."""
+    automata, first, second = loose_pair(0.5)
+    automata._block["displacement"][second] = (3.0, 20.0)
+    collide(automata, first, second, (0.1, 0.0))
+    np.testing.assert_allclose(automata.get("velocity")[second], [0.1, 0.0], atol=2e-4)
+
+
+# -- breaking -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_energy_of_a_broken_pair_is_released_and_counted() -> None:
+    strain = {"name": "strain", "tensile": 1e-2}
+    automata = block(columns=4, rows=2, left="fixed", right="velocity", criterion=strain, step_size=0.05)
+    automata.step(4.0, right_velocity=[0.004, 0.0])
+    while automata.get("broken_links") == 0.0:
+        automata.step()
+    before = automata.get("fracture_energy")
+    assert set(np.unique(automata.get("linked"))) - {0.0, 1.0}, "it is being released"
+    automata.step(1.0, right_velocity=0.0)
+    assert automata.get("fracture_energy") > before
+    automata.step(20.0)
+    assert not set(np.unique(automata.get("linked"))) - {0.0, 1.0}, "released within 20 internal steps"
+    assert abs(automata.get("energy_residual")) <= 0.01 * automata.get("boundary_work")
+
+
+@BOTH
+def test_what_never_breaks_moves_as_what_cannot(packing: str) -> None:
+    velocity = 1e-4 * np.random.default_rng(2).standard_normal((block(packing).count, 2))
+    found = []
+    for criterion in ("none", {"name": "strain", "tensile": 1.0}):
+        automata = block(packing, criterion=criterion)
+        automata.reset(velocity=velocity)
+        automata.step(20.0)
+        found.append(automata.get("displacement"))
+    np.testing.assert_allclose(found[0], found[1], atol=1e-12 * np.abs(found[0]).max())
+
+
+@BOTH
+def test_a_rotation_costs_no_energy_with_histories_either(packing: str) -> None:
+    automata = block(packing, criterion={"name": "strain", "tensile": 0.01}, response={"name": "plastic", "yield_stress": 1e-3})
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    automata.reset(displacement=automata.packing.reference @ (turn - np.eye(2)).T, rotation=0.5 * math.pi)
+    assert automata.get("elastic_energy") <= 1e-20 * 64.0
+    automata.step(10.0)
+    assert automata.events() == [] and automata.get("inelastic_energy") == 0.0
+
+
+@BOTH
+def test_mirrored_loads_give_mirrored_cracks(packing: str) -> None:
+    """Bit for bit while nothing touches: contacts are added in the order of their automata, which no mirror keeps."""
+    automata = block(packing, 10, 8, left="velocity", right="velocity", criterion={"name": "mohr_coulomb", "cohesion": 0.02,
+                     "internal_friction": 0.3, "tensile": 0.01})  # fmt: skip
+    x, y = automata.packing.reference.T
+    mirror = np.array([int(np.argmin((x - (10.0 - a)) ** 2 + (y - b) ** 2)) for a, b in zip(x, y, strict=True)])
+    automata.step(5.0, left_velocity=[-0.01, 0.0], right_velocity=[0.01, 0.0])
+    while automata.get("broken_links") < 4:
+        automata.step(1.0)
+    broken = automata.get("linked") < 1.0
+    pairs = automata._pairs[:, :2]
+    cracked = {tuple(sorted(pair)) for pair in pairs[broken].tolist()}
+    assert cracked == {tuple(sorted(pair)) for pair in mirror[pairs[broken]].tolist()}
+    assert automata.get("touching") == 0.0
+    u = automata.get("displacement")
+    np.testing.assert_array_equal(u[mirror], [-1.0, 1.0] * u)
+
+
+# -- logs ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def compression(tmp_path_factory: pytest.TempPathFactory) -> ge.Log:
+    path = tmp_path_factory.mktemp("logs") / "compression.mcap"
+    ge.run("psakhie-2003/uniaxial-compression", log=path, overrides={"duration": 2.8e-4})
+    return ge.open_log(path)
+
+
+def test_a_sample_fails_in_shear_bands_and_its_energy_is_accounted_for(compression: ge.Log) -> None:
+    end = compression.duration
+    energy = {name: float(compression.get(name, end)) for name in ("fracture_energy", "friction_energy", "boundary_work")}
+    assert min(energy.values()) > 0.0
+    assert abs(compression.get("energy_residual", end)) <= 0.01 * energy["boundary_work"]
+    kinds = {event.kind for event in compression.events()}
+    assert kinds == {"shear_break", "tension_break"} and compression.events("shear_break")
+    # The first ones break at the corners; the bands lean by about 60 degrees, the direction of rows of the packing.
+    points, links = compression.branch(0.0).component.drawables()
+    place = points.reference[links.pairs[compression.events()[0].index, 0]]
+    assert min(abs(place[0]), abs(place[0] - 0.05)) < 0.006 and min(abs(place[1]), abs(place[1] - 0.1)) < 0.006
+    damage = compression.get("damage", end)
+    assert 0.05 < (damage > 0.0).mean() < 0.6, "bands, not everything"
+
+
+def test_a_cracking_run_replays_and_branches_bit_for_bit(compression: ge.Log, tmp_path: Path) -> None:
+    assert ge.verify(compression.path).identical
+    branch = compression.branch(2.6e-4)
+    assert branch.component.event_count > 0
+    branch.run(tmp_path / "branch.mcap")
+    assert branch.component.get("displacement").tobytes() == compression.get("displacement", compression.duration).tobytes()
+    assert ge.verify(tmp_path / "branch.mcap").identical
+
+
+def test_a_disc_splits_from_its_centre(tmp_path: Path) -> None:
+    result = ge.run("psakhie-2003/brazilian-disc", log=tmp_path / "disc.mcap", overrides={"duration": 1.2e-4})
+    log = ge.open_log(result.log)
+    disc = log.branch(log.duration).component
+    points, links = disc.drawables()
+    places = points.reference[links.pairs[[event.index for event in log.events()], 0]]
+    assert log.events()[0].kind == "tension_break" and np.hypot(*places[0]) < 0.025 / 4
+    broken = points.reference[links.pairs[disc.get("linked") < 1.0, 0]]
+    assert np.ptp(broken[:, 1]) > 2.0 * np.ptp(broken[:, 0])  # along the line between the plates
+    assert abs(disc.get("energy_residual")) <= 0.01 * disc.get("boundary_work")
+
+
+# -- refusals -----------------------------------------------------------------------------------------------------------
+
+
+def test_more_contacts_than_memory_holds_are_refused_and_the_state_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    automata = block(columns=4, rows=4, left="fixed", right="velocity", criterion={"name": "strain", "tensile": 1e-3})
+    automata.step(5.0, right_velocity=[0.001, 0.0])
+    before = automata.save().to_bytes()
+    monkeypatch.setattr(memory_limits, "available", lambda: 100)
+    with pytest.raises(GranularError, match="the list '(contacts|events|slid)' with .* rows needs at least"):
+        automata.step(100.0)
+    assert automata.save().to_bytes() == before
+    monkeypatch.undo()
+    automata.step(100.0)
+    assert automata.get("broken_links") > 16
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"criterion": "tresca"}, "criterion: name: 'tresca' is unknown; known: drucker_prager, mohr_coulomb"),
+        ({"criterion": "strain"}, "tensile: missing"),
+        ({"criterion": {"name": "drucker_prager", "compressive": 1.0, "tensile": 2.0}}, "expected at least tensile = 2 Pa"),
+        ({"response": {"name": "plastic", "yield_stress": -1.0}}, "yield_stress: got -1"),
+        ({"strength_scatter": 1.0}, "strength_scatter"),
+    ],
+)
+def test_laws_that_do_not_fit_are_refused(parameters: dict[str, object], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        block(**parameters)
+
+
+def test_a_closed_specimen_two_diameters_across_cannot_break() -> None:
+    with pytest.raises(ParameterError, match="neighbours on two sides"):
+        block(columns=2, left="periodic", right="periodic", criterion={"name": "strain", "tensile": 0.1})

@@ -1,0 +1,93 @@
+"""BuriedTarget-v1: what theory calls the best drive is the best, and the environment is one like any other."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import granular_env as ge
+from granular_env.components.errors import ParameterError
+from granular_env.domains.grid.tasks.buried_target import fastest_drive, make_buried_target, target_response
+from granular_env.envs.policies import OpenLoop, play
+
+NAME = "granular_env/BuriedTarget-v1"
+
+
+def test_it_is_registered_and_passes_the_checker() -> None:
+    env = gymnasium.make(NAME)
+    assert isinstance(env.unwrapped.component, ge.Component)
+    check_env(env.unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("hold", [1, 3])
+def test_theory_returns_one_and_nothing_returns_nothing(hold: int) -> None:
+    env = make_buried_target(hold=hold)
+    returns = {name: play(env, policy)[0] for name, policy in env.task.baselines().items()}
+    # The medium is linear but for strains of 1e-4.
+    assert returns["theory"] == pytest.approx(1.0, abs=2e-3)
+    assert returns["nothing"] == 0.0
+    assert 0.01 < returns["one_push"] < 0.5
+    if hold == 1:
+        assert returns["theory"] > gymnasium.spec(NAME).reward_threshold
+
+
+def test_no_other_drive_is_better() -> None:
+    """Random ones by far, and the best with one entry turned round by what that entry gives."""
+    env = make_buried_target(deadline=12, loads=4)
+    task, random = env.task, np.random.default_rng(1)
+    assert all(play(env, OpenLoop(random.choice([-1.0, 1.0], task.drive.shape)))[0] < 0.5 for _ in range(5))
+    for row, entry in ((2, 3), (5, 0), (7, 6)):
+        other = task.drive.copy()
+        other[row, entry] *= -1.0
+        left = 1.0 - 2.0 * abs(task.drive_gains[row, entry]) / task.best_speed
+        # The part of the velocity across the best direction is of second order.
+        assert left * left - 2e-3 <= play(env, OpenLoop(other))[0] <= 1.0 + 2e-3
+
+
+def test_the_response_is_that_of_any_drive() -> None:
+    """Linear superposition: the target's velocity at the deadline is the sum over loads and steps."""
+    env = make_buried_target(deadline=10, loads=3, force=10.0)
+    drive = np.random.default_rng(2).uniform(-1.0, 1.0, (10, 6))
+    env.reset()
+    for row in drive:
+        _, _, _, _, info = env.step(row.astype(np.float32))
+    expected = np.einsum("ke,kex->x", drive.astype(np.float32), env.task.response)
+    np.testing.assert_allclose(info["receiver_velocity"][-1], expected, rtol=1e-5)
+
+
+def test_what_acts_too_late_has_no_effect() -> None:
+    env = make_buried_target()
+    response = target_response(env.component, 4, 24)
+    # P needs 19 us over 0.1 m, nine control steps; the mesh lets a little through before.
+    assert np.abs(response[-6:]).max() < 1e-3 * np.abs(response).max()
+    drive, gains = fastest_drive(response)
+    assert set(np.unique(drive)) <= {-1.0, 0.0, 1.0} and (drive * gains >= 0.0).all()
+
+
+def test_a_copy_goes_on_with_the_same_bits() -> None:
+    import copy
+
+    env = make_buried_target(deadline=8, loads=2)
+    env.reset(seed=1)
+    env.step(np.ones(4))
+    other = copy.deepcopy(env)
+    for one in (env, other):
+        one.step(-np.ones(4))
+    np.testing.assert_array_equal(env.component.get("velocity"), other.component.get("velocity"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"loads": 99}, "loads: got 99, expected at most 14"),
+        ({"target": [0.0, 0.1]}, "target: got .* expected a point of the block"),
+        ({"target": 3.0}, "target: got 3.0, expected two numbers"),
+        ({"force": -1.0}, "force"),
+        ({"laods": 3}, "laods"),
+    ],
+)
+def test_bad_arguments_are_refused(arguments: dict, words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        make_buried_target(**arguments)

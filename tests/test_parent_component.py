@@ -1,0 +1,181 @@
+"""A component that owns the memory of two others, whose states grow: one state, one snapshot, one undo."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import Field
+
+import granular_env as ge
+from granular_env.components.component import Component
+from granular_env.components.contract import Balance, Variable
+from granular_env.components.discs import Discs
+from granular_env.components.errors import GranularError, StepError
+from granular_env.components.snapshot import EVENT_ROWS, Block, FloatArray
+from granular_env.components.support.validation import Parameters
+from granular_env.recording import open_log, verify
+
+STEP = 1e-5
+
+
+class TwoRowsParameters(Parameters):
+    """Two rows of discs."""
+
+    first: int = Field(3, ge=2, description="discs in the first row", json_schema_extra={"unit": "1"})
+    second: int = Field(4, ge=2, description="discs in the second row", json_schema_extra={"unit": "1"})
+
+
+class TwoRows(Component):
+    """Two rows of discs in boxes of their own, the one pulled at its ends by as much as the other is pushed."""
+
+    name = "two-rows"
+    Parameters = TwoRowsParameters
+    parameters: TwoRowsParameters
+    event_kinds = {"both_broken": "a link is broken in each row"}
+
+    def _build(self) -> None:
+        p, self.step_size = self.parameters, STEP
+        alone = [Discs(rows=1, columns=columns, step_size=STEP, breaking_strain=0.004) for columns in (p.first, p.second)]
+        sizes = {f"row{number}": ("f8", part.memory.shape) for number, part in enumerate(alone)}
+        self._lay_out(growing={"events": EVENT_ROWS}, told=("f8", ()), **sizes)
+        self.parts = [part.clone(self._block[name]) for name, part in zip(sizes, alone, strict=True)]
+        for part in self.parts:
+            self._include(part)
+
+    def _declare(self) -> Iterable[Variable]:
+        yield Variable("pull", "input", "N", (), "force that pulls the ends apart", start=0.0)
+        for name, part in zip(("a", "b"), self.parts, strict=True):
+            shape = part.variables["velocity"].shape
+            yield Variable(f"velocity_{name}", "output", "m/s", shape, "velocity", state=True)
+            yield Variable(f"broken_{name}", "output", "1", (), "number of broken links")
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        named = list(zip(("a", "b"), self.parts, strict=True))
+        return {
+            **{f"velocity_{name}": (lambda part=part: part.peek("velocity")) for name, part in named},
+            **{f"broken_{name}": (lambda part=part: part.peek("broken_links")) for name, part in named},
+        }
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        for name, part in zip(("a", "b"), self.parts, strict=True):
+            part.reset(**{"velocity": values[f"velocity_{name}"]} if f"velocity_{name}" in values else {})
+        return {}
+
+    def _advance(self, ticks: int) -> int:
+        pull: Any = self._held["pull"]
+        for tick in range(self._tick, self._tick + ticks):
+            now = pull.value(tick, 0.5) if hasattr(pull, "value") else pull
+            for sign, part in zip((1.0, -1.0), self.parts, strict=True):
+                part.adopt(tick, {})
+                force = np.zeros((part.parameters.columns, 2))
+                force[0, 0], force[-1, 0] = -sign * now, sign * now
+                try:
+                    part.step(STEP, force=force)
+                except StepError:
+                    return 1
+            if self._block["told"] == 0.0 and all(part.peek("broken_links") for part in self.parts):
+                self._block["told"][...] = 1.0
+                self._add_event(tick + 1, "both_broken", None, 2.0, 1.0)
+        return 0
+
+    def _explain(self, status: int) -> StepError:
+        return StepError("too fast; pull less", time=self.time, variable="velocity_a", index=0, value=1e9, limit=1.0)
+
+    def balances(self) -> tuple[Balance, ...]:
+        found = [part.balances()[0] for part in self.parts]
+        total = {name: sum(float(one.entries[name]) for one in found) for name in found[0].entries}
+        stored = {name: total[name] for name in ("kinetic_energy", "potential_energy")}
+        lost, start = {"fracture_energy": total["fracture_energy"]}, sum(float(one.initial) for one in found)
+        return (Balance("energy", "J", stored, {"input_work": total["input_work"]}, lost, start),)
+
+
+def torn() -> TwoRows:
+    rows = TwoRows()
+    rows.reset(velocity_b={0: (-0.2, 0.1)})
+    rows.step(4e-3, pull=0.9)
+    return rows
+
+
+def test_one_snapshot_holds_the_lists_of_all_parts() -> None:
+    rows = torn()
+    assert rows.get("broken_a") > 0 and rows.get("broken_b") > 0 and len(rows.events()) == 1
+    lists = sum(part.state_bytes - part.memory.nbytes for part in rows.parts)
+    assert rows.state_bytes == rows.memory.nbytes + lists + 5 * 8 == len(rows.save().data)
+    other = TwoRows()
+    other.restore(ge.Snapshot.from_bytes(rows.save().to_bytes()))
+    assert [part.events() for part in other.parts] == [part.events() for part in rows.parts]
+    for component in (rows, other):
+        component.step(4e-3, pull=-0.5)
+    assert other.save().to_bytes() == rows.save().to_bytes()
+
+
+def test_any_partition_into_steps_gives_the_same_bits() -> None:
+    once, often = torn(), TwoRows()
+    often.reset(velocity_b={0: (-0.2, 0.1)})
+    for number in range(40):
+        often.step(1e-4, pull=0.9)
+        if number == 20:
+            saved = often.save()
+            often.step(5e-4, pull=2.0)
+            often.restore(saved)
+    assert often.save().data == once.save().data
+
+
+def test_a_step_that_fails_leaves_all_parts_as_they_were() -> None:
+    rows = torn()
+    before, broken = rows.save(), [part.events() for part in rows.parts]
+    with pytest.raises(StepError):
+        rows.step(2e-3, pull=1e6)
+    assert rows.save().to_bytes() == before.to_bytes() and [part.events() for part in rows.parts] == broken
+
+
+def test_a_reset_leaves_nothing_in_the_lists() -> None:
+    rows = torn()
+    rows.reset()
+    assert rows.save().data == TwoRows().save().data and all(part.events() == [] for part in rows.parts)
+
+
+def test_a_parent_of_a_parent_owns_all_lists() -> None:
+    rows = torn()
+    whole = np.full((2, *rows.memory.shape), 3.0)
+    inner = [TwoRows(memory=whole[0]), rows.clone(whole[1])]
+    for one in inner:
+        one.reset(velocity_b={0: (-0.2, 0.1)})
+        one.step(4e-3, pull=0.9)
+        assert one.save().data == rows.save().data
+
+
+def test_it_is_recorded_verified_and_branched(tmp_path: Path) -> None:
+    rows = TwoRows()
+    with ge.record(rows, tmp_path / "a.mcap", every=1e-4, hash_every=10):
+        rows.reset(velocity_b={0: (-0.2, 0.1)})
+        rows.step(2e-3, pull=ge.Profile.half_sine(1.5, 4e-3))
+        rows.step(2e-3, pull=0.9)
+    own = {"two-rows": TwoRows}
+    assert verify(tmp_path / "a.mcap", components=own).identical
+    with open_log(tmp_path / "a.mcap") as log:
+        assert [event.kind for event in log.events()] == [event.kind for event in rows.events()]
+        branch = log.branch(2e-3, components=own)
+        branch.run(tmp_path / "b.mcap")
+    assert branch.component.save().data == rows.save().data
+
+
+def test_a_part_elsewhere_is_refused() -> None:
+    whole, part = Block(first=("f8", (4,))), Block(growing={"rows": ("f8", ())}, second=("f8", (2,)))
+    with pytest.raises(ValueError, match="does not lie"):
+        whole.include(part)
+
+
+@pytest.mark.parametrize("count", [-1, 1, 10**6, 2**62])
+def test_a_snapshot_whose_counts_lie_is_refused(count: int) -> None:
+    rows = torn()
+    words = np.array(rows.save().memory).view(np.int64)
+    first = 1 + rows.parts[0].memory.size  # after `told` and the first row
+    words[first - 1] += count
+    lying = ge.Snapshot(rows.identity, rows.tick, words.tobytes(), rows.held_inputs)
+    with pytest.raises(GranularError, match="state has"):
+        rows.restore(lying)
