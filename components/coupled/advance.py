@@ -22,7 +22,6 @@ from ..support.arrays import FloatArray
 from ..support.jit import jit
 from .edges import Edges, keep_before, push_and_hold, settle_grip, settle_loads
 from .exchange import (
-    LITERAL,
     Exchange,
     assemble,
     follow,
@@ -35,7 +34,7 @@ from .exchange import (
 )
 from .interface import Interface
 
-# What `advance` returns.
+# What functions that advance return.
 DONE, INVERTED, TOO_FAST = 0, 1, 2
 
 
@@ -140,7 +139,7 @@ def finish_grid(part, step):
 
 
 @jit
-def advance_together(grid, automata, seam, factors, row, steps, tick):
+def tick_together(grid, automata, seam, factors, row, steps, tick):
     """Advance by a tick in lockstep; return a cell that is inverted, or -1, and the largest squared speed of automata."""
     interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
     scratch, half = automata.scratch, 0.5 * steps.step
@@ -259,8 +258,8 @@ def end_micro_steps(grid, seam):
 
 
 @jit
-def advance_with_impulses(grid, automata, seam, factors, row, steps, tick):
-    """Advance by a tick with several micro-steps of the automata; see `advance_together`."""
+def tick_with_impulses(grid, automata, seam, factors, row, steps, tick):
+    """Advance by a tick with several micro-steps of the automata; see `tick_together`."""
     interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
     keep_displacements(grid, seam)
     keep_velocities(interface, exchange, state)
@@ -282,8 +281,8 @@ def advance_with_impulses(grid, automata, seam, factors, row, steps, tick):
 
 
 @jit
-def advance_literally(grid, automata, seam, factors, row, steps, tick):
-    """Advance by a tick as steps 2 to 4 of Psakhie et al. say, which is unstable; see `advance_together`.
+def tick_literally(grid, automata, seam, factors, row, steps, tick):
+    """Advance by a tick as steps 2 to 4 of Psakhie et al. say, which is unstable; see `tick_together`.
 
     The automata make their steps first, those of the interface with the velocity that the nodes had; then the nodes feel the
     mean of the forces of the automata, and take the automata with them to where they come.
@@ -322,8 +321,23 @@ def follow_velocities(interface, state, motion):
 
 
 @jit
-def advance(grid, automata, seam, factors, steps, tick, failure_out):
-    """Advance by whole ticks.
+def failure_of(failed, fastest, speed_limit, tick, failure_out):
+    """Return the status of a tick, and note where and when it failed."""
+    if failed >= 0:
+        failure_out[0], failure_out[1] = failed, tick
+        return INVERTED
+    if not fastest <= speed_limit * speed_limit:
+        failure_out[1] = tick
+        return TOO_FAST
+    return DONE
+
+
+# One function for each scheme, so that a run compiles its own alone.
+
+
+@jit
+def advance_together(grid, automata, seam, factors, steps, tick, failure_out):
+    """Advance by whole ticks in lockstep.
 
     Args:
         grid: a `GridPart`.
@@ -332,23 +346,36 @@ def advance(grid, automata, seam, factors, steps, tick, failure_out):
         factors: of the signals of the grid in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
         steps: a `Steps`.
         tick: at the beginning.
-        failure_out: where a cell is inverted, its number and the tick, shape (2,).
+        failure_out: where a cell is inverted, its number; and the tick at which anything failed, shape (2,).
 
     Returns:
         DONE, INVERTED or TOO_FAST.
     """
     for row in range(len(factors)):
-        now = tick + row + 1
-        if steps.scheme == LITERAL:
-            failed, fastest = advance_literally(grid, automata, seam, factors, row, steps, now)
-        elif steps.micro == 1:
-            failed, fastest = advance_together(grid, automata, seam, factors, row, steps, now)
-        else:
-            failed, fastest = advance_with_impulses(grid, automata, seam, factors, row, steps, now)
-        if failed >= 0:
-            failure_out[0], failure_out[1] = failed, now
-            return INVERTED
-        if not fastest <= steps.speed_limit * steps.speed_limit:
-            failure_out[1] = now
-            return TOO_FAST
+        failed, fastest = tick_together(grid, automata, seam, factors, row, steps, tick + row + 1)
+        status = failure_of(failed, fastest, steps.speed_limit, tick + row + 1, failure_out)
+        if status != DONE:
+            return status
+    return DONE
+
+
+@jit
+def advance_with_impulses(grid, automata, seam, factors, steps, tick, failure_out):
+    """Advance by whole ticks with several micro-steps in each; see `advance_together`."""
+    for row in range(len(factors)):
+        failed, fastest = tick_with_impulses(grid, automata, seam, factors, row, steps, tick + row + 1)
+        status = failure_of(failed, fastest, steps.speed_limit, tick + row + 1, failure_out)
+        if status != DONE:
+            return status
+    return DONE
+
+
+@jit
+def advance_literally(grid, automata, seam, factors, steps, tick, failure_out):
+    """Advance by whole ticks with the paper's sub-steps; see `advance_together`."""
+    for row in range(len(factors)):
+        failed, fastest = tick_literally(grid, automata, seam, factors, row, steps, tick + row + 1)
+        status = failure_of(failed, fastest, steps.speed_limit, tick + row + 1, failure_out)
+        if status != DONE:
+            return status
     return DONE

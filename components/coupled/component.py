@@ -22,7 +22,17 @@ from ..inputs import Held
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import sums
-from .advance import INVERTED, AutomataPart, GridPart, Seam, Steps, advance, update_automata_forces
+from .advance import (
+    INVERTED,
+    AutomataPart,
+    GridPart,
+    Seam,
+    Steps,
+    advance_literally,
+    advance_together,
+    advance_with_impulses,
+    update_automata_forces,
+)
 from .edges import Edges
 from .exchange import (
     EXCHANGE_TALLY,
@@ -147,6 +157,9 @@ class Coupled(Component):
         self._events, self._counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         self._steps = Steps(self.step_size, self.micro_steps, SCHEMES[self.parameters.scheme], limit)
+        self._advance_parts = advance_together if self.micro_steps == 1 else advance_with_impulses
+        if self._steps.scheme == LITERAL:
+            self._advance_parts = advance_literally
         self._failed = np.zeros(2, dtype=np.int64)
         self._divided: Mapping[str, Held] | None = None
 
@@ -308,7 +321,7 @@ class Coupled(Component):
             drive = np.concatenate([grid.conditions.drive, loads[None]])
             grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
             factors = np.concatenate([factors, np.ones((ticks, 1))], axis=1)
-        return int(advance(grid, self._automata_part, self._seam, factors, self._steps, tick, self._failed))
+        return int(self._advance_parts(grid, self._automata_part, self._seam, factors, self._steps, tick, self._failed))
 
     def _interface_loads(self, conditions: layout.Conditions) -> FloatArray | None:
         """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without."""

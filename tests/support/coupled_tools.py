@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from granular_env.components.coupled import Coupled
+from granular_env.components.grid import Grid
 from granular_env.components.materials.elastic import Material
 from granular_env.components.support.arrays import FloatArray
 
@@ -115,3 +117,41 @@ def contains_cells(middles: FloatArray, points: FloatArray) -> Any:
     for x, y in middles:
         inside |= (np.abs(points[:, 0] - x) <= 0.5 + 1e-9) & (np.abs(points[:, 1] - y) <= 0.5 + 1e-9)
     return inside
+
+
+def strip(packing: str, cells: int, automata: int) -> tuple[Coupled, int]:
+    """Return a strip that is closed on itself across, cells and then about as many automata up to a rigid end; and its axis."""
+    if packing == "square":
+        across = {"bottom": "periodic", "top": "periodic"}
+        body = {"shape": rectangle(float(automata), 2.0), **across, "right": "fixed"}
+        grid = {"mesh": mesh(cells, 2), "boundaries": across}
+        return coupled(grid, body, origin=[float(cells), 0.0], step_size=0.2), 0
+    across = {"left": "periodic", "right": "periodic"}
+    rows = 2 * round(automata / ROW / 2)
+    body = {"shape": rectangle(4.0, rows * ROW), "packing": packing, **across, "top": "fixed"}
+    grid = {"mesh": mesh(4, cells), "boundaries": across}
+    return coupled(grid, body, origin=[0.0, float(cells)], step_size=0.2), 1
+
+
+def start_wave(
+    medium: Coupled | Grid, axis: int, shape: Callable[[FloatArray], FloatArray], length: float, shear: bool
+) -> None:
+    """Start a plane wave along an axis: velocity SMALL x shape(coordinate), 0 from `length` on, and its displacement."""
+    fine = np.linspace(0.0, length, 40001)
+    steps = 0.5 * (shape(fine[1:]) + shape(fine[:-1])) * (fine[1] - fine[0])
+    integral = np.concatenate([[0.0], np.cumsum(steps)])
+    component, speed = (1 - axis, S_SPEED) if shear else (axis, P_SPEED)
+
+    def fields(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        # u = f(x - c t) and v = -c f', so that f(x) is the integral of v / c from x on.
+        x, displacement, velocity = points[:, axis], np.zeros(points.shape), np.zeros(points.shape)
+        displacement[:, component] = SMALL * (integral[-1] - np.interp(x, fine, integral)) / speed
+        velocity[:, component] = SMALL * shape(x)
+        return displacement, velocity
+
+    if isinstance(medium, Grid):
+        displacement, velocity = fields(medium.mesh.nodes)
+        medium.reset(displacement=displacement, velocity=velocity)
+        return
+    (displacement, velocity), (moved, moving) = (fields(points) for points in positions(medium))
+    medium.reset(grid_displacement=displacement, grid_velocity=velocity, automata_displacement=moved, automata_velocity=moving)

@@ -142,6 +142,54 @@ def crushed_automata(component: ge.Component) -> None:
     component.step(3e-5, top_velocity=[-2.0, 5.0])
 
 
+# An inclusion of automata of half the cells' size in a soft grid, which takes micro-steps.
+COUPLED_INCLUSION = {
+    "grid": {
+        "mesh": {
+            "name": "rectangle", "columns": 5, "rows": 5, "cell_size": 0.01,
+            "holes": [{"name": "box", "x": [0.01, 0.04], "y": [0.01, 0.03]}],
+        },
+        "material": "aluminium",
+        "boundaries": {"left": {"name": "velocity", "components": "x"}, "bottom": "absorbing"},
+    },
+    "automata": {
+        "shape": {"name": "rectangle", "width": 0.03, "height": 0.02}, "diameter": 5e-3, "packing": "square",
+        "material": "steel", "loaded": [3, 20],
+    },
+    "origin": [0.01, 0.01],
+    "micro_steps": 3,
+}  # fmt: skip
+# Hexagonal rows on a grid of cells as wide, closed on itself along x: lockstep.
+COUPLED_LAYERS = {
+    "grid": {
+        "mesh": {"name": "rectangle", "columns": 4, "rows": 3, "cell_size": 0.01},
+        "boundaries": {"left": "periodic", "right": "periodic"},
+        "forced_nodes": [2],
+    },
+    "automata": {
+        "shape": {"name": "rectangle", "width": 0.04, "height": 0.034641016151377546}, "diameter": 0.01, "left": "periodic",
+        "right": "periodic", "top": "platen",
+    },
+    "origin": [0.0, 0.03],
+    "scheme": "momentum",
+}  # fmt: skip
+
+
+def driven_inclusion(component: ge.Component) -> None:
+    """A moving edge and forces on two automata, one of them on the interface, first as profiles, then as numbers."""
+    component.reset(automata_velocity={10: (1.0, -2.0)}, grid_velocity={30: (0.5, 0.0)})
+    pushes = ge.Profile.half_sine(1e4, 2e-5) * [[1.0, 0.5], [-0.5, 1.0]]
+    component.step(4e-5, grid_left_velocity=ge.Profile.triangle(2.0, 2e-5) * [1.0, 0.0], automata_force=pushes)
+    component.step(2e-5, grid_left_velocity=[-0.5, 0.0], automata_force=[[0.0, 1e3], [2e3, 0.0]])
+
+
+def driven_layers(component: ge.Component) -> None:
+    """A platen from above, a force from below."""
+    component.reset(grid_velocity=(0.1, 0.0), automata_velocity=(0.1, 0.0), automata_rotation={8: 1e-3})
+    component.step(4e-5, automata_top_speed=ge.Profile.half_sine(-1.0, 2e-5), grid_force=[[1e4, 2e4]])
+    component.step(2e-5, automata_top_speed=0.25, grid_force=0.0)
+
+
 def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
     return lambda: ge.make(name, **parameters)
 
@@ -219,6 +267,8 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "grid-yielding": (make("grid", **GRID_YIELDING), yielding_grid, 6e-3),
     "automata-linked": (make("automata", **AUTOMATA_PULLED), pulled_automata, 1e-5),
     "automata-cracking": (make("automata", **AUTOMATA_CRUSHED), crushed_automata, 1e-5),
+    "coupled-inclusion": (make("coupled", **COUPLED_INCLUSION), driven_inclusion, 3e-5),
+    "coupled-layers": (make("coupled", **COUPLED_LAYERS), driven_layers, 3e-5),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")

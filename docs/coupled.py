@@ -1,0 +1,60 @@
+"""Draws the picture of coupled.md: ``python docs/coupled.py``."""
+
+from pathlib import Path
+
+import appearance
+import numpy as np
+from grid import DARK_RED, MIDDLE, TIME, fronts
+from matplotlib.axes import Axes
+
+import granular_env as ge
+from granular_env.components.coupled import Coupled
+from granular_env.viewing import figure_style
+
+IMAGES = Path(__file__).parent / "images"
+ROWS = 81
+
+
+def fields(medium: Coupled) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return x, y and the velocities of nodes and automata, side by side, shape (rows, columns)."""
+    parts = []
+    for points, velocity in (
+        (medium.grid.mesh.nodes, medium.get("grid_velocity")),
+        (medium.reference, medium.get("automata_velocity")),
+    ):
+        parts.append(np.concatenate([points, velocity], axis=1).reshape(ROWS, -1, 4))
+    both = np.concatenate([parts[0], parts[1][:, 1:]], axis=1)
+    return both[..., 0], both[..., 1], both[..., 2], both[..., 3]
+
+
+def show_fronts(axes: Axes, medium: Coupled, source: float) -> None:
+    """Draw the interface, where theory expects the waves of a load at x = source, and their letters."""
+    axes.axvline(0.0, color="0.45", linewidth=0.8)
+    axes.text(-0.01, -0.39, "grid", ha="right", color="0.3")
+    axes.text(0.01, -0.39, "automata", color="0.3")
+    for name, points, place in fronts(medium.grid.parameters.materials[0], TIME - MIDDLE):
+        axes.plot(points[:, 0] + source, points[:, 1], color=DARK_RED, linewidth=0.9, linestyle="--")
+        axes.text(place[0] + source, place[1], name, color=DARK_RED, fontsize=12, fontweight="bold")
+
+
+@figure_style.with_style
+def waves_through_the_interface() -> None:
+    """Draw velocities and speed of both shipped Lamb experiments, with the fronts of theory (figures 7 and 8 of the paper)."""
+    figure = figure_style.new_figure(11.0, 6.6)
+    for pair, (name, source) in zip(figure.subplots(2, 2), (("symmetric", 0.0), ("asymmetric", -0.1)), strict=True):
+        medium = ge.run(f"psakhie-2003/lamb-{name}", overrides={"duration": TIME}).component
+        x, y, vx, vy = fields(medium)
+        speed = np.sqrt(vx * vx + vy * vy)
+        # Roots, so that the weaker P wave is seen beside the Rayleigh wave.
+        some, length = (slice(None, None, 3), slice(None, None, 3)), np.sqrt(np.maximum(speed, 1e-12))
+        pair[0].quiver(x[some], y[some], (vx / length)[some], (vy / length)[some], scale=8.0, width=0.0013, color="#274c77")
+        pair[1].pcolormesh(x, y, np.sqrt(speed), shading="gouraud", cmap="Greys")
+        for axes, title in zip(pair, ("velocity vectors", "speed"), strict=True):
+            show_fronts(axes, medium, source)
+            axes.set(aspect="equal", xlim=(-0.48, 0.4), ylim=(-0.4, 0.01), xlabel="x [m]", title=f"{name}: {title} at 70 µs")
+        pair[0].set_ylabel("y [m]")
+    appearance.save(figure, IMAGES / "coupled.png", colours=64)
+
+
+if __name__ == "__main__":
+    waves_through_the_interface()

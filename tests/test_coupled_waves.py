@@ -1,0 +1,126 @@
+"""Waves that meet the interface of a grid and automata: what it sends back, and what comes through it.
+
+Bounds are those of a prototype of the method; cells and automata have the size 1, and so have density and shear modulus.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from support.coupled_tools import MEDIUM, P_SPEED, S_SPEED, SMALL, coupled, mesh, rectangle, start_wave, strip
+from support.grid_tools import pulse
+
+from granular_env.components.grid import Grid
+from granular_env.components.profiles import Profile
+from granular_env.components.support.arrays import FloatArray
+
+
+def burst(wavelength: float) -> Callable[[FloatArray], FloatArray]:
+    """Return four waves under a bell, from 1.5 to 5.5 wavelengths."""
+
+    def shape(x: FloatArray) -> FloatArray:
+        since = (x - 1.5 * wavelength) / wavelength
+        bell = np.sin(0.25 * np.pi * np.clip(since, 0.0, 4.0)) ** 2
+        return bell * np.sin(2.0 * np.pi * since)
+
+    return shape
+
+
+def reflection(packing: str, wavelength: int, shear: bool) -> float:
+    """Return the largest velocity that comes back, in parts of that of the wave: the difference to the grid alone."""
+    medium, axis = strip(packing, 6 * wavelength, 6 * wavelength)
+    edges = dict.fromkeys(("bottom", "top") if axis == 0 else ("left", "right"), "periodic")
+    shape = mesh(12 * wavelength, 2) if axis == 0 else mesh(4, 12 * wavelength)
+    whole = Grid(mesh=shape, material=MEDIUM, boundaries=edges, step_size=medium.step_size)
+    speed, component = (S_SPEED, 1 - axis) if shear else (P_SPEED, axis)
+    for one in (medium, whole):
+        start_wave(one, axis, burst(wavelength), 6.0 * wavelength, shear)
+        one.step(round(4.5 * wavelength / speed / 0.2) * 0.2)
+    found, alone = (table(one.mesh.nodes, values[:, component]) for one, values in (
+        (medium.grid, medium.get("grid_velocity")), (whole, whole.get("velocity")),
+    ))  # fmt: skip
+    inside = [place for place in found if place[axis] < 6 * wavelength - 0.5]
+    return max(abs(found[place] - alone[place]) for place in inside) / SMALL
+
+
+def table(nodes: FloatArray, values: FloatArray) -> dict[tuple[int, int], float]:
+    """Return values by the place of their nodes."""
+    places = np.rint(nodes).astype(int).tolist()
+    return {(x, y): value for (x, y), value in zip(places, values.tolist(), strict=True)}
+
+
+@pytest.mark.parametrize(("packing", "shear", "bound"), [
+    ("square", False, 5e-3), ("square", True, 5e-3), ("hexagonal", False, 4e-3), ("hexagonal", True, 4e-3),
+])  # fmt: skip
+def test_the_interface_sends_little_back(packing: str, shear: bool, bound: float) -> None:
+    """At a wavelength of 20 cells; in proportion to the square of the size of cells."""
+    long, short = reflection(packing, 20, shear), reflection(packing, 10, shear)
+    assert 0.0 < long <= bound
+    assert 3.0 <= short / long <= 6.0
+
+
+@pytest.mark.parametrize("packing", ["square", "hexagonal"])
+def test_a_pulse_comes_back_from_the_rigid_end_as_it_went(packing: str) -> None:
+    """80 cells long, through the interface twice and some 400 cells far."""
+    medium, axis = strip(packing, 200, 100)
+    start_wave(medium, axis, lambda x: pulse(x - 60.0, 80.0), 140.0, False)
+    energy, incident = medium.get("kinetic_energy") + medium.get("elastic_energy"), medium.get("grid_velocity")[:, axis]
+    end = medium.reference[:, axis].max()
+    medium.step(round(2.0 * (end - 100.0) / P_SPEED / 0.2) * 0.2)
+    velocity, x = medium.get("grid_velocity")[:, axis], medium.grid.mesh.nodes[:, axis]
+    assert 0.9987 <= np.abs(velocity).max() / incident.max() <= 1.0007
+
+    def misfit(delay: float) -> float:
+        exact = -SMALL * pulse(2.0 * end - P_SPEED * medium.time - x - 60.0 + delay, 80.0)
+        return float(np.sqrt(((velocity - exact) ** 2)[x < 195.0].sum() / (incident**2).sum()))
+
+    delays = np.linspace(-1.0, 1.0, 201)
+    misfits = [misfit(delay) for delay in delays]
+    assert min(misfits) <= 0.014
+    # Waves of this length are late by 6e-4 at most.
+    assert abs(delays[int(np.argmin(misfits))]) <= 6e-4 * P_SPEED * medium.time
+    assert abs(medium.get("energy_residual")) <= 1e-12 * energy
+
+
+def secondary_waves(length: int, shift: int) -> tuple[float, float]:
+    """Return what the interface adds in the grid to the waves of a load on the surface: below that, and everywhere.
+
+    In parts of the largest velocity. The load lies `shift` cells to the left of the interface; it rises and falls smoothly
+    while S waves run `length` cells, and is looked at after as long again.
+    """
+    step = 0.2
+    duration = round(length / S_SPEED / step) * step
+    depth = int(2 * P_SPEED * duration) + 4
+    half = depth + shift
+    load = {"forced_nodes": [[half - shift, depth]]}
+    medium = coupled(
+        {"mesh": mesh(half, depth), **load}, {"shape": rectangle(float(half), float(depth))}, origin=[half, 0.0], step_size=step
+    )
+    whole = Grid(mesh=mesh(2 * half, depth), material=MEDIUM, step_size=step, **load)
+    times = np.arange(round(duration / step) + 1) * step
+    signal = Profile.table(times, SMALL * np.sin(np.pi * times / duration) ** 4) * [[0.0, -1.0]]
+    medium.step(2 * duration, grid_force=signal)
+    whole.step(2 * duration, force=signal)
+    alone = whole.get("velocity").reshape(depth + 1, 2 * half + 1, 2)
+    beside = medium.get("grid_velocity").reshape(depth + 1, half + 1, 2)
+    added = np.abs(beside - alone[:, : half + 1]).max(axis=2)[:, : half - 5] / np.abs(alone).max()
+    assert np.abs(alone[:, :5]).max() < 1e-3 * np.abs(alone).max()  # nothing has come to the sides
+    return added[: depth - length // 2].max(), added.max()
+
+
+@pytest.mark.parametrize("placed", ["on the interface", "beside it"])
+def test_the_interface_makes_few_secondary_waves(placed: str) -> None:
+    inside, along = secondary_waves(20, 0 if placed == "on the interface" else 20)
+    assert 0.0 < inside <= 0.008
+    # Along the surface, where the Rayleigh wave of the automata falls behind that of the grid.
+    assert along <= 0.012
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("placed", ["on the interface", "beside it"])
+def test_with_twice_as_many_cells_they_fall_to_a_quarter(placed: str) -> None:
+    inside, along = secondary_waves(40, 0 if placed == "on the interface" else 40)
+    assert 0.0 < inside <= 0.002
+    assert along <= 0.004
