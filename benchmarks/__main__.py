@@ -9,6 +9,7 @@ from time import perf_counter
 
 from . import (
     calls,
+    compilation,
     environments,
     gradient,
     grid,
@@ -32,6 +33,7 @@ OURS: dict[str, Benchmark] = {
     "numpy": numpy_peer.measure,
     "scipy": scipy_peer.measure,
     "calls": calls.measure,
+    "compilation": compilation.measure,
     "gradient": gradient.measure,
     "grid": grid.measure,
     "environments": environments.measure,

@@ -62,7 +62,9 @@ def measure(sides: tuple[int, ...] = (60, 600), triad_words: int = 8_000_000, ro
     for side in sides:
         grid = noisy(side)
         ticks = repeats_for(lambda grid=grid: _advance_alone(grid, 1), _SAMPLE_SECONDS)
-        times = interleaved({"grid": lambda g=grid, t=ticks: g._advance(t), "triad": lambda: triad(*arrays, 1)}, rounds)
+        times = interleaved(
+            {"grid": lambda g=grid, t=ticks: g._advance(t), "triad": lambda: triad(*arrays, 1)}, rounds, wall=True
+        )
         moved = ticks * bytes_of_tick(grid) / (24 * triad_words)
         nodes = len(grid.mesh.nodes)
         rate = ticks * nodes / float(np.median(times["grid"])) / 1e6
@@ -80,7 +82,7 @@ def _two_threads(side: int, rounds: int) -> Figure:
     ticks = repeats_for(lambda: _advance_alone(grid, 1), _SAMPLE_SECONDS)
     arguments = _arguments(grid, ticks)
     advances = {"one": kernels.advance, "two": threads.advance} if len(grid._grid.parts) > 2 else {"one": kernels.advance}
-    times = interleaved({name: lambda a=advance: a(*arguments) for name, advance in advances.items()}, rounds)
+    times = interleaved({name: lambda a=advance: a(*arguments) for name, advance in advances.items()}, rounds, wall=True)
     gain = ratio(times["one"], times["two"]) if "two" in times else 1.0
     note = "two parts" if "two" in times else "too small for two threads"
     return Figure(f"one thread / two, {len(grid.mesh.nodes)} nodes", gain, at_least=LEAST_GAIN, note=note)

@@ -48,7 +48,7 @@ def _of_a_step(path: Path, steps: int, rounds: int) -> Figure:
                 chain.step(left_force=force)
             inside.append(perf_counter() - begin)
 
-    times = interleaved({"plain": plain, "recorded": recorded}, rounds)
+    times = interleaved({"plain": plain, "recorded": recorded}, rounds, wall=True)
     cost = float(np.median(times["recorded"] - times["plain"])) / steps * 1e6
     opening = float(np.median(times["recorded"] - np.array(inside[1:]))) * 1e3
     bare = float(np.median(times["plain"])) / steps * 1e6
@@ -78,7 +78,9 @@ def _shares(path: Path, grains: int, steps: int, rounds: int) -> Iterator[Figure
 
     lengths = {"in pieces": frame, "in one call": whole}
     plain = {f"{name}, unrecorded": partial(stepped, length) for name, length in lengths.items()}
-    times = interleaved(plain | {name: partial(recorded, length) for name, length in lengths.items()}, rounds, before=fresh)
+    times = interleaved(
+        plain | {name: partial(recorded, length) for name, length in lengths.items()}, rounds, before=fresh, wall=True
+    )
     size = float(np.median(sizes)) / 1e6
     frames = steps // _FRAME_STEPS
     for name in lengths:

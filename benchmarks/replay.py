@@ -50,7 +50,7 @@ def _driven(path: Path, steps: int, rounds: int) -> Figure:
 
 def _verified_against(live: Call, path: Path, rounds: int, what: str) -> Figure:
     results = []
-    times = interleaved({"live": live, "verify": lambda: results.append(ge.verify(path))}, rounds)
+    times = interleaved({"live": live, "verify": lambda: results.append(ge.verify(path))}, rounds, wall=True)
     if not all(result.identical for result in results):
         raise AssertionError(f"{what}: {results[-1].message}")
     seconds = {name: float(np.median(values)) for name, values in times.items()}

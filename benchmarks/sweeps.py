@@ -25,7 +25,7 @@ def measure(tasks: int = 100, task_seconds: float = 0.1, rounds: int = 3, least_
         begin = _plan(_WORKERS, 5e-8)
         calls = {engine: lambda engine=engine: _swept(plan, place, engine) for engine in ("serial", "processes")}
         calls |= {f"{engine} begins": lambda engine=engine: _swept(begin, place, engine) for engine in ("serial", "processes")}
-        times = interleaved(calls, rounds)
+        times = interleaved(calls, rounds, wall=True)
         steady = {engine: times[engine] - times[f"{engine} begins"] for engine in ("serial", "processes")}
         each = float(np.median(steady["serial"])) / tasks * 1e3
         start = float(np.median(times["processes begins"] - times["serial begins"]))
@@ -38,7 +38,9 @@ def measure(tasks: int = 100, task_seconds: float = 0.1, rounds: int = 3, least_
         )
         small = _plan(least_tasks, 2e-6)
         times = interleaved(
-            {engine: lambda engine=engine: _swept(small, place, engine) for engine in ("serial", "processes")}, rounds
+            {engine: lambda engine=engine: _swept(small, place, engine) for engine in ("serial", "processes")},
+            rounds,
+            wall=True,
         )
         note = (
             f"{least_tasks} of {float(np.median(times['serial'])) / least_tasks * 1e3:.2f} ms, starting the processes included"
@@ -68,5 +70,5 @@ def _duration(folder: Path, wanted: float) -> float:
     """Simulated time that takes so long to compute, a whole number of steps [s]."""
     tried = 1e-3
     _swept(_plan(2, tried), folder, "serial")
-    spent = min(seconds(lambda: _swept(_plan(9, tried), folder, "serial")) for _ in range(3)) / 9
+    spent = min(seconds(lambda: _swept(_plan(9, tried), folder, "serial"), wall=True) for _ in range(3)) / 9
     return max(1, round(tried * wanted / spent / 5e-8)) * 5e-8

@@ -1,9 +1,13 @@
-"""Interleaved measurement: what is compared runs in turns, so that a machine that slows down slows down both."""
+"""Interleaved measurement: what is compared runs in turns, so that a machine that slows down slows down both.
+
+Times are those that this thread had a core for: what else the machine does counts less then. Where several threads or
+processes share the work, the wall's clock is taken.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from time import perf_counter
+from time import perf_counter, thread_time
 
 import numpy as np
 
@@ -11,15 +15,16 @@ Call = Callable[[], object]
 Times = dict[str, np.ndarray]
 
 
-def seconds(call: Call) -> float:
-    """Wall time of one call."""
-    begin = perf_counter()
+def seconds(call: Call, *, wall: bool = False) -> float:
+    """Return the time of one call on a core, or by the wall's clock [s]."""
+    clock = perf_counter if wall else thread_time
+    begin = clock()
     call()
-    return perf_counter() - begin
+    return clock() - begin
 
 
-def interleaved(calls: Mapping[str, Call], rounds: int, before: Call = lambda: None) -> Times:
-    """Wall times of each call in each of so many rounds, shape (rounds,) [s]; one round before them is not counted.
+def interleaved(calls: Mapping[str, Call], rounds: int, before: Call = lambda: None, *, wall: bool = False) -> Times:
+    """Return the times of each call in each of so many rounds, shape (rounds,) [s]; one round before them is not counted.
 
     `before` is called before each call, untimed.
     """
@@ -27,7 +32,7 @@ def interleaved(calls: Mapping[str, Call], rounds: int, before: Call = lambda: N
     for _ in range(rounds + 1):
         for name, call in calls.items():
             before()
-            times[name].append(seconds(call))
+            times[name].append(seconds(call, wall=wall))
     return {name: np.array(values[1:]) for name, values in times.items()}
 
 

@@ -26,6 +26,10 @@ _OWN = {
         ".chain.component:Chain",
         "A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.",
     ),
+    "coupled": (
+        ".coupled.component:Coupled",
+        "A grid and movable cellular automata that share an interface: Psakhie et al. (2003), section 2.3.",
+    ),
     "discs": (".discs:Discs", "Discs in a box, tied together by links that break."),
     "grid": (
         ".grid.component:Grid",

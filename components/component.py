@@ -312,6 +312,10 @@ class Component(Stepping, metaclass=_Fixed):
             raise ParameterError(f"start value {name!r} is no state variable of this {self.name}; {nearest(name, known)}")
         return start_array(f"start.{name}", value, variable.shape)
 
+    def declared(self) -> list[Variable]:
+        """Return its own inputs and outputs: all variables but the parameters and the entries of balances."""
+        return list(self._declare())
+
     def _all_variables(self) -> Iterable[Variable]:
         yield from parameter_variables(self.Parameters, self.parameters)
         yield from self._declare()

@@ -68,6 +68,7 @@ def read_history(
     skip: int = 0,
     gaps: str = "refuse",
     scale: float | None = None,
+    name: str | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the times [s], increasing, and the values [`unit`], both of shape (rows,).
 
@@ -84,18 +85,20 @@ def read_history(
         skip: how many lines at the beginning are left out, such as the preamble of an oscilloscope.
         gaps: "bridge" to accept holes in the sampling; a straight line leads across each.
         scale: the values are multiplied by it: a number, or `unit` for each volt.
+        name: what the file is called in messages; None for its path.
 
     Raises:
         ParameterError: the file and the line, what stands there, and what was expected.
     """
-    path = _as_path(path)
+    opened = _as_path(path)
+    path = opened if name is None else Path(name)
     _check_choices(delimiter=(delimiter, _DELIMITERS), decimal=(decimal, (".", ",")), gaps=(gaps, ("refuse", "bridge")))
     for name, given in (("time_unit", time_unit), ("value_unit", value_unit), ("unit", unit)):
         if given is not None and not isinstance(given, str):
             raise ParameterError(f"{name}: got {shortened(given)}, expected a unit such as 'us' or 'kN'")
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise ParameterError(f"skip: got {shortened(skip)}, expected how many lines to leave out, a whole number from 0 on")
-    rows = list(_rows(path, delimiter, decimal, skip))
+    rows = list(_rows(path, _content(opened), delimiter, decimal, skip))
     if not rows:
         raise ParameterError(f"{path}: it holds no rows; expected a header such as 'time [us],force [kN]' and samples")
     try:
@@ -218,10 +221,10 @@ def _set_delimiter(mark: str) -> str:
     return f"set delimiter = {json.dumps(mark)}"
 
 
-def _rows(path: Path, delimiter: str, decimal: str, skip: int) -> Iterator[Row]:
+def _rows(path: Path, content: bytes, delimiter: str, decimal: str, skip: int) -> Iterator[Row]:
     """Line number and cells of every row that is no comment; empty lines may stand before and after the samples only."""
     gap, begun = 0, False
-    for number, line in enumerate(_content(path).split(b"\n"), start=1):
+    for number, line in enumerate(content.split(b"\n"), start=1):
         if number <= skip:
             continue
         text = _decode(path, number, line, begun).strip()

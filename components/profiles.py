@@ -241,6 +241,7 @@ class Profile:
         scale: float | None = None,
         offset_time: float = 0.0,
         after: float | str = 0.0,
+        name: str | None = None,
     ) -> Profile:
         """Return a measured history from a CSV file: straight lines between its samples.
 
@@ -262,6 +263,7 @@ class Profile:
             scale: the values are multiplied by it: a number, or `unit` for each volt of a sensor.
             offset_time: added to the times [s].
             after: the value after the last sample, or "hold" for the last sample's.
+            name: what the file is called in messages; None for its path.
 
         Raises:
             ParameterError: the file and the line, what stands there and what was expected.
@@ -281,6 +283,7 @@ class Profile:
             skip=skip,
             gaps=gaps,
             scale=None if scale is None else finite_number("scale", scale),
+            name=name,
         )
         times = times + offset if offset else times
         if times[-1] < 0.0:

@@ -13,7 +13,7 @@ from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs.policies import OpenLoop, play
 
 PAPER = {"contact_stiffness": 4940091615.916878}  # N/m^1.5: the paper's A = 5.6e12 N/(m^1.5 kg)
-PEAK, PUSH = 1764.3184342560278, 1e-5  # N, s: the triangle of the paper's shorter push
+PEAK, FORCE_ADJOINT = 1764.3184342560278, 1e-5  # N, s: the triangle of the paper's shorter push
 SCALE = 2000.0  # N at action 1
 UNIT = 20.0  # N: the optimiser's first step is one of these long
 
@@ -27,8 +27,8 @@ def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int
 
     def cost(scaled: np.ndarray) -> tuple[float, np.ndarray]:
         drive = np.column_stack([UNIT * scaled, np.zeros(steps)])
-        bars = value_and_adjoint(env.component, drive, env.internal_steps, objective)
-        return weight * bars.value, weight * UNIT * bars.inputs[:, 0]
+        adjoints = value_and_adjoint(env.component, drive, env.internal_steps, objective)
+        return weight * adjoints.value, weight * UNIT * adjoints.inputs[:, 0]
 
     weight = 1.0
     weight = 1.0 / max(cost(drive / UNIT)[0], 1e-12)
@@ -76,7 +76,7 @@ def triangle() -> float:
     chain = ge.Chain(grains=100, step_size=1e-7, **PAPER)
     fastest = 0.0
     for tick in range(4200):
-        chain.step(1e-7, left_force=PEAK * max(1.0 - (tick + 0.5) * 1e-7 / PUSH, 0.0))
+        chain.step(1e-7, left_force=PEAK * max(1.0 - (tick + 0.5) * 1e-7 / FORCE_ADJOINT, 0.0))
         fastest = max(fastest, chain.get("velocity")[60])
     return fastest
 

@@ -308,7 +308,7 @@ def memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
 
 @contextmanager
 def collect_warnings() -> Iterator[list[str]]:
-    """Collect this package's warnings as sentences, and issue them as usual at the end of the block."""
+    """Collect this package's warnings as sentences, each once, and issue them as usual at the end of the block."""
     told: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)
@@ -316,7 +316,7 @@ def collect_warnings() -> Iterator[list[str]]:
             yield told
         finally:
             told += dict.fromkeys(str(one.message) for one in caught if issubclass(one.category, GranularWarning))
-    for one in caught:
+    for one in {str(one.message): one for one in caught}.values():
         warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 

@@ -12,6 +12,7 @@ from benchmarks import __main__ as program  # noqa: E402
 from benchmarks import (  # noqa: E402
     calls,
     chains,
+    compilation,
     environments,
     facts,
     gradient,
@@ -37,6 +38,7 @@ SMALL = {
     "numpy": (lambda: numpy_peer.measure(grains=30, ticks=5, rounds=2), 1),
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
     "calls": (lambda: calls.measure(calls=5, rounds=2), 2),
+    "compilation": (lambda: compilation.measure(repeats=1), 3),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 3),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),

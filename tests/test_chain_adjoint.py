@@ -223,7 +223,7 @@ def _note_state(a, step, steps, inputs, constants, sums):
             sums[i], sums[n + i] = a[U, i + 1], a[V, i + 1]
 
 
-def _pull_nothing(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback_nothing(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     slopes[0] = slopes[0]
 
 
@@ -234,7 +234,7 @@ def _state_of_evaluate(chain: Chain, drive: Any) -> Any:
         seen.append(sums.copy())
         return 0.0
 
-    evaluate(chain, drive[None], TICKS, Objective(_note_state, value, _pull_nothing, count=2 * chain.parameters.grains))
+    evaluate(chain, drive[None], TICKS, Objective(_note_state, value, _pullback_nothing, count=2 * chain.parameters.grains))
     return seen[0]
 
 
@@ -271,9 +271,9 @@ def test_a_chain_that_is_advanced_in_tiles_has_the_same_bits_on_the_tape() -> No
     chain = Chain(grains=16_500, precompression=10.0, step_size=5e-7)
     objective = total(chain, velocity(3).at_end())
     drive = np.full((3, 2), [100.0, -5.0])
-    bars = value_and_adjoint(chain, drive, TICKS, objective)
-    assert bars.value == _stepped(chain, drive)[16_500 + 3]
-    assert bars.inputs[0, 0] > 0.0 == bars.inputs[0, 1]
+    adjoints = value_and_adjoint(chain, drive, TICKS, objective)
+    assert adjoints.value == _stepped(chain, drive)[16_500 + 3]
+    assert adjoints.inputs[0, 0] > 0.0 == adjoints.inputs[0, 1]
 
 
 @pytest.mark.parametrize("integrator", ["rk4", "hamming", "dop853"])

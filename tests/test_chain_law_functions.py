@@ -143,14 +143,14 @@ def test_pullbacks_are_the_slopes_of_their_quantities(name: str, quantity: str) 
     chain = shaken(name, precompression=200.0, step_size=1e-8)
     a = chain.detached_table()
     j = int(np.argmax(chain.get("contact_force")[1:-1])) + 1
-    bar = np.zeros_like(a)
-    chain.specialise(getattr(quantities, f"{quantity}_pullback"))(a, bar, j, 0.7)
+    adjoint = np.zeros_like(a)
+    chain.specialise(getattr(quantities, f"{quantity}_pullback"))(a, adjoint, j, 0.7)
     entries = [(STIFFNESS, j), (REST_OVERLAP, j), (U, j), (U, j + 1), (V, j), (V, j + 1)]
     entries += [(LAW_CONSTANTS, j)] if isinstance(chain.parameters.law, Dissipative) else []
     value = chain.specialise(getattr(quantities, quantity))
     expected = 0.7 * differences(lambda table: value(table, j), a, entries)
-    np.testing.assert_allclose([bar[entry] for entry in entries], expected, rtol=1e-6, atol=1e-12 * np.abs(expected).max())
-    others = bar.copy()
+    np.testing.assert_allclose([adjoint[entry] for entry in entries], expected, rtol=1e-6, atol=1e-12 * np.abs(expected).max())
+    others = adjoint.copy()
     for entry in entries:
         others[entry] = 0.0
     assert not others.any()
@@ -169,9 +169,9 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
-        bar[V, 3] += slopes[0] * 2.0 * a[V, 3]
+        adjoint[V, 3] += slopes[0] * 2.0 * a[V, 3]
 
 
 @pytest.mark.parametrize("integrator", ["pefrl", "leapfrog"])
@@ -179,7 +179,7 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
 def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> None:
     """By the drive, the stiffness and, where there is one, the dissipation, of a pressed chain that a push runs through."""
     shape = {"grains": 6, "right": "plane", "precompression": 100.0, "integrator": integrator, "step_size": 4e-7}
-    objective, drive = Objective(_note, _value, _pull), np.zeros((30, 2))
+    objective, drive = Objective(_note, _value, _pullback), np.zeros((30, 2))
     drive[:10, 0] = 60.0 * np.sin(np.pi * np.arange(10) / 10.0)
 
     def value(change: dict[str, float], push: float = 1.0) -> float:
@@ -267,7 +267,7 @@ def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monk
     chain = ge.Chain(grains=3, law="unfinished", contact_stiffness=1e9)
     said = "no gradients of 'unfinished', which lacks force_slopes, energy_pullback; use hertz, "
     with pytest.raises(ParameterError, match=said):
-        value_and_adjoint(chain, np.zeros((3, 2)), 1, Objective(_note, _value, _pull))
+        value_and_adjoint(chain, np.zeros((3, 2)), 1, Objective(_note, _value, _pullback))
 
 
 # -- one law a file -----------------------------------------------------------------------------------------------------

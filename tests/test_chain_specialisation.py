@@ -160,16 +160,16 @@ def _value(sums, constants, slopes):  # noqa: ANN001, ANN202
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):  # noqa: ANN001, ANN202
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):  # noqa: ANN001, ANN202
     if step == steps - 1:
-        quantities.contact_force_pullback(a, bar, 2, slopes[0])
+        quantities.contact_force_pullback(a, adjoint, 2, slopes[0])
 
 
 @pytest.mark.parametrize("name", ["hertz", "power", "viscous"])
 def test_one_objective_serves_chains_of_several_laws(name: str) -> None:
     chain, drive, h = pressed(name), np.zeros((20, 2)), 1e-4
     drive[:, 0] = 30.0
-    objective = Objective(_note, _value, _pull)
+    objective = Objective(_note, _value, _pullback)
     force, gradient = value_and_grad(objective, chain, drive, ticks=20)
     # What is held at the end of the drive is in the output too.
     twin = pressed(name)

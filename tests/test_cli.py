@@ -533,6 +533,13 @@ def test_streams_that_are_closed_or_full_are_no_difference(redirection, status, 
     assert verify("a.mcap").identical
 
 
+def test_help_that_cannot_be_written_is_told_of():
+    command = f'exec "{sys.executable}" -m granular_env --help >/dev/full'
+    ended = subprocess.run(["bash", "-c", command], cwd=ROOT, capture_output=True, text=True, timeout=100)
+    assert ended.returncode == 2
+    assert ended.stderr == "granular-env: the system refused it: No space left on device\n"
+
+
 def test_a_current_folder_that_is_gone_is_told_in_a_sentence(tmp_path):
     (tmp_path / "gone").mkdir()
     command = f'cd gone && rmdir ../gone && exec "{sys.executable}" -m granular_env run oscillator/pushed --quiet'

@@ -130,9 +130,9 @@ def test_a_task_may_bring_its_objective() -> None:
         (lambda chain: total(chain, energy(5, 2).at_end()), r"energy\[5:2\]: got 5 to 2"),
         (lambda chain: total(chain, velocity(1)), "terms: got Quantity"),  # type: ignore[arg-type]
         (lambda chain: applied("top"), "side: got 'top'"),  # type: ignore[arg-type]
-        (lambda chain: Objective(None, _value, _pull), "objective.note: got None"),  # type: ignore[arg-type]
-        (lambda chain: Objective(_note, _value, _pull, "one"), "objective.constants: got 'one'"),  # type: ignore[arg-type]
-        (lambda chain: Objective(_note, _value, _pull, count=0), "objective.count: got 0"),
+        (lambda chain: Objective(None, _value, _pullback), "objective.note: got None"),  # type: ignore[arg-type]
+        (lambda chain: Objective(_note, _value, _pullback, "one"), "objective.constants: got 'one'"),  # type: ignore[arg-type]
+        (lambda chain: Objective(_note, _value, _pullback, count=0), "objective.count: got 0"),
     ],
 )
 def test_bad_terms(build: Any, said: str) -> None:
@@ -202,24 +202,24 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
-    bar[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
-    bar[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    adjoint[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
+    adjoint[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
 
 
 @jit
-def _pull_twice(a, bar, step, steps, inputs, input_bar, constants, slopes):
-    bar[V, 6] += slopes[0] * 2.0 * a[MASS, 6] * a[V, 6] / steps
-    bar[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
+def _pullback_twice(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    adjoint[V, 6] += slopes[0] * 2.0 * a[MASS, 6] * a[V, 6] / steps
+    adjoint[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
 
 
 @jit
-def _pull_without_mass(a, bar, step, steps, inputs, input_bar, constants, slopes):
-    bar[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
+def _pullback_without_mass(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    adjoint[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
 
 
 @jit
-def _pull_that_writes(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback_that_writes(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     a[V, 6] = 0.0
 
 
@@ -238,39 +238,39 @@ def _note_peak(a, step, steps, inputs, constants, sums):
 def test_ones_own_objective_is_checked() -> None:
     """The right one passes; of a wrong one the entry is named."""
     chain = chain_of()
-    assert check_objective(Objective(_note, _value, _pull), chain) < 1e-6
+    assert check_objective(Objective(_note, _value, _pullback), chain) < 1e-6
     for objective, said in (
-        (Objective(_note, _value, _pull_twice), r"objective.pull: bar\[V, 6\] is .* differences of note give"),
-        (Objective(_note, _value, _pull_without_mass), r"objective.pull: bar\[MASS, 6\] is 0 at step 0"),
-        (Objective(_note, _value, _pull_that_writes), "objective.pull: it changes `a`"),
-        (Objective(_note, _value_of_wrong_slope, _pull), r"objective.value: slopes\[0\] is 1, "),
-        (Objective(_note_peak, _value, _pull), "objective.note: it reads the row PEAK"),
+        (Objective(_note, _value, _pullback_twice), r"objective.pullback: adjoint\[V, 6\] is .* differences of note give"),
+        (Objective(_note, _value, _pullback_without_mass), r"objective.pullback: adjoint\[MASS, 6\] is 0 at step 0"),
+        (Objective(_note, _value, _pullback_that_writes), "objective.pullback: it changes `a`"),
+        (Objective(_note, _value_of_wrong_slope, _pullback), r"objective.value: slopes\[0\] is 1, "),
+        (Objective(_note_peak, _value, _pullback), "objective.note: it reads the row PEAK"),
     ):
         with pytest.raises(ParameterError, match=said):
             check_objective(objective, chain)
 
 
-SLOPE = 1.0
+OVERLAP_ADJOINT = 1.0
 
 
 @numba.njit
 def _value_by_global(sums, constants, slopes):
     slopes[0] = 1.0
-    return SLOPE * sums[0]
+    return OVERLAP_ADJOINT * sums[0]
 
 
 def test_a_function_of_numba_is_called_with_the_globals_of_now(monkeypatch: pytest.MonkeyPatch) -> None:
     """One that has run already would go on with the values of that time: a wrong slope would pass, J would be the old one."""
-    chain, objective = chain_of(), Objective(_note, _value_by_global, _pull)
+    chain, objective = chain_of(), Objective(_note, _value_by_global, _pullback)
     _value_by_global(np.ones(1), np.zeros(1), np.zeros(1))
     with monkeypatch.context() as patch:
-        patch.setitem(globals(), "SLOPE", 2.0)
+        patch.setitem(globals(), "OVERLAP_ADJOINT", 2.0)
         with pytest.raises(ParameterError, match=r"objective.value: slopes\[0\] is 1, differences of it give 2"):
             check_objective(objective, chain)
         twice, _ = value_and_grad(objective, chain, DRIVE, ticks=2)
-        square, _ = value_and_grad(Objective(_note, _value, _pull), chain, DRIVE, ticks=2)
+        square, _ = value_and_grad(Objective(_note, _value, _pullback), chain, DRIVE, ticks=2)
         assert twice == pytest.approx(2.0 * math.sqrt(square), rel=1e-12)
-    with pytest.raises(ParameterError, match="SLOPE has another value than when _value_by_global was compiled"):
+    with pytest.raises(ParameterError, match="OVERLAP_ADJOINT has another value than when _value_by_global was compiled"):
         check_objective(objective, chain)
 
 
@@ -286,17 +286,20 @@ def _value_nan(sums, constants, slopes):
 
 
 @jit
-def _pull_nan_early(a, bar, step, steps, inputs, input_bar, constants, slopes):
-    bar[V, 3] += np.nan if step == 4 else slopes[0]
+def _pullback_nan_early(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    adjoint[V, 3] += np.nan if step == 4 else slopes[0]
 
 
 def test_an_objective_that_is_not_a_number_says_where() -> None:
     """The control step, or the function."""
     chain = chain_of()
     for objective, said in (
-        (Objective(_note_nan_late, _value, _pull), r"objective.note: sums\[0\] became nan after control step 7 of 12"),
-        (Objective(_note, _value_nan, _pull), "objective.value: J is nan"),
-        (Objective(_note, _value, _pull_nan_early), r"objective.pull: bar\[V, 3\] became nan at control step 4 of 12"),
+        (Objective(_note_nan_late, _value, _pullback), r"objective.note: sums\[0\] became nan after control step 7 of 12"),
+        (Objective(_note, _value_nan, _pullback), "objective.value: J is nan"),
+        (
+            Objective(_note, _value, _pullback_nan_early),
+            r"objective.pullback: adjoint\[V, 3\] became nan at control step 4",
+        ),
     ):
         with pytest.raises(ParameterError, match=said):
             value_and_grad(objective, chain, DRIVE, ticks=2)
@@ -306,15 +309,15 @@ def test_functions_of_another_form_are_named() -> None:
     """By the gradient and by the check alike."""
     chain = chain_of()
 
-    def pull_of_two(a, bar):
+    def pullback_of_two(a, adjoint):
         pass
 
     def value_of_nothing(sums, constants, slopes):
         slopes[0] = 1.0
 
     for objective, said in (
-        (Objective(_note, _value, pull_of_two), "objective.pull: it does not compile"),
-        (Objective(_note, value_of_nothing, _pull), "objective.value: got None"),
+        (Objective(_note, _value, pullback_of_two), "objective.pullback: it does not compile"),
+        (Objective(_note, value_of_nothing, _pullback), "objective.value: got None"),
     ):
         with pytest.raises(ParameterError, match=said):
             value_and_grad(objective, chain, DRIVE, ticks=2)
@@ -329,16 +332,16 @@ def test_plain_functions_are_compiled() -> None:
     def note(a, step, steps, inputs, constants, sums):
         sums[0] += a[V, 2] * constants[0]
 
-    def pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
-        bar[V, 2] += slopes[0] * constants[0]
+    def pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+        adjoint[V, 2] += slopes[0] * constants[0]
 
     def no_code(a, step, steps, inputs, constants, sums):
         sums[0] += a.nothing
 
-    found = value_and_grad(Objective(note, _value, pull, np.array([2.0])), chain, DRIVE, ticks=2)
+    found = value_and_grad(Objective(note, _value, pullback, np.array([2.0])), chain, DRIVE, ticks=2)
     assert found[0] > 0.0
     with pytest.raises(ParameterError, match=r"objective.note: it does not compile"):
-        value_and_grad(Objective(no_code, _value, pull), chain, DRIVE, ticks=2)
+        value_and_grad(Objective(no_code, _value, pullback), chain, DRIVE, ticks=2)
 
 
 def test_factors_of_a_term_are_merged_in_its_description() -> None:

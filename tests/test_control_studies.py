@@ -70,7 +70,7 @@ def test_slopes_of_a_drive_are_those_of_central_differences(between, rate):
     numbers = lambda points: (shape.actions(points) * weights).sum(axis=(1, 2))  # noqa: E731
     step = 1e-6 * np.eye(shape.size)
     differences = (numbers(point + step) - numbers(point - step)) / 2e-6
-    np.testing.assert_allclose(shape.pull(point, weights), differences, atol=1e-8)
+    np.testing.assert_allclose(shape.pullback(point, weights), differences, atol=1e-8)
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])

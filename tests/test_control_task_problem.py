@@ -58,7 +58,7 @@ def test_slopes_by_the_point_are_those_of_central_differences(changes):
     draw = np.random.default_rng(5)
     point, along = draw.uniform(0.05, 0.3, shape.size), draw.normal(size=shape.size)
     value = lambda at: problem.value_and_grad(shape.actions(at[None])[0], SEEDS)[0]  # noqa: E731
-    slopes = shape.pull(point, problem.value_and_grad(shape.actions(point[None])[0], SEEDS)[1])
+    slopes = shape.pullback(point, problem.value_and_grad(shape.actions(point[None])[0], SEEDS)[1])
     # Grains part and meet again, so the error falls more slowly than the step's square: 5e-6 at 1e-5, at most 1e-7 at 1e-6.
     differences = (value(point + 1e-6 * along) - value(point - 1e-6 * along)) / 2e-6
     assert slopes @ along == pytest.approx(differences, rel=1e-6)

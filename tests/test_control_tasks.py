@@ -185,13 +185,13 @@ SMALL: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("chain", [{}, {"precompression": 30.0}])
 @pytest.mark.parametrize(("name", "action"), BOTH)
-def test_pull_is_the_slope_of_value_and_note(name: str, action: str, chain: dict[str, Any]) -> None:
+def test_pullback_is_the_slope_of_value_and_note(name: str, action: str, chain: dict[str, Any]) -> None:
     if name == "SolitonTrain" and chain:
         pytest.skip("takes no precompression")
     env = TASKS[name](12, action=action, chain=chain, **SMALL[name])
     env.reset(seed=2)
     objective, steps = env.task.objective(env.component, 60), 60
-    note, pull = env.component.specialise(objective.note), env.component.specialise(objective.pull)
+    note, pullback = env.component.specialise(objective.note), env.component.specialise(objective.pullback)
     inputs, slopes, rest = np.zeros(2), np.zeros(objective.count), np.zeros(objective.count)
     # Any state whose contacts are far from opening.
     a, random = env.component.table.copy(), np.random.default_rng(7)
@@ -204,21 +204,22 @@ def test_pull_is_the_slope_of_value_and_note(name: str, action: str, chain: dict
         return objective.value(sums, objective.constants, out)
 
     value(a, slopes)
-    bar = np.zeros_like(a)
-    pull(a, bar, steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes)
-    assert np.abs(bar).max() > 0.0
+    adjoint = np.zeros_like(a)
+    pullback(a, adjoint, steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes)
+    assert np.abs(adjoint).max() > 0.0
     compared = 0
     for row in (U, V, REST_OVERLAP, STIFFNESS, MASS):
         for column in range(14):
             # At an overlap at rest of 0 its root has no slope.
-            if bar[row, column] == 0.0 or (row == REST_OVERLAP and a[REST_OVERLAP, column] == 0.0):
+            if adjoint[row, column] == 0.0 or (row == REST_OVERLAP and a[REST_OVERLAP, column] == 0.0):
                 continue
             step = {U: 1e-11, REST_OVERLAP: 1e-11, V: 1e-4, MASS: 1e-8, STIFFNESS: 1e5}[row]
             up, down = a.copy(), a.copy()
             up[row, column] += step
             down[row, column] -= step
             difference = (value(up, rest) - value(down, rest)) / (2.0 * step)
-            assert bar[row, column] == pytest.approx(difference, rel=1e-5, abs=1e-6 * np.abs(bar[row]).max()), (row, column)
+            largest = np.abs(adjoint[row]).max()
+            assert adjoint[row, column] == pytest.approx(difference, rel=1e-5, abs=1e-6 * largest), (row, column)
             compared += 1
     assert compared >= 3
 
@@ -246,12 +247,12 @@ def test_the_gradient_of_a_task_agrees_with_differences() -> None:
     drive = np.zeros((180, 2))
     drive[:, 0] = 1000.0 * env.task.baselines()["theory"].drive[:, 0]
     objective = env.task.objective(env.component, 180)
-    bars = value_and_adjoint(env.component, drive, 3, objective)
+    adjoints = value_and_adjoint(env.component, drive, 3, objective)
     for step in (10, 17, 24):
         both = np.stack([drive, drive])
         both[:, step, 0] += 0.05, -0.05
         up, down = evaluate(env.component, both, 3, objective)
-        assert bars.inputs[step, 0] == pytest.approx((up - down) / 0.1, rel=1e-5)
+        assert adjoints.inputs[step, 0] == pytest.approx((up - down) / 0.1, rel=1e-5)
 
 
 # -- baselines --------------------------------------------------------------------------------------------------------

@@ -68,3 +68,12 @@ def test_pulse_shaping(run):
         assert numbers[f"{name}: distance"] < 0.5 * numbers[f"{name}: with the uniform chain's drive"]
     assert abs(numbers["first wave, relative error"]) < 1e-3 and abs(numbers["second wave, relative error"]) < 1e-3
     assert abs(numbers["delay, relative error"]) < 1e-3 and numbers["energy outside the waves / input"] < 1e-5
+
+
+def test_lamb_problem(run):
+    numbers = run("lamb_problem")
+    assert numbers["Rayleigh speed / S speed"] == pytest.approx(0.9194, abs=1e-4)
+    # 18 cells to the load's length, second order: 3.2 % and 1.5 % at 20; the sides send a little back.
+    assert numbers["misfit at x = 0.2 m, depth 0.01 m"] < 0.05
+    assert numbers["misfit at x = 0.12 m, depth 0.12 m"] < 0.025
+    assert 0.3 < numbers["peak behind a hole / without it"] < 0.9

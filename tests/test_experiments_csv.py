@@ -285,3 +285,16 @@ def test_a_whole_measurement_survives_the_way_through_a_file(tmp_path):
     read_times, read_values = read(tmp_path, "time [s],force [N]\n" + rows)
     np.testing.assert_array_equal(read_times, times)
     np.testing.assert_array_equal(read_values, values)
+
+
+def test_a_file_is_called_in_messages_as_it_is_in_the_document(tmp_path):
+    path = tmp_path / "far" / "hammer.csv"
+    path.parent.mkdir()
+    path.write_text(GOOD.replace("10,301,1.5", "0,301,1.5"))
+    table = CsvTable(profile="csv", path="far/hammer.csv", time_column="time", value_column="force")
+    with pytest.raises(ParameterError, match=r"^far/hammer.csv: line 4: "):
+        table.build(tmp_path, "N")
+    path.unlink()
+    # Where it was looked for is told where it is not found.
+    with pytest.raises(ParameterError, match=str(path)):
+        table.build(tmp_path, "N")

@@ -25,8 +25,10 @@ FINAL = {
     "power": "e05ec65993a8af1e17026af1035475eb",
     "oscillator": "96e94df6bb99efd59687d5fbcda22117",
     "discs": "7577008a6b94d92a399803b54259ea53",
-    "grid-edges": "c02428751cee8ab705b17d7c2e9904eb",
+    "grid-edges": "9853c4e40d8306ddbb0d00a532f1da73",
     "grid-yielding": "9279b8c98056286681e30b4c7cede4e9",
+    "automata-linked": "a4263ea3620e1876ca0d2c9202769c62",
+    "automata-cracking": "a1ea8ad5df8f59aca77dd8d451f2ad46",
 }
 
 

@@ -375,6 +375,22 @@ def test_strong_compression_is_reported() -> None:
 # -- reading -------------------------------------------------------------------------------------------------------------
 
 
+def test_held_edges_tell_what_they_hold() -> None:
+    """Pressed slowly in uniaxial strain: every side holds its part of the stress lambda e, (lambda + 2 mu) e."""
+    edges = {"left": "fixed", "right": {"name": "velocity", "components": "x"}, "bottom": "symmetry", "top": "symmetry"}
+    grid = block(6, 3, boundaries=edges)
+    strain, duration = 1e-8, 600.0
+    ramp = Profile.half_sine(0.5 * math.pi * 6.0 * strain / duration, duration)
+    grid.step(duration, right_velocity=ramp * np.array([-1.0, 0.0]))
+    pressed = 3.0 * strain * 3.0
+    np.testing.assert_allclose(grid.get("left_reaction"), [pressed, 0.0], rtol=1e-3, atol=1e-3 * pressed)
+    np.testing.assert_allclose(grid.get("right_reaction"), [-pressed, 0.0], rtol=1e-3, atol=1e-3 * pressed)
+    # Of six metres; the node at the left end belongs to the fixed edge.
+    held = 6.0 * strain * 5.5 / 6.0
+    np.testing.assert_allclose(grid.get("bottom_reaction"), [0.0, held], rtol=1e-3, atol=1e-12)
+    np.testing.assert_array_equal(grid.get("top_reaction"), -grid.get("bottom_reaction"))
+
+
 def test_outputs_agree_with_each_other() -> None:
     grid = block(4, 4, receivers=[7, [0.0, 0.0]], plasticity={"name": "von_mises", "yield_stress": 0.05})
     grid.reset(velocity=0.1 * pulse(grid.mesh.nodes + 2.0, 4.0))

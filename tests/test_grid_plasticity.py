@@ -88,10 +88,23 @@ def test_pure_tension_ends_at_the_tip_of_the_cone() -> None:
     grid = strained(CONE, [[3e-4, 0.0], [0.0, 3e-4]])
     q, p = invariants(grid)
     assert q == 0.0 and p == pytest.approx(-YIELD / 0.6, rel=1e-12)
-    assert (
-        grid.get("energy_residual") == pytest.approx(0.0, abs=1e-3 * grid.get("plastic_work"))
-        and grid.get("plastic_work") > 0.0
-    )
+    # Everything that the tip does not carry has opened: K times that strain times the tip's pressure is the plastic work.
+    opened = 6e-4 + p / BULK
+    assert grid.get("plastic_work") == pytest.approx(-p * opened, rel=0.05)
+    assert grid.get("plastic_strain")[0] >= opened
+    assert grid.get("energy_residual") == pytest.approx(0.0, abs=1e-3 * grid.get("plastic_work"))
+
+
+def test_a_material_without_deviator_yields_too() -> None:
+    """From a hydrostatic start a trial stress past the tip has no deviator at all."""
+    grid = block(1, 1, plasticity=CONE, step_size=0.01)
+    grid.reset(stress=np.full((1, 4), 2.0 * YIELD / 0.6) * [1.0, 1.0, 1.0, 0.0])
+    grid.step(grid.step_size)
+    q, p = invariants(grid)
+    assert q < 1e-3 * YIELD and p == pytest.approx(-YIELD / 0.6, rel=1e-3)
+    assert grid.event_count == 1 and grid.get("plastic_work") > 0.0
+    # What is left is the energy of the pressure at the tip.
+    assert grid.get("elastic_energy") == pytest.approx((YIELD / 0.6) ** 2 / (2.0 * BULK), rel=0.01)
 
 
 def test_an_elastic_precursor_runs_ahead_of_a_plastic_wave() -> None:

@@ -95,17 +95,17 @@ class Boundary:
                 text = f"force per area on the {name} side"
                 yield Variable(f"{name}_traction", "input", "Pa", (2,), text, start=0.0, axes=("direction",))
 
-    def apply(self, held: Mapping[str, Held], tick: int) -> None:
-        """Fill loads and grips for the internal step that begins at a tick: forces at its middle, velocities at its end."""
+    def apply(self, held: Mapping[str, Held], tick: int, part: float = 1.0) -> None:
+        """Fill loads and grips for the internal step that begins at a tick: forces at its middle, velocities at a part."""
         if self._loaded.size:
             self.load.force[: len(self._loaded)] = _value(held["force"], tick, 0.5)
         for side, rows, areas in self._shares:
             self.load.force[rows] = areas[:, np.newaxis] * _value(held[f"{side.name}_traction"], tick, 0.5)
         for side, axis, rows in self._moved:
             if side.kind == "platen":
-                self.grip.velocity[rows, axis] = _value(held[f"{side.name}_speed"], tick, 1.0)
+                self.grip.velocity[rows, axis] = _value(held[f"{side.name}_speed"], tick, part)
             else:
-                self.grip.velocity[rows, axis] = _value(held[f"{side.name}_velocity"], tick, 1.0)[axis]
+                self.grip.velocity[rows, axis] = _value(held[f"{side.name}_velocity"], tick, part)[axis]
 
 
 def _value(held: Held, tick: int, part: float) -> Any:

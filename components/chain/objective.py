@@ -25,15 +25,15 @@ class Objective:
     """A number J of a driven chain, which is to become small: three jitted functions and what they need.
 
     `a` is the chain's table (`layout.py`): rows by name, grain i (from 0) in column i + 1, contact j between columns j and
-    j + 1. `bar` has the very same rows and columns: entry by entry the derivative of J, so that a feature of the velocity
-    of column 5 adds to `bar[V, 5]`, and one that weighs it with the mass adds to `bar[MASS, 5]` too.
+    j + 1. `adjoint` has the very same rows and columns: entry by entry the derivative of J, so that a feature of the velocity
+    of column 5 adds to `adjoint[V, 5]`, and one that weighs it with the mass adds to `adjoint[MASS, 5]` too.
 
     Attributes:
         note: note(a, step, steps, inputs, constants, sums): after control step `step` (0 to steps - 1) add the features to
             sums, shape (count,). `inputs`, shape (2,), are what was held in that step left and right, 0 where an end has none.
         value: value(sums, constants, slopes) -> J, and dJ/dsums into slopes, shape (count,).
-        pull: pull(a, bar, step, steps, inputs, input_bar, constants, slopes): bar += sum_k slopes_k dfeature_k/da, and
-            input_bar, shape (2,), += the same for the inputs.
+        pullback: pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes): adjoint += sum_k slopes_k
+            dfeature_k/da, and input_adjoint, shape (2,), += the same for the inputs.
         constants: numbers for all three, shape (any,).
         count: how many features there are.
         smooth: whether the features have derivatives everywhere the state goes.
@@ -44,7 +44,7 @@ class Objective:
 
     note: Callable[..., Any]
     value: Callable[..., Any]
-    pull: Callable[..., Any]
+    pullback: Callable[..., Any]
     constants: FloatArray = field(default_factory=_nothing)
     count: int = 1
     smooth: bool = True
@@ -65,7 +65,7 @@ class Objective:
                 f"objective.constants: got {shortened(self.constants)}, expected an array of numbers"
             ) from None
         object.__setattr__(self, "constants", constants)
-        for name in ("note", "value", "pull"):
+        for name in ("note", "value", "pullback"):
             if not callable(getattr(self, name)):
                 raise ParameterError(f"objective.{name}: got {shortened(getattr(self, name))}, expected a jitted function")
         if isinstance(self.count, bool) or not isinstance(self.count, (int, np.integer)) or self.count < 1:

@@ -1,8 +1,8 @@
 """Quantities of a chain's table for jitted code, with their pullbacks: what sensors, tasks and objectives read.
 
 A quantity is read off the table (`layout.py`): grain i, from 0, is column i + 1; contact j lies between columns j and j + 1, so
-that contacts 0 and n are the walls'. `x_pullback(a, bar, ..., slope)` adds slope times the derivative of `x(a, ...)` to `bar`.
-Forces have the bits of the component's outputs.
+that contacts 0 and n are the walls'. `x_pullback(a, adjoint, ..., slope)` adds slope times the derivative of `x(a, ...)` to
+`adjoint`. Forces have the bits of the component's outputs.
 
 A peak over time is not smooth: it is replaced by the p-norm over the control steps, f0 (sum_t (f_t / f0)^p)^(1/p), p even. It
 lies above the largest |f_t|, by a factor of m^(1/p) at most for m equal peaks; `peak_feature` is its summand, `peak_value` the
@@ -41,15 +41,15 @@ def _pressed_overlap(a, j):
 
 
 @inlined
-def _add_overlap(bar, j, slope):
+def _add_overlap(adjoint, j, slope):
     """Add slope times the derivative by the overlap of contact j."""
-    bar[U, j] += slope
-    bar[U, j + 1] -= slope
-    bar[REST_OVERLAP, j] += slope
+    adjoint[U, j] += slope
+    adjoint[U, j + 1] -= slope
+    adjoint[REST_OVERLAP, j] += slope
 
 
 @jit
-def contact_force_pullback(a, bar, j, slope):
+def contact_force_pullback(a, adjoint, j, slope):
     """Add slope dF/da."""
     d = _pressed_overlap(a, j)
     by_overlap = 0.0
@@ -58,13 +58,13 @@ def contact_force_pullback(a, bar, j, slope):
         coefficient = law.coefficient(a, j, d) if d > 0.0 else 0.0
         if law.force(a, j, d) + coefficient * speed < 0.0:
             return
-        bar[V, j] += slope * coefficient
-        bar[V, j + 1] -= slope * coefficient
+        adjoint[V, j] += slope * coefficient
+        adjoint[V, j + 1] -= slope * coefficient
         if d > 0.0:
-            by_overlap = law.coefficient_pullback(a, bar, j, d, slope * speed)
+            by_overlap = law.coefficient_pullback(a, adjoint, j, d, slope * speed)
     _, stiffness, by_stiffness = law.force_slopes(a, j, d)
-    bar[STIFFNESS, j] += slope * by_stiffness
-    _add_overlap(bar, j, slope * stiffness + by_overlap)
+    adjoint[STIFFNESS, j] += slope * by_stiffness
+    _add_overlap(adjoint, j, slope * stiffness + by_overlap)
 
 
 @jit
@@ -74,11 +74,11 @@ def contact_energy(a, j):
 
 
 @jit
-def contact_energy_pullback(a, bar, j, slope):
+def contact_energy_pullback(a, adjoint, j, slope):
     """Add slope dE/da."""
     d = _pressed_overlap(a, j)
-    law.energy_pullback(a, bar, j, d, slope)
-    _add_overlap(bar, j, slope * law.force(a, j, d))
+    law.energy_pullback(a, adjoint, j, d, slope)
+    _add_overlap(adjoint, j, slope * law.force(a, j, d))
 
 
 @jit
@@ -88,11 +88,11 @@ def energy_root(a, j):
 
 
 @jit
-def energy_root_pullback(a, bar, j, slope):
+def energy_root_pullback(a, adjoint, j, slope):
     """Add slope dq_j/da."""
-    by_overlap, by_rest = law.energy_root_pullback(a, bar, j, _pressed_overlap(a, j), a[REST_OVERLAP, j], slope)
-    _add_overlap(bar, j, by_overlap)
-    bar[REST_OVERLAP, j] += by_rest
+    by_overlap, by_rest = law.energy_root_pullback(a, adjoint, j, _pressed_overlap(a, j), a[REST_OVERLAP, j], slope)
+    _add_overlap(adjoint, j, by_overlap)
+    adjoint[REST_OVERLAP, j] += by_rest
 
 
 @jit
@@ -166,11 +166,11 @@ def kinetic_energy(a, first, last):
 
 
 @jit
-def kinetic_energy_pullback(a, bar, first, last, slope):
+def kinetic_energy_pullback(a, adjoint, first, last, slope):
     """Add slope dE/da."""
     for i in range(first + 1, last + 2):
-        bar[V, i] += slope * a[MASS, i] * a[V, i]
-        bar[MASS, i] += slope * 0.5 * a[V, i] * a[V, i]
+        adjoint[V, i] += slope * a[MASS, i] * a[V, i]
+        adjoint[MASS, i] += slope * 0.5 * a[V, i] * a[V, i]
 
 
 @jit
@@ -183,11 +183,11 @@ def momentum(a, first, last):
 
 
 @jit
-def momentum_pullback(a, bar, first, last, slope):
+def momentum_pullback(a, adjoint, first, last, slope):
     """Add slope dp/da."""
     for i in range(first + 1, last + 2):
-        bar[V, i] += slope * a[MASS, i]
-        bar[MASS, i] += slope * a[V, i]
+        adjoint[V, i] += slope * a[MASS, i]
+        adjoint[MASS, i] += slope * a[V, i]
 
 
 @jit
@@ -203,11 +203,11 @@ def energy(a, first, last):
 
 
 @jit
-def energy_pullback(a, bar, first, last, slope):
+def energy_pullback(a, adjoint, first, last, slope):
     """Add slope dE/da."""
-    kinetic_energy_pullback(a, bar, first, last, slope)
+    kinetic_energy_pullback(a, adjoint, first, last, slope)
     for j in range(first, last + 2):
-        contact_energy_pullback(a, bar, j, (0.5 if j in (first, last + 1) else 1.0) * slope)
+        contact_energy_pullback(a, adjoint, j, (0.5 if j in (first, last + 1) else 1.0) * slope)
 
 
 # -- roots of the energy ------------------------------------------------------------------------------------------------
@@ -226,10 +226,10 @@ def energy_between(a, first, last):
 
 
 @jit
-def energy_between_pullback(a, bar, first, last, slope):
-    """Add slope denergy/da of `energy_between` to bar."""
+def energy_between_pullback(a, adjoint, first, last, slope):
+    """Add slope denergy/da of `energy_between` to adjoint."""
     for i in range(first, last + 1):
-        bar[V, i] += slope * a[MASS, i] * a[V, i]
-        bar[MASS, i] += slope * 0.5 * (a[V, i] * a[V, i])
+        adjoint[V, i] += slope * a[MASS, i] * a[V, i]
+        adjoint[MASS, i] += slope * 0.5 * (a[V, i] * a[V, i])
     for j in range(first, last + 1):
-        energy_root_pullback(a, bar, j, 2.0 * slope * energy_root(a, j))
+        energy_root_pullback(a, adjoint, j, 2.0 * slope * energy_root(a, j))

@@ -29,7 +29,8 @@ class Assembly:
         mass: of each node by itself, shape (n,) [kg].
         places: node -> its row in `conditions`, -1 for the others, shape (n,).
         joined: groups of nodes that move as one, shape (k, 4), the rest of each row -1.
-        prescribed: node -> component -> edge that prescribes it.
+        leaders: whose prescribed velocity each node with conditions has; see `conditions.leading_rows`.
+        held_edges: nodes and components that edges prescribe; see `conditions.held_edges`.
         inputs: of the edges, and the forces on nodes.
     """
 
@@ -39,7 +40,8 @@ class Assembly:
     mass: FloatArray
     places: IntArray
     joined: IntArray
-    prescribed: Mapping[int, Mapping[int, str]]
+    leaders: IntArray
+    held_edges: Mapping[str, tuple[IntArray, np.ndarray]]
     inputs: Sequence[EdgeInput]
 
 
@@ -54,6 +56,7 @@ def assemble(
     hourglass: float = 1.0,
     parts: int = 1,
     others: Sequence[int] = (),
+    attached: FloatArray | None = None,
 ) -> Assembly:
     """Return the arrays for a mesh.
 
@@ -67,13 +70,16 @@ def assemble(
         hourglass: stiffness against hourglass modes, as a part of full integration's.
         parts: parts of the mesh that threads can advance side by side.
         others: nodes that a parent moves: only their forces are written.
+        attached: masses of another body that nodes carry too, whose forces a parent adds to those of the cells; nodes that
+            carry some become nodes with conditions, shape (n,) [kg].
 
     Raises:
         ValueError: a boundary does not fit its edge.
     """
     joined = conditions.joined_nodes(mesh, boundaries)
     prescribed = conditions.prescribed_components(mesh, boundaries)
-    inputs = conditions.edge_inputs(mesh, boundaries, forced)
+    held_edges = conditions.held_edges(mesh, boundaries, prescribed)
+    inputs = conditions.edge_inputs(mesh, boundaries, forced, held_edges)
     count = len(mesh.nodes)
     density, longitudinal, shear = (
         np.array([getattr(one, name) for one in materials])[cell_material]
@@ -82,11 +88,14 @@ def assemble(
     own_mass = lump(mesh, density * mesh.areas)
     damped = conditions.dashpots(mesh, boundaries, density, longitudinal, shear, own_mass)
     plan = make_schedule(count, mesh.cells, parts)
-    nodes = conditions.special_nodes(joined, inputs, prescribed, damped, plan.further[:, 0].astype(np.int64))
+    more = np.zeros(count) if attached is None else attached
+    apart = np.concatenate([plan.further[:, 0].astype(np.int64), np.flatnonzero(more)])
+    nodes = conditions.special_nodes(joined, inputs, prescribed, damped, apart)
     places = np.full(count, -1, dtype=np.int64)
     places[nodes] = np.arange(len(nodes))
-    mass = own_mass.copy()
-    mass[nodes] = conditions.join_rows(own_mass[nodes, None], places, joined)[:, 0]
+    share = own_mass[nodes] / conditions.join_rows(own_mass[nodes, None], places, joined)[:, 0]
+    mass = own_mass + more
+    mass[nodes] = conditions.join_rows(mass[nodes, None], places, joined)[:, 0]
     special = np.zeros(count, dtype=np.uint8)
     special[nodes] = special[np.array(others, dtype=np.int64)] = 1
     moduli = np.array([[one.first_lame, one.shear_modulus] for one in materials])
@@ -113,12 +122,13 @@ def assemble(
         mass=mass[nodes],
         damping=conditions.join_rows(damping, places, joined),
         prescribed=_prescribed_flags(prescribed, places, joined, len(nodes)),
-        share=own_mass[nodes] / mass[nodes],
+        share=share,
         groups=joined.astype(np.int32),
         drive=np.zeros((1, len(nodes), 2)),
         begin=np.zeros((len(nodes), 5, 2)),
     )
-    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, prescribed, inputs)
+    leaders = conditions.leading_rows(prescribed, places, joined, len(nodes))
+    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, leaders, held_edges, inputs)
 
 
 def lump(mesh: Mesh, amounts: FloatArray) -> FloatArray:

@@ -61,8 +61,7 @@ class Grid(Component):
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
         self._receivers = self._nodes_at("receivers", p.receivers)
         self._plastic = any(p.plastic_laws[number].code for number in np.unique(self.cell_material))
-        self._assembly: Assembly = self._assemble()
-        self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
+        self.attach(None)
         self.mass: FloatArray = self._assembly.mass
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
@@ -94,12 +93,20 @@ class Grid(Component):
                 raise ParameterError(f"{name}[{index}]: node {found[-1]} is there already; give each node once")
         return np.array(found, dtype=np.int64)
 
-    def _assemble(self) -> Assembly:
+    def attach(self, mass: FloatArray | None) -> None:
+        """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells, shape (n,) [kg].
+
+        To be called before the first step.
+        """
+        self._assembly: Assembly = self._assemble(mass)
+        self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
+
+    def _assemble(self, attached: FloatArray | None) -> Assembly:
         p = self.parameters
         try:
             return assemble(
                 self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
-                forced=self._forced.tolist(), hourglass=p.hourglass, parts=self._parts(),
+                forced=self._forced.tolist(), hourglass=p.hourglass, parts=self._parts(), attached=attached,
             )  # fmt: skip
         except ValueError as error:
             raise ParameterError(f"component 'grid': {error}") from None
@@ -155,6 +162,11 @@ class Grid(Component):
         yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=cells)
         yield Variable("plastic_strain", "output", "1", (m,), "equivalent plastic strain of the cells", minimum=0.0, axes=cells)
         yield Variable("internal_energy", "output", "J", (m,), "work that stresses have done on the cells", axes=cells)
+        for edge in self._assembly.held_edges:
+            yield Variable(
+                f"{edge}_reaction", "output", "N", (2,), f"force of the {edge} edge on the cells there, along x and y, where "
+                "it prescribes the motion", axes=("direction",),
+            )  # fmt: skip
         yield Variable("receiver_displacement", "output", "m", (k, 2), "displacement of the `receivers`", axes=received)
         yield Variable("receiver_velocity", "output", "m/s", (k, 2), "velocity of the `receivers`", axes=received)
 
@@ -169,9 +181,16 @@ class Grid(Component):
             "equivalent_stress": self._equivalent_stress,
             "plastic_strain": lambda: state.plastic_strain if self._plastic else np.zeros(len(self.mesh.cells)),
             "internal_energy": lambda: state.energy,
+            **{f"{edge}_reaction": lambda edge=edge: self._reaction(edge) for edge in self._assembly.held_edges},
             "receiver_displacement": lambda: state.displacement[self._receivers],
             "receiver_velocity": lambda: state.velocity[self._receivers],
         }
+
+    def _reaction(self, edge: str) -> FloatArray:
+        """Return minus the force of the cells on the nodes of an edge, where it prescribes their motion, shape (2,) [N]."""
+        nodes, own = self._assembly.held_edges[edge]
+        share = self._conditions.share[self._assembly.places[nodes], None]
+        return 0.0 - np.where(own, share * self._state.force[nodes], 0.0).sum(axis=0)
 
     def _equivalent_stress(self) -> FloatArray:
         xx, yy, zz, xy = self._state.stress.T
@@ -217,19 +236,38 @@ class Grid(Component):
         if cell >= 0:
             raise ParameterError(f"start.displacement: cell {cell} would be inverted; give smaller displacements")
 
-    def _advance(self, ticks: int) -> int:
+    @property
+    def joined(self) -> IntArray:
+        """Groups of nodes that periodic edges join, the rest of each row -1, shape (k, 4)."""
+        return self._assembly.joined
+
+    @property
+    def tally(self) -> FloatArray:
+        """What came in, or went out, through the conditions since the reset; see `layout`."""
+        return self._block["tally"]
+
+    def tables(self) -> tuple[layout.Grid, layout.State, layout.Conditions, FloatArray]:
+        """Return what the kernels work on, for a parent that calls them itself; the last one is their scratch."""
+        return self._grid, self._state, self._conditions, self._corner
+
+    def factors(self, tick: int, ticks: int) -> FloatArray:
+        """Lay out what the held inputs do; return the signals in the middle of so many ticks from `tick` on."""
         if self._held is not self._driven_by:
             self._signals, drive = make_drive(self._assembly, self._held)
             self._conditions = self._conditions._replace(drive=drive)
             self._driven_by = self._held
+        return signal_factors(self._signals, tick, ticks)
+
+    def _advance(self, ticks: int) -> int:
+        factors = self.factors(self._tick, ticks)
         events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         if self._plastic:
             counts[0] = self._block.count("events")
             events = self._block.room("events", len(self.mesh.cells) - int(counts[0]))
         advance = threads.advance if len(self._grid.parts) > 2 and threads.available() else kernels.advance
         status = advance(
-            self._grid, self._state, self._conditions, signal_factors(self._signals, self._tick, ticks), self._corner,
-            self._block["tally"], self.step_size, self._tick, events, counts, self._failed,
+            self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
+            events, counts, self._failed,
         )  # fmt: skip
         if self._plastic:
             self._block.set_count("events", int(counts[0]))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..contract import Variable
 from ..support.arrays import FloatArray
@@ -20,29 +21,37 @@ _MISFIT = 1e-9
 
 @dataclass(frozen=True)
 class EdgeInput:
-    """An input and how it acts: its value, shape (rows, 2), times weights gives what nodes get.
+    """An input, and what it does to nodes.
 
     Attributes:
         variable: the input.
         nodes: which nodes it acts on, shape (k,).
-        weights: node i gets sum_r weights[i, r] value[r], shape (k, rows); None: node i gets value[i].
-        velocity: whether it prescribes a velocity; otherwise it is a force.
+        velocity: whether it prescribes a velocity; otherwise it is a force, or a traction.
+        sides: of a traction, the two nodes of each side of the edge, as places in `nodes`, shape (sides, 2).
+        lengths: of the sides, shape (sides,) [m].
+        own: of a velocity, whether it is this edge that prescribes each component of each node, shape (k, 2).
     """
 
     variable: Variable
     nodes: IntArray
-    weights: FloatArray | None
-    velocity: bool
+    velocity: bool = False
+    sides: IntArray | None = None
+    lengths: FloatArray | None = None
+    own: npt.NDArray[np.bool_] | None = None
 
     def act(self, value: Any) -> FloatArray:
-        """Return what each of the nodes gets, shape (k, 2) [N or m/s]."""
-        rows = np.asarray(value).reshape(-1, 2)
-        if self.weights is None:
-            return np.broadcast_to(rows, (len(self.nodes), 2))
-        # Sums in a fixed order: what einsum or BLAS would do depends on the processor.
+        """Return what each of the nodes gets of a value, shape (k, 2) [N or m/s]."""
+        rows = np.broadcast_to(np.asarray(value).reshape(-1, 2), (len(self.nodes), 2))
+        if self.own is not None:
+            return np.where(self.own, rows, 0.0)
+        if self.sides is None or self.lengths is None:
+            return rows
+        # The exact integral of linear tractions with linear displacements along each side, one metre thick.
+        third, sixth = self.lengths[:, None] / 3.0, self.lengths[:, None] / 6.0
+        first, second = rows[self.sides[:, 0]], rows[self.sides[:, 1]]
         given = np.zeros((len(self.nodes), 2))
-        for row in range(len(rows)):
-            given += self.weights[:, row, None] * rows[row]
+        np.add.at(given, self.sides[:, 0], third * first + sixth * second)
+        np.add.at(given, self.sides[:, 1], third * second + sixth * first)
         return given
 
 
@@ -74,6 +83,10 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
         members.setdefault(int(leader[node]), []).append(int(node))
     rows = np.full((len(members), 4), -1, dtype=np.int64)
     for row, nodes in zip(rows, members.values(), strict=True):
+        if len(nodes) not in (2, 4):
+            raise ValueError(
+                f"boundaries: periodic edges join the nodes {nodes}; expected two, or four at a corner of the domain"
+            )
         row[: len(nodes)] = nodes
     return rows
 
@@ -89,51 +102,42 @@ def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
     return np.stack([one, two], axis=1)
 
 
-def edge_inputs(mesh: Mesh, boundaries: Mapping[str, Boundary], forced: Sequence[int]) -> list[EdgeInput]:
-    """Return the inputs of a grid: tractions, velocities, forces on nodes."""
+def edge_inputs(
+    mesh: Mesh,
+    boundaries: Mapping[str, Boundary],
+    forced: Sequence[int],
+    held: Mapping[str, tuple[IntArray, npt.NDArray[np.bool_]]],
+) -> list[EdgeInput]:
+    """Return the inputs of a grid: tractions, velocities, forces on nodes; `held` as `held_edges` gives it."""
     found = []
     for name, boundary in boundaries.items():
-        if isinstance(boundary, (Traction, PrescribedVelocity)):
-            nodes = mesh.edge_nodes(name)
-            single = boundary.along == "edge"
-            shape = (2,) if single else (len(nodes), 2)
-            axes = ("direction",) if single else (f"{name}_node", "direction")
-            moves = isinstance(boundary, PrescribedVelocity)
-            what = f"velocity of the {name} edge" if moves else f"force per area on the {name} edge"
-            each = "" if single else ", for each of its nodes in the order of x, then y"
-            variable = Variable(
-                f"{name}_{'velocity' if moves else 'traction'}", "input", "m/s" if moves else "Pa", shape,
-                f"{what}, along x and y{each}", start=0.0, axes=axes,
-            )  # fmt: skip
-            weights = None if moves else _traction_weights(mesh, name, nodes, single)
-            found.append(EdgeInput(variable, nodes, weights, moves))
+        if isinstance(boundary, Traction):
+            sides = np.searchsorted(np.sort(mesh.edge_nodes(name)), mesh.edges[name])
+            sides = np.argsort(mesh.edge_nodes(name), kind="stable")[sides]
+            lengths = np.array([_length(mesh, first, second) for first, second in mesh.edges[name].tolist()])
+            variable = _edge_variable(mesh, name, boundary, "traction", "Pa", "force per area on")
+            found.append(EdgeInput(variable, mesh.edge_nodes(name), sides=sides, lengths=lengths))
+        elif isinstance(boundary, PrescribedVelocity):
+            nodes, own = held[name]
+            variable = _edge_variable(mesh, name, boundary, "velocity", "m/s", "velocity of")
+            found.append(EdgeInput(variable, nodes, velocity=True, own=own))
     if len(forced):
         text = "force on each of the `forced_nodes`, along x and y"
         variable = Variable("force", "input", "N", (len(forced), 2), text, start=0.0, axes=("forced_node", "direction"))
-        found.append(EdgeInput(variable, np.array(forced, dtype=np.int64), None, False))
+        found.append(EdgeInput(variable, np.array(forced, dtype=np.int64)))
     return found
 
 
-def _traction_weights(mesh: Mesh, name: str, nodes: IntArray, single: bool) -> FloatArray:
-    """Return the nodal forces of tractions, linear along each side, shape (k, 1 or k) [m2, of a slab one metre thick]."""
-    place = {int(node): index for index, node in enumerate(nodes)}
-    weights = np.zeros((len(nodes), len(nodes)))
-    for first, second in mesh.edges[name].tolist():
-        i, j = place[first], place[second]
-        length = _length(mesh, first, second)
-        # The exact integral of linear tractions with linear displacements along the side.
-        weights[i, i] += length / 3.0
-        weights[j, j] += length / 3.0
-        weights[i, j] += length / 6.0
-        weights[j, i] += length / 6.0
-    if not single:
-        return weights
-    whole = np.zeros((len(nodes), 1))
-    for first, second in mesh.edges[name].tolist():
-        half = 0.5 * _length(mesh, first, second)
-        whole[place[first], 0] += half
-        whole[place[second], 0] += half
-    return whole
+def _edge_variable(
+    mesh: Mesh, name: str, boundary: Traction | PrescribedVelocity, quantity: str, unit: str, what: str
+) -> Variable:
+    """Return the declaration of an edge's input: one vector, or one for each node."""
+    text = f"{what} the {name} edge, along x and y"
+    if boundary.along == "edge":
+        return Variable(f"{name}_{quantity}", "input", unit, (2,), text, start=0.0, axes=("direction",))
+    shape = (len(mesh.edge_nodes(name)), 2)
+    text += ", for each of its nodes in the order of x, then y"
+    return Variable(f"{name}_{quantity}", "input", unit, shape, text, start=0.0, axes=(f"{name}_node", "direction"))
 
 
 def _length(mesh: Mesh, first: int, second: int) -> float:
@@ -155,6 +159,18 @@ def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dic
             for node in mesh.edge_nodes(name).tolist():
                 for component in _components(mesh, name, boundary):
                     found.setdefault(node, {})[component] = name
+    return found
+
+
+def held_edges(
+    mesh: Mesh, boundaries: Mapping[str, Boundary], prescribed: Mapping[int, Mapping[int, str]]
+) -> dict[str, tuple[IntArray, npt.NDArray[np.bool_]]]:
+    """Return of edges that prescribe velocities the nodes, shape (k,), and which components they prescribe, shape (k, 2)."""
+    found = {}
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
+            nodes = mesh.edge_nodes(name)
+            found[name] = nodes, np.array([[prescribed[node].get(k) == name for k in (0, 1)] for node in nodes.tolist()])
     return found
 
 
@@ -258,10 +274,25 @@ def join_rows(rows: FloatArray, places: IntArray, joined: IntArray) -> FloatArra
         joined: see `joined_nodes`.
     """
     total = rows.copy()
-    for group in joined:
-        members = places[group[group >= 0]]
-        added = rows[members[0]] + rows[members[1]]
-        if len(members) == 4:
-            added = added + (rows[members[2]] + rows[members[3]])
-        total[members] = added
+    at_corner = joined[:, 3] >= 0
+    pairs, corners = places[joined[~at_corner, :2]], places[joined[at_corner]]
+    total[pairs] = (rows[pairs[:, 0]] + rows[pairs[:, 1]])[:, None]
+    total[corners] = ((rows[corners[:, 0]] + rows[corners[:, 1]]) + (rows[corners[:, 2]] + rows[corners[:, 3]]))[:, None]
     return total
+
+
+def leading_rows(
+    prescribed: Mapping[int, Mapping[int, str]], places: IntArray, joined: IntArray, count: int
+) -> npt.NDArray[np.int64]:
+    """Return whose prescribed velocity each special node has, by component, shape (count, 2): a row of `places`.
+
+    Of joined nodes that of the first with one; otherwise its own.
+    """
+    leaders = np.repeat(np.arange(count)[:, None], 2, axis=1)
+    for group in joined:
+        members = group[group >= 0]
+        for component in (0, 1):
+            own = [node for node in members.tolist() if component in prescribed.get(node, {})]
+            if own:
+                leaders[places[members], component] = places[own[0]]
+    return leaders

@@ -11,8 +11,6 @@ from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
 from . import conditions
 from .assembly import Assembly
-from .conditions import EdgeInput
-from .mesh import IntArray
 
 
 def make_drive(assembly: Assembly, held: Mapping[str, Held]) -> tuple[list[CompiledProfile], FloatArray]:
@@ -28,37 +26,13 @@ def make_drive(assembly: Assembly, held: Mapping[str, Held]) -> tuple[list[Compi
     for one, value in zip(assembly.inputs, values, strict=True):
         profile = isinstance(value, CompiledProfile)
         signal += profile
-        row, places = signal if profile else 0, assembly.places[one.nodes]
-        given = one.act(value.pattern if profile else value)
-        if one.velocity:
-            _prescribe(velocities[row], assembly, one, places, given)
-        else:
-            forces[row, places] += given
+        target, row = velocities if one.velocity else forces, signal if profile else 0
+        target[row, assembly.places[one.nodes]] += one.act(value.pattern if profile else value)
     flags = assembly.conditions.prescribed > 0
     for row in range(len(forces)):
-        shared = conditions.join_rows(forces[row], assembly.places, assembly.joined)
-        forces[row] = np.where(flags, _share_velocities(velocities[row], assembly), shared)
+        led = np.take_along_axis(velocities[row], assembly.leaders, axis=0)
+        forces[row] = np.where(flags, led, conditions.join_rows(forces[row], assembly.places, assembly.joined))
     return profiles, forces
-
-
-def _prescribe(target: FloatArray, assembly: Assembly, one: EdgeInput, places: IntArray, given: FloatArray) -> None:
-    """Write velocities where this edge is the one that prescribes them."""
-    edge = one.variable.name.removesuffix("_velocity")
-    for component in (0, 1):
-        own = [assembly.prescribed.get(node, {}).get(component) == edge for node in one.nodes.tolist()]
-        target[places[own], component] = given[own, component]
-
-
-def _share_velocities(velocities: FloatArray, assembly: Assembly) -> FloatArray:
-    """Return velocities with those of joined nodes set to the one that is prescribed for the first of them."""
-    shared = velocities.copy()
-    for group in assembly.joined:
-        members = group[group >= 0]
-        for component in (0, 1):
-            own = [node for node in members.tolist() if component in assembly.prescribed.get(node, {})]
-            if own:
-                shared[assembly.places[members], component] = velocities[assembly.places[own[0]], component]
-    return shared
 
 
 def signal_factors(profiles: list[CompiledProfile], tick: int, ticks: int) -> FloatArray:

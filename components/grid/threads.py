@@ -43,10 +43,10 @@ def advance(
         second = submit(kernels.advance_part, grid, state, corner, 1, *inputs)
         first = -1
         try:
-            first = kernels.advance_part(grid, state, corner, 0, *inputs)
+            first = int(kernels.advance_part(grid, state, corner, 0, *inputs))
         finally:
             # Also where Ctrl-C comes in between: nobody may write to a state that is being restored.
-            other = second.result()
+            other = int(second.result())
         first = first if first >= 0 else other
         if first >= 0:
             failure_out[0], failure_out[1] = first, tick + row + 1

@@ -3,8 +3,8 @@
 q <= Y + H e + a p, p the pressure (positive in compression), a the friction; the flow dilates: the plastic volume strain is b
 times the equivalent plastic strain e, b the dilatancy. A trial stress outside goes back by
 e' = (q - Y - H e - a p) / (3 mu + K a b + H), q -> q - 3 mu e', p -> p + K b e'; where that would pass the tip of the cone, to
-the tip p = -(Y + H e) / a. With b = 0 the return is Wilkins' radial one. The usual sqrt(J2) + alpha I1 = k has
-alpha = a / (3 sqrt 3), k = Y / sqrt 3.
+the tip p = -(Y + H e) / a, and e grows by q / 3 mu and by the plastic volume strain. With b = 0 the return is Wilkins' radial
+one. The usual sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
 Source: D. C. Drucker, W. Prager, Q. Appl. Math. 10 (1952) 157; the return as in E. A. de Souza Neto, D. Peric, D. R. J. Owen,
 Computational Methods for Plasticity (2008), section 8.3.
 """
@@ -64,6 +64,6 @@ def return_to_cone(equivalent, pressure, strength, bulk, shear, hardening, frict
     left = equivalent - 3.0 * shear * strain
     if left >= 0.0:
         return strain, left, pressure + bulk * dilatancy * strain
-    # Past the tip: what deviator there is goes, and the pressure returns to the tip.
-    strain = equivalent / (3.0 * shear)
+    # Past the tip: what deviator there is goes, and the pressure returns to the tip. What opens there counts as plastic too.
+    strain = equivalent / (3.0 * shear) + (-strength / friction - pressure) / bulk
     return strain, 0.0, -(strength + hardening * strain) / friction

@@ -21,7 +21,7 @@ def report_failure(command: str, failure: BaseException) -> int:
 
         traceback.print_exception(failure)
     lines = [printable(line) for line in message.split("\n")]
-    print(f"granular-env {command}: " + "\n".join(lines), file=sys.stderr)
+    print(f"{f'granular-env {command}'.rstrip()}: " + "\n".join(lines), file=sys.stderr)
     discard_output()
     return status
 

@@ -59,7 +59,7 @@ class DriveShape:
         wished[:, : len(part)] = between.transpose(0, 2, 1)
         return wished if self.rate is None else _limit_rate(wished, self.rate)
 
-    def pull(self, point: FloatArray, slopes: FloatArray) -> FloatArray:
+    def pullback(self, point: FloatArray, slopes: FloatArray) -> FloatArray:
         """Return the slopes of a number with respect to the point, shape (size,), from those with respect to its drive.
 
         Args:

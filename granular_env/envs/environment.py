@@ -353,9 +353,6 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     def _inputs(self, action: npt.ArrayLike) -> dict[str, Any]:
         """Return the inputs that an action stands for: numbers, and arrays in the shapes of their variables."""
         numbers = self._validate_action(action).tolist()
-        for entry, number in zip(self._entries, numbers, strict=True):
-            if not math.isfinite(number):
-                raise ParameterError(f"action: got {number} for {entry}, expected a number from -1 to 1")
         clipped = [-1.0 if number < -1.0 else 1.0 if number > 1.0 else float(number) for number in numbers]
         inputs: dict[str, Any] = {}
         for one in self._driven:
@@ -370,13 +367,19 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         return inputs
 
     def _validate_action(self, action: npt.ArrayLike) -> npt.NDArray[Any]:
+        """Return the action's numbers, finite."""
         count = len(self._entries)
         try:
             given = np.asarray(action)
         except ValueError as error:  # rows of unlike length
             raise ParameterError(f"action: got {shortened(action)}, expected {count} numbers") from error
-        if given.shape != (count,) or given.dtype.kind not in "fiu":
+        if given.shape != (count,):
+            raise ParameterError(f"action: got shape {given.shape}, expected shape {(count,)}: {shortened(action)}")
+        if given.dtype.kind not in "fiu":
             raise ParameterError(f"action: got {shortened(action)}, expected {count} numbers from -1 to 1")
+        for entry, number in zip(self._entries, given.tolist(), strict=True):
+            if not math.isfinite(number):
+                raise ParameterError(f"action: got {number} for {entry}, expected a number from -1 to 1")
         return given
 
     def _see(self) -> dict[str, Any]:

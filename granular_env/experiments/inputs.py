@@ -144,7 +144,7 @@ class CsvTable(ProfileTable):
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
         keys = self.model_dump(exclude={"profile", "path", "pattern"})
-        return Profile.from_csv(folder / self.path, unit=unit, **keys)
+        return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
 
 
 class PiecewiseTable(ProfileTable):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -137,9 +136,7 @@ class Computer:
             told = f"{type(error).__name__}: {error}"
         if order.log == "failed":
             self._log_again(order)
-        return Result(
-            order.hash, "failed", (float("nan"),) * len(self._job.measures), told.replace(f"{self._inputs}{os.sep}", "")
-        )
+        return Result(order.hash, "failed", (float("nan"),) * len(self._job.measures), told)
 
     def log_path(self, order: Order) -> Path:
         """Where a task's log is."""

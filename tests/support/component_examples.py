@@ -449,7 +449,73 @@ AUTOMATA = [
     _failing_automata("yielding", 0.01, response={"name": "plastic_degrading", "yield_stress": 1e7, "hardening": 5e9}),
 ]
 
-EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA]
+COUPLED = [
+    Example(
+        "coupled-lockstep",
+        "coupled",
+        {
+            "grid": {
+                "mesh": {"name": "rectangle", "columns": 4, "rows": 3, "cell_size": 1.0},
+                "material": MEDIUM,
+                "boundaries": {"left": {"name": "velocity", "components": "x"}, "bottom": "absorbing"},
+                "forced_nodes": [[4.0, 3.0]],
+            },
+            "automata": {
+                "shape": {"name": "rectangle", "width": 3.0, "height": 3.0},
+                "diameter": 1.0,
+                "packing": "square",
+                "material": {"density": 2.0, "young": 3.0, "poisson": 0.1},
+                "right": "platen",
+                "top": "traction",
+                "loaded": [5],
+            },
+            "origin": [4.0, 0.0],
+            "step_size": 0.05,
+        },
+        {"grid_velocity": {7: (1e-3, -2e-3)}, "automata_velocity": {6: (1e-3, 1e-3)}, "automata_rotation": {6: 1e-4}},
+        {
+            "grid_left_velocity": np.array([1e-3, 0.0]),
+            "automata_right_speed": -1e-3,
+            "automata_top_traction": np.array([1e-3, -5e-4]),
+            "grid_force": np.array([[0.0, 1e-3]]),
+        },
+        lambda h: {
+            **_signals(grid_left_velocity=np.array([1e-3, 0.0]), automata_force=np.array([[1e-3, 2e-3]]))(h),
+            "automata_right_speed": Profile.half_sine(-1e-3, 60 * h),
+        },
+        energy_tolerance=_FINITE_STRAINS,
+        breaks=({}, {}, {"automata_right_speed": -10.0}),
+    ),
+    Example(
+        "coupled-micro-steps",
+        "coupled",
+        {
+            "grid": {
+                "mesh": {"name": "rectangle", "columns": 4, "rows": 3, "cell_size": 1.0},
+                "material": MEDIUM,
+                "boundaries": {"bottom": "traction"},
+            },
+            "automata": {
+                "shape": {"name": "rectangle", "width": 4.0, "height": 4 * 0.5 * 0.5 * 3.0**0.5},
+                "diameter": 0.5,
+                "packing": "hexagonal",
+                "material": MEDIUM,
+                "top": "velocity",
+            },
+            "origin": [0.0, 3.0],
+            "scheme": "momentum",
+            "step_size": 0.2,
+        },
+        {"grid_velocity": {7: (1e-3, -2e-3)}, "grid_displacement": {12: (1e-3, 0.0)}},
+        {"grid_bottom_traction": np.array([1e-3, -5e-4]), "automata_top_velocity": np.array([1e-3, -1e-3])},
+        _signals(grid_bottom_traction=np.array([1e-3, 0.0]), automata_top_velocity=np.array([0.0, 1e-3])),
+        # Multiple steps keep an energy that differs from the true one by some percent of the motion at the interface.
+        energy_tolerance=0.05,
+        breaks=({}, {}, {"automata_top_velocity": -10.0}),
+    ),
+]
+
+EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED]
 
 
 def of_component(name: str) -> list[Example]:

@@ -117,6 +117,31 @@ def yielding_grid(component: ge.Component) -> None:
     component.step(6e-3, above_velocity=[-0.3, 1.0])
 
 
+AUTOMATA = {"diameter": 0.01, "material": {"density": 2500.0, "young": 5e10, "poisson": 0.25}}
+AUTOMATA_PULLED = {
+    **AUTOMATA, "packing": "square", "shape": {"name": "polygon", "corners": [[0, 0], [0.03, 0], [0.03, 0.03], [0, 0.04]]},
+    "bottom": "symmetry", "loaded": [9, 12],
+}  # fmt: skip
+AUTOMATA_CRUSHED = {
+    **AUTOMATA, "shape": {"name": "rectangle", "width": 0.03, "height": 4 * 0.01 * 0.5 * 3.0**0.5}, "bottom": "fixed",
+    "top": "velocity", "response": {"name": "plastic_degrading", "yield_stress": 2e7, "hardening": 5e9},
+    "strength_scatter": 0.2, "criterion": {"name": "drucker_prager", "compressive": 4e7, "tensile": 1e7},
+}  # fmt: skip
+
+
+def pulled_automata(component: ge.Component) -> None:
+    """Linked automata in a polygon, pulled by a profile, then by numbers."""
+    component.reset(rotation={7: 0.01}, angular_velocity={3: 20.0})
+    component.step(2e-5, force=ge.Profile.half_sine(1e5, 1.5e-5) * [[0.0, 1.0], [-0.5, 0.3]])
+    component.step(2e-5, force=[[3e4, 0.0], [0.0, -1e4]])
+
+
+def crushed_automata(component: ge.Component) -> None:
+    """Automata that are crushed and sheared until they yield, break and rub, and are pulled apart again."""
+    component.step(3e-5, top_velocity=[3.0, -4.0])
+    component.step(3e-5, top_velocity=[-2.0, 5.0])
+
+
 def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
     return lambda: ge.make(name, **parameters)
 
@@ -192,6 +217,8 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     ),
     "grid-edges": (make("grid", **GRID_EDGES), driven_grid, 8e-5),
     "grid-yielding": (make("grid", **GRID_YIELDING), yielding_grid, 6e-3),
+    "automata-linked": (make("automata", **AUTOMATA_PULLED), pulled_automata, 1e-5),
+    "automata-cracking": (make("automata", **AUTOMATA_CRUSHED), crushed_automata, 1e-5),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")

@@ -1,8 +1,9 @@
 """The backward sweep: the transpose of each drift and kick, in reverse order, at the displacements that the tape kept.
 
-`bar` is the adjoint of the table: row by row and column by column the derivative of the objective. In its rows of scratch lie,
-while a stage is undone, for each grain c = kick w v_bar (the derivative by the force on it) and the sum of c times that force
-(w times the derivative by w, the inverse mass), for each contact its force and g = dF/dd F_bar (the derivative by its overlap).
+`adjoint` is the adjoint of the table: row by row and column by column the derivative of the objective. In its rows of scratch
+lie, while a stage is reversed, for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the force on it) and the
+sum of c times that force (INVERSE_MASS_SUM, w times the derivative by the inverse mass w), for each contact its force (FORCE)
+and g = dF/dd times the derivative by that (OVERLAP_ADJOINT, the derivative by its overlap).
 """
 
 from __future__ import annotations
@@ -35,124 +36,127 @@ from ..layout import (
     U,
     V,
 )
-from .dissipation import undo_dissipation
+from .dissipation import reverse_dissipation
 
-PUSH, FORCE, SLOPE, WORTH = OLD_VELOCITY, MIN_IMPULSE, IMPULSE_PER_SPEED, LEFT_DRIVE
+FORCE_ADJOINT, FORCE, OVERLAP_ADJOINT, INVERSE_MASS_SUM = OLD_VELOCITY, MIN_IMPULSE, IMPULSE_PER_SPEED, LEFT_DRIVE
 _ONE = np.uint64(1)
 
 
 @jit
-def _undo_drift(a, bar, kick, drift):
-    """Add drift u_bar to v_bar, and the effect on the adjoint of the force on each grain, in the kick before."""
+def _reverse_drift(a, adjoint, kick, drift):
+    """Add drift u_adjoint to v_adjoint, and the effect on the adjoint of the force on each grain, in the kick before."""
     for i in range(np.uint64(1), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        v = bar[V, i] + drift * bar[U, i]
-        bar[V, i] = v
-        bar[PUSH, i] = (kick * a[INVERSE_MASS, i]) * v
+        v = adjoint[V, i] + drift * adjoint[U, i]
+        adjoint[V, i] = v
+        adjoint[FORCE_ADJOINT, i] = (kick * a[INVERSE_MASS, i]) * v
 
 
 @jit
-def _undo_forces(a, bar, row):
+def _reverse_forces(a, adjoint, row):
     """From the forces on the grains to the contacts: constants, overlap."""
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        f_bar = bar[PUSH, j + _ONE] - bar[PUSH, j]
+        force_adjoint = adjoint[FORCE_ADJOINT, j + _ONE] - adjoint[FORCE_ADJOINT, j]
         d = kernels.pressed(a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j])
         force, by_overlap, by_stiffness = law.force_slopes(a, j, d)
-        g = by_overlap * f_bar
-        bar[SLOPE, j] = g
-        bar[FORCE, j] = force
-        bar[REST_OVERLAP, j] += g
-        bar[STIFFNESS, j] += by_stiffness * f_bar
+        g = by_overlap * force_adjoint
+        adjoint[OVERLAP_ADJOINT, j] = g
+        adjoint[FORCE, j] = force
+        adjoint[REST_OVERLAP, j] += g
+        adjoint[STIFFNESS, j] += by_stiffness * force_adjoint
 
 
 @jit
-def _undo_overlaps(a, bar):
+def _reverse_overlaps(a, adjoint):
     for i in range(np.uint64(1), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
-        bar[U, i] += bar[SLOPE, i] - bar[SLOPE, i - _ONE]
-        bar[WORTH, i] += bar[PUSH, i] * (bar[FORCE, i - _ONE] - bar[FORCE, i])
+        adjoint[U, i] += adjoint[OVERLAP_ADJOINT, i] - adjoint[OVERLAP_ADJOINT, i - _ONE]
+        adjoint[INVERSE_MASS_SUM, i] += adjoint[FORCE_ADJOINT, i] * (adjoint[FORCE, i - _ONE] - adjoint[FORCE, i])
 
 
 @jit
-def _undo_ends(a, bar, e, input_bar):
+def _reverse_ends(a, adjoint, e, input_adjoint):
     """Replace the forces of the missing contacts at free ends by the forces on those ends."""
     n = int(a[SCALARS, GRAINS])
     if a[SCALARS, LEFT_KIND] == FREE:
-        bar[FORCE, 0] = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, 1, e)
-        input_bar[0] += bar[PUSH, 1]
-        bar[SCALARS, LEFT_STATIC] += bar[PUSH, 1]
+        adjoint[FORCE, 0] = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, 1, e)
+        input_adjoint[0] += adjoint[FORCE_ADJOINT, 1]
+        adjoint[SCALARS, LEFT_STATIC] += adjoint[FORCE_ADJOINT, 1]
     if a[SCALARS, RIGHT_KIND] == FREE:
-        bar[FORCE, n] = a[SCALARS, RIGHT_STATIC] - kernels.value(a, RIGHT_DRIVE, 1, e)
-        input_bar[1] += bar[PUSH, n]
-        bar[SCALARS, RIGHT_STATIC] -= bar[PUSH, n]
+        adjoint[FORCE, n] = a[SCALARS, RIGHT_STATIC] - kernels.value(a, RIGHT_DRIVE, 1, e)
+        input_adjoint[1] += adjoint[FORCE_ADJOINT, n]
+        adjoint[SCALARS, RIGHT_STATIC] -= adjoint[FORCE_ADJOINT, n]
 
 
 @jit
-def _undo_gravity(a, bar, kick):
+def _reverse_gravity(a, adjoint, kick):
     low = 2 if a[SCALARS, LEFT_KIND] == PISTON else 1
     high = int(a[SCALARS, GRAINS]) + (0 if a[SCALARS, RIGHT_KIND] == PISTON else 1)
     total = 0.0
     for i in range(low, high):
-        total += bar[V, i]
-    bar[SCALARS, GRAVITY] += kick * total
+        total += adjoint[V, i]
+    adjoint[SCALARS, GRAVITY] += kick * total
 
 
 @jit
-def _take_pistons(a, bar, bases, input_bar, e):
+def _reverse_pistons(a, adjoint, bases, input_adjoint, e):
     """Prescribed grains, a part e of a step after the tick: their place is the base and the input's integral."""
     h = a[SCALARS, STEP]
     if a[SCALARS, LEFT_KIND] == PISTON:
-        bases[0] += bar[U, 1]
-        input_bar[0] += h * e * bar[U, 1]
-        bar[U, 1] = 0.0
+        bases[0] += adjoint[U, 1]
+        input_adjoint[0] += h * e * adjoint[U, 1]
+        adjoint[U, 1] = 0.0
     if a[SCALARS, RIGHT_KIND] == PISTON:
         n = int(a[SCALARS, GRAINS])
-        bases[1] += bar[U, n]
-        input_bar[1] += h * e * bar[U, n]
-        bar[U, n] = 0.0
+        bases[1] += adjoint[U, n]
+        input_adjoint[1] += h * e * adjoint[U, n]
+        adjoint[U, n] = 0.0
 
 
 @jit
-def take_piston_speeds(a, bar, input_bar):
+def reverse_piston_speeds(a, adjoint, input_adjoint):
     """Prescribed grains' velocities are the inputs."""
     if a[SCALARS, LEFT_KIND] == PISTON:
-        input_bar[0] += bar[V, 1]
-        bar[V, 1] = 0.0
+        input_adjoint[0] += adjoint[V, 1]
+        adjoint[V, 1] = 0.0
     if a[SCALARS, RIGHT_KIND] == PISTON:
         n = int(a[SCALARS, GRAINS])
-        input_bar[1] += bar[V, n]
-        bar[V, n] = 0.0
+        input_adjoint[1] += adjoint[V, n]
+        adjoint[V, n] = 0.0
 
 
 @jit
-def undo(a, bar, left, right, ticks, row, drifts, kicks, passed, input_bar, bases):
-    """Undo the control step whose tape ends before `row`: bar goes from its end to its begin; input_bar grows by its share."""
+def reverse_step(a, adjoint, left, right, ticks, row, drifts, kicks, passed, input_adjoint, bases):
+    """Reverse the control step whose tape ends before `row`: `adjoint` goes from its end to its begin.
+
+    What the inputs of that step have contributed is added to `input_adjoint`.
+    """
     n, stages, h = int(a[SCALARS, GRAINS]), len(kicks), a[SCALARS, STEP]
     a[LEFT_DRIVE, 0], a[RIGHT_DRIVE, 0] = left, right
     for _ in range(ticks):
         bases[0], bases[1] = 0.0, 0.0
-        take_piston_speeds(a, bar, input_bar)
-        _take_pistons(a, bar, bases, input_bar, passed[stages - 1] + drifts[stages])
+        reverse_piston_speeds(a, adjoint, input_adjoint)
+        _reverse_pistons(a, adjoint, bases, input_adjoint, passed[stages - 1] + drifts[stages])
         for back in range(stages):
             s = stages - 1 - back
             e = drifts[0] if s == 0 else passed[s - 1] + drifts[s]
             row -= 1
-            _undo_drift(a, bar, kicks[s] * h, drifts[s + 1] * h)
+            _reverse_drift(a, adjoint, kicks[s] * h, drifts[s + 1] * h)
             if DISSIPATES and s == stages // 2:
                 # The speeds of pistons meanwhile are the inputs, and before and after it they do not matter.
-                bar[V, 1] = 0.0 if a[SCALARS, LEFT_KIND] == PISTON else bar[V, 1]
-                bar[V, n] = 0.0 if a[SCALARS, RIGHT_KIND] == PISTON else bar[V, n]
+                adjoint[V, 1] = 0.0 if a[SCALARS, LEFT_KIND] == PISTON else adjoint[V, 1]
+                adjoint[V, n] = 0.0 if a[SCALARS, RIGHT_KIND] == PISTON else adjoint[V, n]
                 row -= 1
-                undo_dissipation(a, bar, row, row + 1, h)
-                take_piston_speeds(a, bar, input_bar)
+                reverse_dissipation(a, adjoint, row, row + 1, h)
+                reverse_piston_speeds(a, adjoint, input_adjoint)
             else:
-                _undo_forces(a, bar, row)
-                _undo_ends(a, bar, passed[s], input_bar)
+                _reverse_forces(a, adjoint, row)
+                _reverse_ends(a, adjoint, passed[s], input_adjoint)
                 if a[SCALARS, GRAVITY] != 0.0:
-                    _undo_gravity(a, bar, kicks[s] * h)
-                _undo_overlaps(a, bar)
-            _take_pistons(a, bar, bases, input_bar, e)
-        _undo_drift(a, bar, 0.0, drifts[0] * h)
+                    _reverse_gravity(a, adjoint, kicks[s] * h)
+                _reverse_overlaps(a, adjoint)
+            _reverse_pistons(a, adjoint, bases, input_adjoint, e)
+        _reverse_drift(a, adjoint, 0.0, drifts[0] * h)
         if a[SCALARS, LEFT_KIND] == PISTON:
-            bar[U, 1], bar[V, 1] = bases[0], 0.0
+            adjoint[U, 1], adjoint[V, 1] = bases[0], 0.0
         if a[SCALARS, RIGHT_KIND] == PISTON:
-            bar[U, n], bar[V, n] = bases[1], 0.0
+            adjoint[U, n], adjoint[V, n] = bases[1], 0.0
     return row

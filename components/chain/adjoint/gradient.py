@@ -126,18 +126,18 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
     a = chain.detached_table(interval * step_rows)
     sums, saved = _run(chain, a, inputs, ticks, objective, interval)
     value, slopes = value_and_slopes(objective, sums)
-    bar, input_bars = np.zeros(chain.table.shape), np.zeros_like(inputs)
-    pull, kept = _address_of(objective.pull, law, loops.PULL, "objective.pull")
+    adjoint, input_adjoints = np.zeros(chain.table.shape), np.zeros_like(inputs)
+    pullback, kept = _address_of(objective.pullback, law, loops.PULLBACK, "objective.pullback")
     step, ended = specialise(loops.backward, law)(
-        a, bar, pull, inputs, ticks, objective.constants, slopes, saved, interval,
-        composition.drifts, composition.kicks, composition.passed, input_bars, np.zeros(2),
+        a, adjoint, pullback, inputs, ticks, objective.constants, slopes, saved, interval,
+        composition.drifts, composition.kicks, composition.passed, input_adjoints, np.zeros(2),
     )  # fmt: skip
     del kept  # only now may its machine code go
     if ended != loops.DONE:
-        _explain_derivative(bar, step, steps, ended)
-    _keep_to_inputs(chain, input_bars)
+        _explain_derivative(adjoint, step, steps, ended)
+    _keep_to_inputs(chain, input_adjoints)
     grains = slice(1, chain.parameters.grains + 1)
-    return Adjoints(value, input_bars, bar, bar[U, grains].copy(), bar[V, grains].copy())
+    return Adjoints(value, input_adjoints, adjoint, adjoint[U, grains].copy(), adjoint[V, grains].copy())
 
 
 def checkpoint_interval(steps: int, step_rows: int) -> int:
@@ -188,9 +188,9 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
 
 
 def check_functions(objective: Objective, law: type[Law]) -> None:
-    """Compile an objective's note and pull for a contact law; `ParameterError` where one does not compile."""
+    """Compile an objective's note and pullback for a contact law; `ParameterError` where one does not compile."""
     _address_of(objective.note, law, loops.NOTE, "objective.note")
-    _address_of(objective.pull, law, loops.PULL, "objective.pull")
+    _address_of(objective.pullback, law, loops.PULLBACK, "objective.pullback")
 
 
 def has_gradient(law: type[Law]) -> bool:
@@ -255,17 +255,18 @@ def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
             columns[:, side] = 0.0
 
 
-def _explain_derivative(bar: FloatArray, step: int, steps: int, ended: int) -> None:
-    name, row = ("U", U) if not np.isfinite(bar[U]).all() else ("V", V)
-    column = int(np.argmin(np.isfinite(bar[row])))
-    if ended == loops.PULL_FAILED:
+def _explain_derivative(adjoint: FloatArray, step: int, steps: int, ended: int) -> None:
+    name, row = ("U", U) if not np.isfinite(adjoint[U]).all() else ("V", V)
+    column = int(np.argmin(np.isfinite(adjoint[row])))
+    value, when = adjoint[row, column], f"control step {step} of {steps}"
+    if ended == loops.PULLBACK_FAILED:
         raise ParameterError(
-            f"objective.pull: bar[{name}, {column}] became {bar[row, column]} at control step {step} of {steps}; mend the "
-            "derivative, or check its constants"
+            f"objective.pullback: adjoint[{name}, {column}] became {value} at {when}; mend the derivative, or check its "
+            "constants"
         )
     raise ParameterError(
-        f"objective: its derivative by {name}[{column}] became {bar[row, column]} in control step {step} of {steps}, on the "
-        "way back; the run is too long or too chaotic for a gradient, so shorten it"
+        f"objective: its derivative by {name}[{column}] became {value} in {when}, on the way back; the run is too long or too "
+        "chaotic for a gradient, so shorten it"
     )
 
 

@@ -20,19 +20,19 @@ from ..layout import (
     U,
     V,
 )
-from .backward import WORTH, undo
+from .backward import INVERSE_MASS_SUM, reverse_step
 from .tape import record, rows_per_tick
 
 NOTE = "void(float64[:, ::1], int64, int64, float64[::1], float64[::1], float64[::1])"
 VALUE = "float64(float64[::1], float64[::1], float64[::1])"
-PULL = (
+PULLBACK = (
     "void(float64[:, ::1], float64[:, ::1], int64, int64, float64[::1], float64[::1], float64[::1], float64[::1])"
 )  # fmt: skip
 
-_advance, _note, _pull = caller(SIGNATURE), caller(NOTE), caller(PULL)
+_advance, _note, _pullback = caller(SIGNATURE), caller(NOTE), caller(PULLBACK)
 
 # How a run ends, beside the control step in which it does.
-DONE, STEP_FAILED, NOTE_FAILED, PULL_FAILED, UNDO_FAILED = range(5)
+DONE, STEP_FAILED, NOTE_FAILED, PULLBACK_FAILED, REVERSE_FAILED = range(5)
 _LARGEST = np.finfo(np.float64).max
 
 
@@ -52,11 +52,11 @@ def _finite(values):
 
 
 @jit
-def _unsound(bar):
+def _unsound(adjoint):
     """Whether a derivative by the state is infinite or not a number."""
     found = False
-    for i in range(np.uint64(bar.shape[1])):
-        found |= not (abs(bar[U, i]) <= _LARGEST and abs(bar[V, i]) <= _LARGEST)
+    for i in range(np.uint64(adjoint.shape[1])):
+        found |= not (abs(adjoint[U, i]) <= _LARGEST and abs(adjoint[V, i]) <= _LARGEST)
     return found
 
 
@@ -78,9 +78,9 @@ def forward(a, advance, note, drive, no_pieces, tick, ticks, constants, sums, sa
 
 @jit
 def backward(
-    a, bar, pull, drive, ticks, constants, slopes, saved, interval, drifts, kicks, passed, input_bars, bases
+    a, adjoint, pullback, drive, ticks, constants, slopes, saved, interval, drifts, kicks, passed, input_adjoints, bases
 ):  # fmt: skip
-    """From the last checkpoint to the first: record an interval on the tape, then undo it; (control step, how it ended).
+    """From the last checkpoint to the first: record an interval on the tape, then reverse it; (control step, how it ended).
 
     The tape lies in `a` behind the chain's own rows: for each control step that of the integrator, then the state at its end.
     """
@@ -102,24 +102,24 @@ def backward(
             row -= 2
             for i in range(columns):
                 a[U, i], a[V, i] = a[row, i], a[row + 1, i]
-            inputs, input_bar = drive[step], input_bars[step]
-            _pull(pull, (a, bar, step, steps, inputs, input_bar, constants, slopes))
-            if _unsound(bar):
-                return step, PULL_FAILED
-            undo(a, bar, drive[step, 0], drive[step, 1], ticks, row, drifts, kicks, passed, input_bar, bases)
+            inputs, input_adjoint = drive[step], input_adjoints[step]
+            _pullback(pullback, (a, adjoint, step, steps, inputs, input_adjoint, constants, slopes))
+            if _unsound(adjoint):
+                return step, PULLBACK_FAILED
+            reverse_step(a, adjoint, drive[step, 0], drive[step, 1], ticks, row, drifts, kicks, passed, input_adjoint, bases)
             row -= step_rows
-            if _unsound(bar):
-                return step, UNDO_FAILED
-    _settle(a, bar)
+            if _unsound(adjoint):
+                return step, REVERSE_FAILED
+    _finish_sums(a, adjoint)
     return steps, DONE
 
 
 @jit
-def _settle(a, bar):
+def _finish_sums(a, adjoint):
     """Finish the sums that ran in other units, and leave no scratch behind."""
     for i in range(1, int(a[SCALARS, GRAINS]) + 1):
         if a[INVERSE_MASS, i] > 0.0:
-            bar[INVERSE_MASS, i] += bar[WORTH, i] / a[INVERSE_MASS, i]
+            adjoint[INVERSE_MASS, i] += adjoint[INVERSE_MASS_SUM, i] / a[INVERSE_MASS, i]
     for row in range(LEFT_DRIVE, DISSIPATED + 1):
         for i in range(a.shape[1]):
-            bar[row, i] = 0.0
+            adjoint[row, i] = 0.0

@@ -21,7 +21,7 @@ from ..layout import GRAVITY, INVERSE_MASS, LAW_CONSTANTS, LEFT_STATIC, MASS, RE
 from .gradient import Adjoints
 
 
-def parameter_gradient(chain: Chain, bars: Adjoints, name: str) -> float | FloatArray:
+def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | FloatArray:
     """Return the derivative by the drive, shape (steps, 2), a start value, shape (n,), or a parameter, in its own shape.
 
     Raises:
@@ -29,18 +29,18 @@ def parameter_gradient(chain: Chain, bars: Adjoints, name: str) -> float | Float
     """
     if name not in KNOWN:
         raise ParameterError(f"with_respect_to: {name!r} has no gradient; {nearest(name, KNOWN)}")
-    return KNOWN[name](chain, bars)
+    return KNOWN[name](chain, adjoints)
 
 
 class _Built:
     """Derivatives by what `geometry` computes: masses, stiffnesses and static forces, each with all that follows from it."""
 
-    def __init__(self, chain: Chain, bars: Adjoints) -> None:
+    def __init__(self, chain: Chain, adjoints: Adjoints) -> None:
         p, g, n = chain.parameters, chain.geometry, chain.parameters.grains
         self.real = g.contact_slice
         real = np.zeros(n + 1, dtype=bool)
         real[g.contact_slice] = True
-        rest = np.where(real, bars.table[REST_OVERLAP, : n + 1], 0.0)
+        rest = np.where(real, adjoints.table[REST_OVERLAP, : n + 1], 0.0)
         # The overlap at rest is (F / k)^(1 / p).
         overlap = np.zeros(n + 1)
         places = g.contact_slice
@@ -51,15 +51,15 @@ class _Built:
         by_stiffness[pressed] = -overlap[pressed] / (p.law.exponent * g.stiffness[pressed])
         self.unpressed = real & ~pressed
         self.static = rest * by_force
-        self.static[0] += bars.table[SCALARS, LEFT_STATIC]
-        self.static[n] += bars.table[SCALARS, RIGHT_STATIC]
-        self.stiffness = np.where(real, bars.table[STIFFNESS, : n + 1], 0.0) + rest * by_stiffness
+        self.static[0] += adjoints.table[SCALARS, LEFT_STATIC]
+        self.static[n] += adjoints.table[SCALARS, RIGHT_STATIC]
+        self.stiffness = np.where(real, adjoints.table[STIFFNESS, : n + 1], 0.0) + rest * by_stiffness
         self.gap = -rest
         inner = slice(1, n + 1)
-        self.mass = bars.table[MASS, inner] - bars.table[INVERSE_MASS, inner] / (g.mass * g.mass)
+        self.mass = adjoints.table[MASS, inner] - adjoints.table[INVERSE_MASS, inner] / (g.mass * g.mass)
         # A piston moves as it is told, whatever its mass.
         self.moved = chain.table[INVERSE_MASS, inner] > 0.0
-        self.weight = _weight_bar(chain, self.static) if _hangs(chain) else np.zeros(n)
+        self.weight = _weight_adjoint(chain, self.static) if _hangs(chain) else np.zeros(n)
         self.mass = np.where(self.moved, self.mass + p.gravity * self.weight, 0.0)
 
 
@@ -68,7 +68,7 @@ def _hangs(chain: Chain) -> bool:
     return chain.parameters.gravity != 0.0 and not np.any(np.asarray(chain.parameters.gap) > 0.0)
 
 
-def _weight_bar(chain: Chain, static: FloatArray) -> FloatArray:
+def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
     """By the weight of each grain, which the contacts on one side of it carry (`equilibrium.static_forces`)."""
     p = chain.parameters
     carried = np.cumsum(static[::-1])[::-1][1:]
@@ -86,20 +86,20 @@ def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
         )
 
 
-def _drive(chain: Chain, bars: Adjoints) -> FloatArray:
-    return bars.inputs
+def _drive(chain: Chain, adjoints: Adjoints) -> FloatArray:
+    return adjoints.inputs
 
 
-def _velocity(chain: Chain, bars: Adjoints) -> FloatArray:
-    return bars.velocity
+def _velocity(chain: Chain, adjoints: Adjoints) -> FloatArray:
+    return adjoints.velocity
 
 
-def _displacement(chain: Chain, bars: Adjoints) -> FloatArray:
-    return bars.displacement
+def _displacement(chain: Chain, adjoints: Adjoints) -> FloatArray:
+    return adjoints.displacement
 
 
-def _radius(chain: Chain, bars: Adjoints) -> float | FloatArray:
-    p, g, n, built = chain.parameters, chain.geometry, chain.parameters.grains, _Built(chain, bars)
+def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    p, g, n, built = chain.parameters, chain.geometry, chain.parameters.grains, _Built(chain, adjoints)
     if _hangs(chain):
         _refuse_unpressed(chain, built, "radius")
     gradient = np.where(natural_mass(chain), 3.0 * g.mass / g.radius * built.mass, 0.0)
@@ -126,52 +126,52 @@ def natural_mass(chain: Chain) -> npt.NDArray[np.bool_]:
     return natural
 
 
-def _mass(chain: Chain, bars: Adjoints) -> float | FloatArray:
-    built = _Built(chain, bars)
+def _mass(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    built = _Built(chain, adjoints)
     if _hangs(chain):
         _refuse_unpressed(chain, built, "mass")
     return float(built.mass.sum()) if isinstance(chain.parameters.mass, float) else built.mass
 
 
-def _contact_stiffness(chain: Chain, bars: Adjoints) -> float | FloatArray:
-    p, g, built = chain.parameters, chain.geometry, _Built(chain, bars)
+def _contact_stiffness(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    p, g, built = chain.parameters, chain.geometry, _Built(chain, adjoints)
     if isinstance(p.contact_stiffness, float):
         # Walls' contacts are multiples of it.
         return float((built.stiffness * g.stiffness)[g.contact_slice].sum()) / p.contact_stiffness
     return built.stiffness
 
 
-def _precompression(chain: Chain, bars: Adjoints) -> float:
-    built = _Built(chain, bars)
+def _precompression(chain: Chain, adjoints: Adjoints) -> float:
+    built = _Built(chain, adjoints)
     _refuse_unpressed(chain, built, "precompression")
     return float(built.static.sum())
 
 
-def _gap(chain: Chain, bars: Adjoints) -> float | FloatArray:
-    built = _Built(chain, bars)
+def _gap(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    built = _Built(chain, adjoints)
     return built.gap if isinstance(chain.parameters.gap, list) else float(built.gap[built.real].sum())
 
 
-def _gravity(chain: Chain, bars: Adjoints) -> float:
-    built = _Built(chain, bars)
+def _gravity(chain: Chain, adjoints: Adjoints) -> float:
+    built = _Built(chain, adjoints)
     if chain.parameters.gravity == 0.0:
         raise ParameterError("with_respect_to: 'gravity' has a gradient only where there is gravity; give the chain some")
     if _hangs(chain):
         _refuse_unpressed(chain, built, "gravity")
     weighed = chain.table[MASS, 1 : chain.parameters.grains + 1]
-    return float(bars.table[SCALARS, GRAVITY] + (weighed * built.weight).sum())
+    return float(adjoints.table[SCALARS, GRAVITY] + (weighed * built.weight).sum())
 
 
-def _dissipation(chain: Chain, bars: Adjoints) -> float | FloatArray:
+def _dissipation(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
     law = chain.parameters.law
     if not isinstance(law, Dissipative):
         known = " or ".join(name for name, one in LAWS.items() if issubclass(one, Dissipative))
         raise ParameterError(f"with_respect_to: law {law.name!r} has no dissipation; use law {known}")
     real = chain.geometry.contact_slice
     if not isinstance(law.dissipation, list):
-        return float(bars.table[LAW_CONSTANTS, real].sum())
+        return float(adjoints.table[LAW_CONSTANTS, real].sum())
     gradient = np.zeros(chain.parameters.contact_places)
-    gradient[real] = bars.table[LAW_CONSTANTS, real]
+    gradient[real] = adjoints.table[LAW_CONSTANTS, real]
     return gradient
 
 

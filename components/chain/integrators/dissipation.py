@@ -63,9 +63,9 @@ def _prepare_contact(a, j, d, closed):
     """Prepare contact j with overlap d, closed for a time `closed` of the step."""
     d = kernels.pressed(d)
     time = closed * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
-    pull = law.coefficient(a, j, d) * time
-    half = 0.5 * pull * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
-    a[IMPULSE_PER_SPEED, j] = pull * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
+    damping = law.coefficient(a, j, d) * time
+    half = 0.5 * damping * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])
+    a[IMPULSE_PER_SPEED, j] = damping * (1.0 + half) / (1.0 + 2.0 * half * (1.0 + half))
     a[MIN_IMPULSE, j] = -law.force(a, j, d) * time
 
 

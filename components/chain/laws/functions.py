@@ -3,7 +3,7 @@
 A law's file defines the functions of these names that the law needs; j is a contact, d its overlap where it is pressed and 0
 where it is open, `a` the chain's table (`layout.py`). The law's constants of contact j are a[STIFFNESS, j] and the columns that
 `Law.contact_constants` gives, a[LAW_CONSTANTS, j], a[LAW_CONSTANTS + 1, j] and so on; its history lies in the last rows before
-DISSIPATED. `x_pullback(a, bar, j, d, slope)` adds slope times the derivative of x by each of these constants to `bar`.
+DISSIPATED. `x_pullback(a, adjoint, j, d, slope)` adds slope times the derivative of x by each of these constants to `adjoint`.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ def force_slopes(a, j, d):
     return _refuse()
 
 
-def energy_pullback(a, bar, j, d, slope):
-    """Add slope dE/dc to bar for each constant c of contact j."""
+def energy_pullback(a, adjoint, j, d, slope):
+    """Add slope dE/dc to adjoint for each constant c of contact j."""
     return _refuse()
 
 
@@ -61,8 +61,8 @@ def coefficient(a, j, d):
     return _refuse()
 
 
-def coefficient_pullback(a, bar, j, d, slope):
-    """Add slope times the coefficient's derivative by each constant of contact j to bar; return slope times that by d."""
+def coefficient_pullback(a, adjoint, j, d, slope):
+    """Add slope times the coefficient's derivative by each constant of contact j to adjoint; return slope times that by d."""
     return _refuse()
 
 
@@ -81,8 +81,8 @@ def energy_root(a, j, d, rest):
     return _refuse()
 
 
-def energy_root_pullback(a, bar, j, d, rest, slope):
-    """Add slope times its derivative by each constant of contact j to bar; return those by d and by `rest`, times slope."""
+def energy_root_pullback(a, adjoint, j, d, rest, slope):
+    """Add slope times its derivative by each constant of contact j to adjoint; return those by d and by `rest`, times slope."""
     return _refuse()
 
 

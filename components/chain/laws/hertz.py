@@ -58,9 +58,9 @@ def force_slopes(a, j, d):
 
 
 @inlined
-def energy_pullback(a, bar, j, d, slope):
+def energy_pullback(a, adjoint, j, d, slope):
     """Add slope dE/dk."""
-    bar[STIFFNESS, j] += (0.4 * (d * d * sqrt(d))) * slope
+    adjoint[STIFFNESS, j] += (0.4 * (d * d * sqrt(d))) * slope
 
 
 @inlined
@@ -83,14 +83,14 @@ def energy_root(a, j, d, rest):
 
 
 @inlined
-def energy_root_pullback(a, bar, j, d, rest, slope):
+def energy_root_pullback(a, adjoint, j, d, rest, slope):
     """Add slope times the derivative by k; return those by d and by the overlap at rest."""
     s, s0 = _roots(d, rest)
     quotient = _quotient(s, s0)
     if quotient <= 0.0 or a[STIFFNESS, j] <= 0.0:
         return 0.0, 0.0
     root = sqrt(a[STIFFNESS, j] / quotient)
-    bar[STIFFNESS, j] += slope * 0.5 * root * quotient * (s - s0) / a[STIFFNESS, j]
+    adjoint[STIFFNESS, j] += slope * 0.5 * root * quotient * (s - s0) / a[STIFFNESS, j]
     along = slope * 0.5 * root * (s * s + s * s0 + s0 * s0) if s > 0.0 else 0.0
     # A longer overlap at rest makes the whole overlap longer, and is what the energy counts from.
     return along, -slope * 0.75 * root * s0 * (s + s0)

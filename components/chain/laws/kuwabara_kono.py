@@ -49,8 +49,8 @@ def coefficient(a, j, d):
 
 
 @inlined
-def coefficient_pullback(a, bar, j, d, slope):
+def coefficient_pullback(a, adjoint, j, d, slope):
     """Add slope sqrt(d) to the derivative by gamma; return slope gamma / (2 sqrt(d))."""
     root = sqrt(d)
-    bar[LAW_CONSTANTS, j] += slope * root
+    adjoint[LAW_CONSTANTS, j] += slope * root
     return 0.5 * a[LAW_CONSTANTS, j] / root * slope if d > 0.0 else 0.0

@@ -60,9 +60,9 @@ def force_slopes(a, j, d):
 
 
 @inlined
-def energy_pullback(a, bar, j, d, slope):
+def energy_pullback(a, adjoint, j, d, slope):
     """Add slope dE/dk."""
-    bar[STIFFNESS, j] += 0.5 * (d * d) * slope
+    adjoint[STIFFNESS, j] += 0.5 * (d * d) * slope
 
 
 @inlined
@@ -72,7 +72,7 @@ def coefficient(a, j, d):
 
 
 @inlined
-def coefficient_pullback(a, bar, j, d, slope):
+def coefficient_pullback(a, adjoint, j, d, slope):
     """Add slope to the derivative by c; the overlap does not matter."""
-    bar[LAW_CONSTANTS, j] += slope
+    adjoint[LAW_CONSTANTS, j] += slope
     return 0.0

@@ -63,7 +63,7 @@ def force_slopes(a, j, d):
 
 
 @inlined
-def energy_pullback(a, bar, j, d, slope):
+def energy_pullback(a, adjoint, j, d, slope):
     """Add slope dE/dk."""
     p = a[SCALARS, EXPONENT]
-    bar[STIFFNESS, j] += (d * _open_power(d, p)) / (p + 1.0) * slope
+    adjoint[STIFFNESS, j] += (d * _open_power(d, p)) / (p + 1.0) * slope

@@ -47,7 +47,7 @@ def coefficient(a, j, d):
 
 
 @inlined
-def coefficient_pullback(a, bar, j, d, slope):
+def coefficient_pullback(a, adjoint, j, d, slope):
     """Add slope to the derivative by c; the overlap does not matter."""
-    bar[LAW_CONSTANTS, j] += slope
+    adjoint[LAW_CONSTANTS, j] += slope
     return 0.0

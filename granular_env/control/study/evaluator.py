@@ -130,10 +130,10 @@ class BudgetedEvaluator:
         if self.remaining_steps < cost:
             raise BudgetSpentError
         try:
-            value, bars = self.problem.value_and_grad(self.shape.actions(point[None])[0], self.seeds)
+            value, adjoints = self.problem.value_and_grad(self.shape.actions(point[None])[0], self.seeds)
         except StepError:
-            value, bars = _BROKEN, np.zeros((self.shape.steps, self.shape.entries))
-        slopes = self.shape.pull(point, bars)
+            value, adjoints = _BROKEN, np.zeros((self.shape.steps, self.shape.entries))
+        slopes = self.shape.pullback(point, adjoints)
         refuse_unless_finite("objective", value, self.track)
         refuse_unless_finite("largest slope of the objective", float(np.abs(slopes).max()), self.track)
         self.track.add(SLOPES, point, value, cost, slopes)

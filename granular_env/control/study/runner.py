@@ -7,8 +7,7 @@ import dataclasses
 import math
 import os
 import shutil
-import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from time import perf_counter
 
@@ -18,16 +17,14 @@ from granular_env.components.errors import (
     ExperimentError,
     Fault,
     GranularError,
-    GranularWarning,
     Option,
     ParameterError,
-    caution,
     nearest,
 )
 from granular_env.documents import Overrides, to_toml
 from granular_env.output_files import file_name, write_files
 from granular_env.progress import Progress
-from granular_env.run_loop import Interrupt
+from granular_env.run_loop import Interrupt, collect_warnings
 from granular_env.viewing.optional_packages import import_optional
 
 from ..drive import DriveShape
@@ -86,7 +83,7 @@ def run_study(
     problem, shape = prepare(study, problem)
     _claim(where, study, overwrite)
     trials, interrupted = [], False
-    with _collect_warnings() as warned, contextlib.ExitStack() as stack:
+    with collect_warnings() as warned, contextlib.ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
         told = stack.enter_context(telling(study, len(methods) * len(study.seeds), progress))
         for method in methods:
@@ -111,20 +108,6 @@ def chosen_methods(study: Study, only: Iterable[str]) -> list[MethodTable]:
                 Fault(("only",), f"got {name!r}, which is no method of it", hint=nearest(name, labels), source=study.origin)
             )
     return [method for method in study.method if not wanted or method.label in wanted]
-
-
-@contextlib.contextmanager
-def _collect_warnings() -> Iterator[list[str]]:
-    """Collect this package's warnings, each sentence once, however many episodes it comes from; warn when the block ends."""
-    told: list[str] = []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("default", GranularWarning)
-        try:
-            yield told
-        finally:
-            told += dict.fromkeys(str(one.message) for one in caught if issubclass(one.category, GranularWarning))
-    for sentence in told:
-        caution(sentence)
 
 
 def _raise_failures(result: StudyResult) -> None:

@@ -43,9 +43,9 @@ def value_and_grad(
             settings["goal"] = np.array([info[name] for name in names])
         inputs = np.zeros((steps, 2))
         inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
-        bars = value_and_adjoint(env.component, inputs, env.internal_steps, _objective(env, steps, settings))
-        value += bars.value / len(seeds)
-        slopes[:late] += env.actuator.scales * bars.inputs[actuator.delay :, actuator.sides] / len(seeds)
+        adjoints = value_and_adjoint(env.component, inputs, env.internal_steps, _objective(env, steps, settings))
+        value += adjoints.value / len(seeds)
+        slopes[:late] += env.actuator.scales * adjoints.inputs[actuator.delay :, actuator.sides] / len(seeds)
     return value, slopes
 
 

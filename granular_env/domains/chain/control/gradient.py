@@ -34,7 +34,7 @@ def value_and_grad(
 
     The run starts from the chain's present state, and the chain stays as it is. The derivatives are those of the discrete run,
     rounding apart; the internal step is held. They exist for the integrators pefrl and leapfrog and the laws hertz, power,
-    viscous and kuwabara_kono.
+    viscous, kuwabara_kono and linear.
 
     Args:
         objective: an `Objective`, or a task, whose own smooth objective is taken.
@@ -58,8 +58,8 @@ def value_and_grad(
         raise ParameterError(f"with_respect_to: got {shortened(with_respect_to)}, expected names, such as ('drive', 'radius')")
     names = (with_respect_to,) if isinstance(with_respect_to, str) else tuple(with_respect_to)
     held = validate_drive(chain, drive)
-    bars = value_and_adjoint(chain, held, ticks, objective_of(objective, chain, len(held)))
-    return bars.value, {name: np.array(parameter_gradient(chain, bars, name)) for name in names}
+    adjoints = value_and_adjoint(chain, held, ticks, objective_of(objective, chain, len(held)))
+    return adjoints.value, {name: np.array(parameter_gradient(chain, adjoints, name)) for name in names}
 
 
 def objective_of(objective: Objective | Judged, chain: Chain, steps: int) -> Objective:

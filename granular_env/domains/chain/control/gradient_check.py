@@ -1,4 +1,4 @@
-"""Whether an objective's `pull` is the derivative of its `note`, and the slopes that of its `value`: entry by entry."""
+"""Whether an objective's `pullback` is the derivative of its `note`, and the slopes that of its `value`: entry by entry."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
         objective,
         note=chain.specialise(objective.note),
         value=current(objective.value),
-        pull=chain.specialise(objective.pull),
+        pullback=chain.specialise(objective.pullback),
     )
     rng = np.random.default_rng(_SEED)
     a, inputs = _state(chain, rng), rng.normal(size=2)
@@ -56,7 +56,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     for step in looked_at:
         _refuse_peaks(objective, a, step, steps, inputs)
     for step in looked_at:
-        worst = max(worst, _check_pull(objective, a, step, steps, inputs, rng.normal(size=objective.count), tolerance))
+        worst = max(worst, _check_pullback(objective, a, step, steps, inputs, rng.normal(size=objective.count), tolerance))
     return worst
 
 
@@ -108,13 +108,13 @@ def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> fl
     )  # fmt: skip
 
 
-def _check_pull(
+def _check_pullback(
     objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray, slopes: FloatArray, tolerance: float
 ) -> float:
-    bar, input_bar, before = np.zeros_like(a), np.zeros(2), a.copy()
-    objective.pull(a, bar, step, steps, inputs, input_bar, objective.constants, slopes)
+    adjoint, input_adjoint, before = np.zeros_like(a), np.zeros(2), a.copy()
+    objective.pullback(a, adjoint, step, steps, inputs, input_adjoint, objective.constants, slopes)
     if not np.array_equal(a, before):
-        raise ParameterError("objective.pull: it changes `a`, expected it to add to `bar` and `input_bar` only")
+        raise ParameterError("objective.pullback: it changes `a`, expected it to add to `adjoint` and `input_adjoint` only")
 
     def feature() -> FloatArray:
         return np.array(slopes @ _feature_sums(objective, a, step, steps, inputs))
@@ -123,20 +123,20 @@ def _check_pull(
     for name, row in _ROWS.items():
         scale = float(np.abs(a[row]).max()) or 1.0
         for column in range(int(a[layout.SCALARS, layout.GRAINS]) + 2):
-            names.append(f"bar[{name}, {column}]")
-            given.append(bar[row, column])
+            names.append(f"adjoint[{name}, {column}]")
+            given.append(adjoint[row, column])
             quotients.append(float(_quotient(feature, a, (row, column), _STEP * scale)))
             scales.append(scale)
     for side in range(2):
-        names.append(f"input_bar[{side}]")
-        given.append(input_bar[side])
+        names.append(f"input_adjoint[{side}]")
+        given.append(input_adjoint[side])
         quotients.append(float(_quotient(feature, inputs, (side,), _STEP)))
         scales.append(1.0)
     found, wanted, weights = np.array(given), np.array(quotients), np.array(scales)
     sizes = np.maximum(np.abs(found), np.abs(wanted)) * weights
     return _largest_error(
         np.abs(found - wanted) * weights, sizes, abs(float(feature())), tolerance,
-        lambda k: f"objective.pull: {names[k]} is {found[k]:.9g} at step {step}, differences of note give {wanted[k]:.9g}",
+        lambda k: f"objective.pullback: {names[k]} is {found[k]:.9g} at step {step}, differences of note give {wanted[k]:.9g}",
     )  # fmt: skip
 
 

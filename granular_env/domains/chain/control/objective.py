@@ -20,15 +20,15 @@ One's own objective is three jitted functions. The kinetic energy of grain 5, av
         return sums[0]
 
     @jit
-    def pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
-        bar[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
-        bar[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
+    def pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+        adjoint[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
+        adjoint[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
 
-    J = Objective(note, value, pull)
+    J = Objective(note, value, pullback)
     check_objective(J, chain)
 
 `components.chain.quantities` has ready-made quantities with their pullbacks;
-`gradient_check.check_objective` finds a wrong `pull`.
+`gradient_check.check_objective` finds a wrong `pullback`.
 The derivatives go through displacements, velocities, inputs and the table's constants, and nothing else: not through PEAK.
 """
 
@@ -200,7 +200,7 @@ def total(chain: Chain, *terms: Term) -> Objective:
     constants = np.array([_row(chain, part) for part in parts])
     said = " + ".join(term.description for term in terms)
     return Objective(
-        _note, _value, _pull, constants.reshape(-1), len(parts), description=said, grains=chain.parameters.grains,
+        _note, _value, _pullback, constants.reshape(-1), len(parts), description=said, grains=chain.parameters.grains,
         fewest_steps=max(_fewest_steps(begin, end) for *_, begin, end, _ in parts),
     )  # fmt: skip
 
@@ -258,22 +258,22 @@ def _quantity(a, inputs, constants, base):
 
 
 @jit
-def _pull_quantity(a, bar, input_bar, constants, base, slope):
+def _quantity_pullback(a, adjoint, input_adjoint, constants, base, slope):
     code, first, last = int(constants[base]), int(constants[base + _FIRST]), int(constants[base + _LAST])
     if code == _VELOCITY:
-        bar[V, first + 1] += slope
+        adjoint[V, first + 1] += slope
     elif code == _DISPLACEMENT:
-        bar[U, first + 1] += slope
+        adjoint[U, first + 1] += slope
     elif code == _CONTACT_FORCE:
-        quantities.contact_force_pullback(a, bar, first, slope)
+        quantities.contact_force_pullback(a, adjoint, first, slope)
     elif code == _KINETIC:
-        quantities.kinetic_energy_pullback(a, bar, first, last, slope)
+        quantities.kinetic_energy_pullback(a, adjoint, first, last, slope)
     elif code == _ENERGY:
-        quantities.energy_pullback(a, bar, first, last, slope)
+        quantities.energy_pullback(a, adjoint, first, last, slope)
     elif code == _MOMENTUM:
-        quantities.momentum_pullback(a, bar, first, last, slope)
+        quantities.momentum_pullback(a, adjoint, first, last, slope)
     else:
-        input_bar[first] += slope
+        input_adjoint[first] += slope
 
 
 @jit
@@ -305,7 +305,7 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     for k in range(len(slopes)):
         base = k * _TERM
         begin, end = _window(constants, base, steps)
@@ -316,4 +316,4 @@ def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
                 slope = slopes[k] * quantities.peak_feature_pullback(q, target, int(constants[base + _POWER]))
             elif kind == _SQUARED:
                 slope *= 2.0 * (_quantity(a, inputs, constants, base) - target)
-            _pull_quantity(a, bar, input_bar, constants, base, slope)
+            _quantity_pullback(a, adjoint, input_adjoint, constants, base, slope)

@@ -188,7 +188,7 @@ class ChainEnv(ComponentEnv):
         memory, total, over, late = self._memory, 0.0, False, False
         if not memory[RUNNING]:
             raise ParameterError("step: the episode is over or has not begun; call reset() first")
-        self._action[:] = self._action_numbers(action)
+        self._action[:] = self._validate_action(action)
         for _ in range(self.hold):
             try:
                 reward, over, late = self._control_step()
@@ -277,22 +277,6 @@ class ChainEnv(ComponentEnv):
             self.on_new_chain()
 
     # -- details ----------------------------------------------------------------------------------------------------
-
-    def _action_numbers(self, action: npt.ArrayLike) -> FloatArray:
-        """Return the action's numbers, finite."""
-        names = self.actuator.names
-        try:
-            given = np.asarray(action)
-        except ValueError as error:  # rows of unlike length
-            raise ParameterError(f"action: got {shortened(action)}, expected {len(names)} numbers") from error
-        if given.shape != (len(names),):
-            raise ParameterError(f"action: got shape {given.shape}, expected shape {(len(names),)}: {shortened(action)}")
-        if given.dtype.kind not in "fiu":
-            raise ParameterError(f"action: got {shortened(action)}, expected {len(names)} numbers from -1 to 1")
-        for name, number in zip(names, given.tolist(), strict=True):
-            if not math.isfinite(number):
-                raise ParameterError(f"action: got {number} for {name}, expected a number from -1 to 1")
-        return given
 
     def _start(self, task: Any, options: Mapping[str, Any]) -> dict[str, Any]:
         start, given = self.randomization.add_impacts(task.start(self.np_random), self.np_random), dict(options)

@@ -48,9 +48,9 @@ def _note(a, step, steps, inputs, constants, sums):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
-        energy_between_pullback(a, bar, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
+        energy_between_pullback(a, adjoint, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
 
 
 class AbsorptionTask(DrivenEndTask):
@@ -84,7 +84,7 @@ class AbsorptionTask(DrivenEndTask):
         """Energy of the grains after the last control step over that which is in the chain now (1 J where there is none)."""
         incoming = float(chain.specialise(energy_between)(chain.table, 1, chain.parameters.grains))
         text = "energy left in the chain at the end over that at the start"
-        return Objective(_note, sum_value, _pull, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
+        return Objective(_note, sum_value, _pullback, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """See `make_absorption`; "theory" needs the default sensors."""

@@ -71,11 +71,11 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
         n = int(a[SCALARS, GRAINS])
-        energy_between_pullback(a, bar, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
-        energy_between_pullback(a, bar, 1, n, slopes[1] / constants[_ENERGY])
+        energy_between_pullback(a, adjoint, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
+        energy_between_pullback(a, adjoint, 1, n, slopes[1] / constants[_ENERGY])
 
 
 class EnergyDeliveryTask(DrivenEndTask):
@@ -107,7 +107,7 @@ class EnergyDeliveryTask(DrivenEndTask):
         this is 1 less the return. What a piston's own grain has is not counted.
         """
         text = "squared relative error of the energy delivered, and the price of the energy in the chain"
-        return Objective(_note, _value, _pull, self.constants, count=2, description=text)
+        return Objective(_note, _value, _pullback, self.constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """One solitary wave, which is just in the region at the deadline; and the best known drive."""

@@ -90,17 +90,17 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     n, (force, tangent) = int(a[SCALARS, GRAINS]), _elastic_force(a)
     if force <= 0.0:
         return
     part, ratio = 0.5 if step == steps - 1 else 1.0, force / constants[_PEAK_SCALE]
     slope = slopes[0] * part * constants[_DURATION] / constants[_IMPULSE]
     slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _power(ratio, constants) / force
-    bar[U, n] += slope * tangent
-    bar[U, n + 1] -= slope * tangent
-    bar[REST_OVERLAP, n] += slope * tangent
-    bar[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
+    adjoint[U, n] += slope * tangent
+    adjoint[U, n + 1] -= slope * tangent
+    adjoint[REST_OVERLAP, n] += slope * tangent
+    adjoint[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
 
 
 def _impulse_of(duration: float) -> Callable[[Chain], float]:
@@ -157,7 +157,7 @@ class ProtectionTask(DrivenEndTask):
         hertz_chain(self.name, chain)
         text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
         constants = np.concatenate([self.constants, sharpness])
-        return Objective(_note, _value, _pull, constants, count=2, description=text)
+        return Objective(_note, _value, _pullback, constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return a ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""

@@ -62,12 +62,12 @@ def _note(a, step, steps, inputs, constants, sums):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     weight = _weight(step, steps, constants)
     if weight > 0.0:
         waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        distance_pullback(a, bar, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
+        distance_pullback(a, adjoint, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
 
 
 class PulseFormingTask(DrivenEndTask):
@@ -116,7 +116,7 @@ class PulseFormingTask(DrivenEndTask):
         text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
         constants = self.constants.copy()
         constants[_WAY] = way
-        return Objective(_note, sum_value, _pull, constants, description=text)
+        return Objective(_note, sum_value, _pullback, constants, description=text)
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
         """Return that of the wanted waves on their way."""

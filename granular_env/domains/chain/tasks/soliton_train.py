@@ -75,11 +75,11 @@ def _note(a, step, steps, inputs, constants, sums):
 
 
 @jit
-def _pull(a, bar, step, steps, inputs, input_bar, constants, slopes):
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
         waves, goal = int(constants[_WAVES]), constants[_SHAPES:]
         energy = _energy(goal, waves, constants[_ENERGY])
-        distance_pullback(a, bar, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
+        distance_pullback(a, adjoint, goal[COLUMNS * waves :], goal, waves, 0.0, slopes[0] / energy)
 
 
 class SolitonTrainTask(DrivenEndTask):
@@ -177,7 +177,7 @@ class SolitonTrainTask(DrivenEndTask):
         """
         demanded = self.goal(np.random.default_rng(0)) if goal is None else goal
         text = "square of the distance to the demanded waves at the end, in the energy norm, over their energy"
-        return Objective(_note, sum_value, _pull, np.concatenate([self.head, demanded, self.shapes]), description=text)
+        return Objective(_note, sum_value, _pullback, np.concatenate([self.head, demanded, self.shapes]), description=text)
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
         """Return that of the demanded waves on their way."""

@@ -82,16 +82,16 @@ def distance(a, shapes, goal, waves, left):
 
 
 @jit
-def distance_pullback(a, bar, shapes, goal, waves, left, slope):
+def distance_pullback(a, adjoint, shapes, goal, waves, left, slope):
     """Bar += slope ddistance/da."""
     n, root = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS])
     for i in range(1, n + 1):
         off = a[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
-        bar[V, i] += slope * a[MASS, i] * off
-        bar[MASS, i] += slope * 0.5 * (off * off)
+        adjoint[V, i] += slope * a[MASS, i] * off
+        adjoint[MASS, i] += slope * 0.5 * (off * off)
     for j in range(1, n):
         off = energy_root(a, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
-        energy_root_pullback(a, bar, j, 2.0 * slope * off)
+        energy_root_pullback(a, adjoint, j, 2.0 * slope * off)
 
 
 @jit

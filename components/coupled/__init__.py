@@ -1,0 +1,10 @@
+"""A grid and movable cellular automata that share an interface: Psakhie et al. (2003)."""
+
+from __future__ import annotations
+
+from .component import Coupled
+from .parameters import CoupledParameters
+
+COMPILATION = ("the coupled medium", 20)
+
+__all__ = ["Coupled", "CoupledParameters"]

@@ -1,0 +1,423 @@
+"""A grid and movable cellular automata on one state, as a component."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..automata.component import Automata
+from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
+from ..automata.state import Scratch
+from ..component import Component
+from ..contract import Balance, Variable
+from ..drawables import Drawable, Links
+from ..errors import ParameterError, StepError
+from ..grid import layout
+from ..grid.component import Grid
+from ..inputs import Held
+from ..support.arrays import FloatArray
+from ..support.roots import round_down_to_125
+from . import sums
+from .advance import INVERTED, AutomataPart, GridPart, Seam, Steps, advance, update_automata_forces
+from .edges import Edges
+from .exchange import (
+    EXCHANGE_TALLY,
+    IMPULSE,
+    LITERAL,
+    SCHEMES,
+    WORK_ON_AUTOMATA,
+    WORK_ON_GRID,
+    Exchange,
+    assemble,
+    follow,
+    keep_grid_forces,
+)
+from .interface import Interface, Places, carried_mass, find_interface
+from .parameters import CoupledParameters
+
+# The part of the largest stable step that is allowed, and the part that is suggested, for the grid and for the automata.
+_ALLOWED, _SUGGESTED = 0.9, 0.8
+# The same for the grid where automata make several steps in one of it: kicks that come at a multiple of the period of a mode
+# of the automata feed that mode, the faster the larger they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep
+# the energy to 1 % up to 0.35, to 25 % at 0.44, and not at all at 0.8.
+_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.5, 0.35
+# No automaton may cross this part of its diameter in one of its steps.
+_LARGEST_MOVE = 0.1
+# Energies of the parts that are outputs, and their place in the sums.
+_PART_ENERGIES = {
+    "grid_kinetic_energy": sums.KINETIC,
+    "grid_elastic_energy": sums.ELASTIC,
+    "automata_kinetic_energy": sums.AUTOMATA_KINETIC,
+    "automata_elastic_energy": sums.AUTOMATA_ELASTIC,
+}
+# Axes that do not count nodes, cells, automata or pairs: both parts have them.
+_ENTRIES = ("direction", "entry", "component")
+
+
+class Coupled(Component):
+    """A grid and movable cellular automata that share an interface: Psakhie et al. (2003), section 2.3.
+
+    Nodes on the interface belong to both parts: m a = F with the masses and the forces of both. See `CoupledParameters`.
+    """
+
+    name = "coupled"
+    Parameters = CoupledParameters
+    parameters: CoupledParameters
+
+    # -- building ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def memory_needed(cls, parameters: CoupledParameters) -> int:
+        """Return what the parts take."""
+        return Grid.memory_needed(parameters.grid) + Automata.memory_needed(parameters.automata)
+
+    def _build(self) -> None:
+        p = self.parameters
+        self._given = {"grid": p.grid.model_dump(), "automata": p.automata.model_dump()}
+        # Built by themselves first: their frequencies bound the step, and the size of their states is known then.
+        grid, automata = Grid(**self._given["grid"]), Automata(**self._given["automata"])
+        self._choose_steps(grid.highest_frequency, automata.largest_frequency)
+        self._lay_out_state(grid, automata)
+        self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self.automata.mass)
+        self.mass: FloatArray = np.concatenate([self.grid.mass, self.automata.mass])
+        self.grid.attach(self.carried_mass)
+        self._make_parts()
+
+    def _choose_steps(self, grid_frequency: float, automata_frequency: float) -> None:
+        p = self.parameters
+        limits = 2.0 / grid_frequency, 2.0 / automata_frequency
+        self.micro_steps: int = p.micro_steps or self._micro_steps_needed(*limits)
+        together = self.micro_steps == 1 or p.scheme == "literal"
+        allowed, suggested = (_ALLOWED, _SUGGESTED) if together else (_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES)
+        suggestion = min(suggested * limits[0], _SUGGESTED * self.micro_steps * limits[1])
+        self.step_size = round_down_to_125(suggestion) if p.step_size is None else p.step_size
+        self.grid_step_part: float = self.step_size / limits[0]
+        self.automata_step_part: float = self.step_size / (self.micro_steps * limits[1])
+        largest = min(allowed * limits[0], _ALLOWED * self.micro_steps * limits[1])
+        if self.step_size > largest:
+            raise ParameterError(
+                f"step_size: got {self.step_size:g} s with micro_steps = {self.micro_steps}, expected at most {largest:.6g} s: "
+                f"{allowed:g} of the largest stable one of the grid, {limits[0]:.6g} s, and {_ALLOWED:g} of that of the "
+                f"automata in each micro-step, {limits[1]:.6g} s; leave it out, or change micro_steps"
+            )
+
+    def _micro_steps_needed(self, grid_limit: float, automata_limit: float) -> int:
+        """Return how many micro-steps of the automata a step of the grid holds; 1 where they are about as large."""
+        step = self.parameters.step_size
+        if step is not None:
+            return max(math.ceil(step / (_ALLOWED * automata_limit)), 1)
+        step = _SUGGESTED_IMPULSES * grid_limit
+        return 1 if _SUGGESTED * automata_limit >= step else math.ceil(step / (_SUGGESTED * automata_limit))
+
+    def _lay_out_state(self, grid: Grid, automata: Automata) -> None:
+        n, mesh = automata.count, grid.mesh
+        origin = np.array(self.parameters.origin)
+        places = Places(automata.packing, automata.parameters.shape, origin, automata.parameters.periodic)
+        self.interface: Interface = find_interface(
+            mesh, grid.joined, automata.packing, automata.mass, automata.parameters.shape, origin, places
+        )
+        rows = len(self.interface.nodes)
+        self._lay_out(
+            grid=("f8", (grid.memory.size,)), automata=("f8", (automata.memory.size,)), automata_force=("f8", (n, 2)),
+            automata_torque=("f8", (n,)), exchanged_forces=("f8", (2, rows, 2)), tallies=("f8", (2, TALLY_ROWS)),
+            exchange=("f8", (EXCHANGE_TALLY,)), start=("f8", (4,)),
+        )  # fmt: skip
+        micro = self.step_size / self.micro_steps
+        self.grid = Grid(**{**self._given["grid"], "step_size": self.step_size, "memory": self._block["grid"]})
+        self.automata = Automata(**{**self._given["automata"], "step_size": micro, "memory": self._block["automata"]})
+
+    def _make_parts(self) -> None:
+        n, rows, automata = self.automata.count, len(self.interface.nodes), self.automata
+        nodes = self.grid.tables()[2].nodes.astype(np.int64)
+        scratch = Scratch(np.zeros((n, 2)), np.zeros(n), self._block["automata_force"], self._block["automata_torque"])
+        self.reference: FloatArray = automata.packing.reference + np.array(self.parameters.origin)
+        forces = self._block["exchanged_forces"]
+        before, start, given = np.zeros((3, rows, 2))
+        places = np.searchsorted(nodes, self.interface.nodes)
+        exchange = Exchange(places, forces[0], forces[1], before, start, given, self._block["exchange"])
+        self._seam = Seam(self.interface, exchange)
+        self._edges = self._make_edges()
+        self._automata_part = AutomataPart(
+            automata.body, self.reference, automata.motion, scratch, self._edges, self._block["tallies"]
+        )
+        self._events, self._counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
+        limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
+        self._steps = Steps(self.step_size, self.micro_steps, SCHEMES[self.parameters.scheme], limit)
+        self._failed = np.zeros(2, dtype=np.int64)
+        self._divided: Mapping[str, Held] | None = None
+
+    def _make_edges(self) -> Edges:
+        """Return what sides and inputs do to automata that do not belong to the interface; of those that do, their rotation."""
+        boundary, free = self.automata.boundary, self.interface.free > 0
+        load, grip = boundary.load, boundary.grip
+        self._loads = np.flatnonzero(free[load.automata])
+        held = np.where(free[grip.automata], grip.held, grip.held & HOLDS_ROTATION)
+        self._refuse_free_nodes(grip)
+        ours = Grip(grip.automata, held, grip.velocity)
+        some, rows = len(self._loads), len(grip.automata)
+        bits = np.zeros(self.automata.count, dtype=np.int64)
+        bits[grip.automata] = held
+        self._acts = np.stack([bits & HOLDS_X, bits & HOLDS_Y], axis=1)[load.automata[self._loads]] == 0
+        free_load = Load(load.automata[self._loads], np.zeros((some, 2)))
+        return Edges(free_load, ours, np.zeros((some, 2)), np.zeros((rows, 5)), np.zeros((rows, 3)))
+
+    def _refuse_free_nodes(self, grip: Grip) -> None:
+        """Refuse automata of the interface that a side holds and their nodes do not."""
+        conditions = self.grid.tables()[2]
+        row_of = {int(node): row for row, node in enumerate(conditions.nodes)}
+        ends = dict(zip(self.interface.automata.tolist(), self.interface.ends.tolist(), strict=True))
+        for automaton, held in zip(grip.automata.tolist(), grip.held.tolist(), strict=True):
+            for node in ends.get(automaton, ()):
+                for k, bit in enumerate((HOLDS_X, HOLDS_Y)):
+                    if held & bit and not conditions.prescribed[row_of[node], k]:
+                        x, y = self.grid.mesh.nodes[node]
+                        raise ParameterError(
+                            f"automata: automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its side, and "
+                            f"belongs to the interface, but node {node} of the grid is free there; give the edge of the grid "
+                            "that ends there the same condition"
+                        )
+
+    # -- description ------------------------------------------------------------------------------------------------
+
+    def _declare(self) -> Iterable[Variable]:
+        for prefix, part in (("grid", self.grid), ("automata", self.automata)):
+            for variable in part.declared():
+                axes = tuple(axis if axis in _ENTRIES else f"{prefix} {axis}" for axis in variable.axes)
+                text = f"{prefix}: {variable.description}"
+                yield dataclasses.replace(variable, name=f"{prefix}_{variable.name}", description=text, axes=axes)
+        for name in _PART_ENERGIES:
+            text = f"{name.replace('_', ' ')}; of interface nodes with the mass of this part"
+            yield Variable(name, "output", "J", (), text)
+        yield Variable("interface_work_on_grid", "output", "J", (), "work of the automata on the grid since the reset")
+        yield Variable("interface_work_on_automata", "output", "J", (), "work of the grid on the automata since the reset")
+        yield Variable("interface_work_difference", "output", "J", (), "sum of both works: 0 but for rounding")
+        yield Variable("interface_impulse", "output", "N s", (2,), "impulse of the grid on the automata", axes=("direction",))
+        yield Variable("mass_difference", "output", "kg", (), "mass that moves less the masses of the cells and automata")
+        yield Variable(
+            "grid_step_part", "output", "1", (), "internal step in largest stable steps of the grid", variability="constant"
+        )
+        yield Variable(
+            "automata_step_part", "output", "1", (), "micro-step in largest stable steps of automata", variability="constant"
+        )
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        tally = self._block["exchange"]
+        found: dict[str, Callable[[], Any]] = {
+            "interface_work_on_grid": lambda: float(tally[WORK_ON_GRID]),
+            "interface_work_on_automata": lambda: float(tally[WORK_ON_AUTOMATA]),
+            "interface_work_difference": lambda: float(tally[WORK_ON_GRID] + tally[WORK_ON_AUTOMATA]),
+            "interface_impulse": lambda: tally[IMPULSE : IMPULSE + 2],
+            "mass_difference": self._mass_difference,
+            "grid_step_part": lambda: self.grid_step_part,
+            "automata_step_part": lambda: self.automata_step_part,
+        }
+        for name, entry in _PART_ENERGIES.items():
+            found[name] = lambda entry=entry: float(self._sums()[entry])
+        for prefix, part in (("grid", self.grid), ("automata", self.automata)):
+            for variable in part.declared():
+                if variable.causality == "output":
+                    found[f"{prefix}_{variable.name}"] = lambda part=part, name=variable.name: part.peek(name)
+        return found
+
+    def _mass_difference(self) -> float:
+        """Return the mass of nodes and free automata less density times area of both parts."""
+        conditions = self.grid.tables()[2]
+        free = self.automata.mass[self.interface.free > 0].sum()
+        own = self.grid.mass.copy()
+        own[conditions.nodes] = conditions.share * conditions.mass
+        parts = self.grid.mass.sum() + self.automata.mass.sum()
+        return float((own.sum() + free) - parts)
+
+    def drawables(self) -> tuple[Drawable, ...]:
+        """Return the grid, the automata and their links."""
+        shown: list[Drawable] = []
+        for prefix, part in (("grid", self.grid), ("automata", self.automata)):
+            for drawable in part.drawables():
+                names: dict[str, Any] = {
+                    key: f"{prefix}_{name}"
+                    for key in ("displacement", "colour", "rotation", "state", "field")
+                    if (name := getattr(drawable, key, ""))
+                }
+                if prefix == "automata" and not isinstance(drawable, Links):
+                    names["reference"] = self.reference
+                shown.append(dataclasses.replace(drawable, **names))
+        return tuple(shown)
+
+    # -- stepping ---------------------------------------------------------------------------------------------------
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        for prefix, part in (("grid", self.grid), ("automata", self.automata)):
+            own = {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
+            part._start(seed, own)
+        self._divided = None
+        grid, automata = self._grid_part(), self._automata_part
+        follow(self.interface, grid.state, automata.motion)
+        keep_grid_forces(self.interface, self._seam.exchange, grid.state)
+        update_automata_forces(automata, self._seam)
+        if self._in_lockstep:
+            half = 0.5 * self.step_size
+            assemble(self.interface, self._seam.exchange, grid.state, grid.conditions, half, self._steps.scheme)
+        found = self._sums()
+        self._block["start"][:] = self._energy(found), *self._momentum(found), self._angular_momentum(found)
+        return {}
+
+    @property
+    def _in_lockstep(self) -> bool:
+        return self.micro_steps == 1 or self._steps.scheme == LITERAL
+
+    def _grid_part(self) -> GridPart:
+        grid, state, conditions, corner = self.grid.tables()
+        return GridPart(grid, state, conditions, corner, self.grid.tally, self._events, self._counts)
+
+    def _advance(self, ticks: int) -> int:
+        if self._held is not self._divided:
+            self._divide_inputs()
+        if not self._automata_follow_profile:
+            self._apply_to_automata(self._tick)
+            return self._advance_with(self._tick, ticks)
+        for tick in range(self._tick, self._tick + ticks):
+            self._apply_to_automata(tick)
+            status = self._advance_with(tick, 1)
+            if status:
+                return status
+        return 0
+
+    def _divide_inputs(self) -> None:
+        """Hand each part the inputs that are its own."""
+        for prefix, part in (("grid", self.grid), ("automata", self.automata)):
+            held = {name.removeprefix(f"{prefix}_"): v for name, v in self._held.items() if name.startswith(f"{prefix}_")}
+            part._hold(held)
+        self._automata_follow_profile = self.automata.follows_profile
+        self._divided = self._held
+
+    def _apply_to_automata(self, tick: int) -> None:
+        """Fill loads and grip for the tick."""
+        boundary, edges = self.automata.boundary, self._edges
+        boundary.apply(self.automata.held_inputs, tick, 0.5)
+        edges.load.force[:] = np.where(self._acts, boundary.load.force[self._loads], 0.0)
+
+    def _advance_with(self, tick: int, ticks: int) -> int:
+        factors = self.grid.factors(tick, ticks)
+        grid = self._grid_part()
+        loads = self._interface_loads(grid.conditions)
+        if loads is not None:
+            drive = np.concatenate([grid.conditions.drive, loads[None]])
+            grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
+            factors = np.concatenate([factors, np.ones((ticks, 1))], axis=1)
+        return int(advance(grid, self._automata_part, self._seam, factors, self._steps, tick, self._failed))
+
+    def _interface_loads(self, conditions: layout.Conditions) -> FloatArray | None:
+        """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without."""
+        load, interface = self.automata.boundary.load, self.interface
+        if len(self._loads) == len(load.automata):
+            return None
+        pulled = np.zeros((self.automata.count, 2))
+        np.add.at(pulled, load.automata, load.force)
+        found = np.zeros((len(conditions.nodes), 2))
+        rows = np.repeat(self._seam.exchange.places, np.diff(interface.first))
+        np.add.at(found, rows, interface.shares[:, None] * pulled[interface.automata[interface.acting]])
+        return np.where(conditions.prescribed > 0, 0.0, found)
+
+    def _explain(self, status: int) -> StepError:
+        if status == INVERTED:
+            self.grid._failed[:] = self._failed
+            error = self.grid._explain(1)
+            return StepError(
+                f"grid_{error}", time=error.time, variable="grid_displacement", index=error.index, value=error.value, limit=0.0
+            )
+        velocity, limit = self.automata.motion.velocity, self._steps.speed_limit
+        with np.errstate(all="ignore"):
+            speed = np.sqrt((velocity * velocity).sum(axis=1))
+        index, time = int(np.argmax(~(speed <= limit))), float(self._failed[1]) * self.step_size
+        return StepError(
+            f"automata_velocity[{index}] reached {speed[index]:g} m/s at {time:.9g} s, expected at most {limit:g} m/s, "
+            f"{_LARGEST_MOVE:g} of a diameter in a micro-step; take a smaller step_size, or load the body less",
+            time=time, variable="automata_velocity", index=index, value=float(speed[index]), limit=limit,
+        )  # fmt: skip
+
+    # -- reading ----------------------------------------------------------------------------------------------------
+
+    def forces_on_nodes(self) -> FloatArray:
+        """Return the forces of cells and automata on the nodes of the grid, shape (n, 2) [N]."""
+        found, exchange = self.grid.tables()[1].force.copy(), self._seam.exchange
+        found[self.interface.nodes] = exchange.grid_force + exchange.automata_force
+        return found
+
+    def forces_on_automata(self) -> tuple[FloatArray, FloatArray]:
+        """Return the forces [N] and torques [N m] of the links on the automata, shape (n, 2) and (n,)."""
+        return self._block["automata_force"].copy(), self._block["automata_torque"].copy()
+
+    def _sums(self) -> FloatArray:
+        found = np.zeros(sums.SUMS)
+        part = self._automata_part
+        self._deform()
+        with np.errstate(all="ignore"):
+            sums.write_sums(self._grid_part(), part, self._seam, self.grid.mass, self._in_lockstep, found)
+        return found
+
+    def _deform(self) -> None:
+        """Compute the volumetric strains of the automata as they are; forces stay, they belong to the state."""
+        part, count = self._automata_part, self.automata.count
+        sums.update_dilations(part.body, part.motion, part.scratch, count)
+
+    def _leapfrog(self, found: FloatArray) -> float:
+        micro = self.step_size / self.micro_steps
+        pulled = self.step_size * self.step_size * found[sums.PULLED] + micro * micro * found[sums.AUTOMATA_PULLED]
+        return -0.125 * float(pulled)
+
+    def _stored(self, found: FloatArray) -> dict[str, float]:
+        return {
+            "kinetic_energy": float(found[sums.KINETIC] + found[sums.AUTOMATA_KINETIC]),
+            "rotational_energy": float(found[sums.ROTATIONAL]),
+            "elastic_energy": float(found[sums.ELASTIC] + found[sums.AUTOMATA_ELASTIC]),
+            "hourglass_energy": float(found[sums.HOURGLASS]),
+            "leapfrog_energy": self._leapfrog(found),
+        }
+
+    def _energy(self, found: FloatArray) -> float:
+        return sum(self._stored(found).values())
+
+    @staticmethod
+    def _momentum(found: FloatArray) -> FloatArray:
+        ours, theirs = sums.MOMENTUM, sums.AUTOMATA_MOMENTUM
+        return found[ours : ours + 2] + found[theirs : theirs + 2]
+
+    @staticmethod
+    def _angular_momentum(found: FloatArray) -> float:
+        return float(found[sums.ANGULAR_MOMENTUM] + found[sums.AUTOMATA_ANGULAR_MOMENTUM])
+
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.
+
+        Of interface nodes each part has the mass that it gave. `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass:
+        with it, the energy that lockstep conserves to rounding.
+        """
+        found, start = self._sums(), self._block["start"].copy()
+        tally, (load, grip) = self.grid.tally.copy(), self._block["tallies"].copy()
+        work = {
+            "input_work": float(tally[layout.WORK] + load[WORK]),
+            "boundary_work": float(grip[WORK]),
+        }
+        lost = {"absorbed_energy": float(tally[layout.ABSORBED])}
+        impulse = {
+            "impulse": tally[layout.IMPULSE : layout.IMPULSE + 2] + load[1:3],
+            "boundary_impulse": tally[layout.BOUNDARY_IMPULSE : layout.BOUNDARY_IMPULSE + 2] + grip[1:3],
+        }
+        mass = float(self.mass.sum())
+        balances = [
+            Balance("energy", "J", self._stored(found), work, lost, float(start[0])),
+            Balance("momentum", "kg m/s", {"momentum": self._momentum(found)}, impulse, initial=start[1:3]),
+            Balance("mass", "kg", {"mass": mass}, initial=mass),
+        ]
+        if not len(self.grid.joined) and not any(self.automata.parameters.periodic):
+            turning = {
+                "angular_impulse": float(tally[layout.ANGULAR] + load[3]),
+                "boundary_angular_impulse": float(tally[layout.BOUNDARY_ANGULAR] + grip[3]),
+            }
+            turned = {"angular_momentum": self._angular_momentum(found)}
+            balances.insert(2, Balance("angular_momentum", "kg m2/s", turned, turning, initial=float(start[3])))
+        return tuple(balances)

@@ -1,0 +1,147 @@
+"""What passes between the grid and the automata: forces, and the work and impulse of each side on the other.
+
+Of an interface node with the masses m_g and m_a and the forces F_g and F_a of the two sides, the sides exchange the impulses
+
+    J_g = m_g (v1 - v0) - time F_g,        J_a = m_a (v1 - v0) - time F_a,        J_g + J_a = 0,
+
+whose work is that times the mean velocity: it is summed for each side by itself, so that the difference measures the coupling.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..grid.mesh import IntArray
+from ..support.arrays import FloatArray
+from ..support.jit import inlined, jit
+
+# Schemes by number.
+FORCE, MOMENTUM, LITERAL = 0, 1, 2
+SCHEMES = {"force": FORCE, "momentum": MOMENTUM, "literal": LITERAL}
+# Entries of the tally: work on the grid, work on the automata, impulse on the automata along x and y.
+WORK_ON_GRID, WORK_ON_AUTOMATA, IMPULSE, EXCHANGE_TALLY = 0, 1, 2, 4
+
+
+class Exchange(NamedTuple):
+    """Forces on interface nodes, and what is noted of them.
+
+    Attributes:
+        places: row of each interface node in the conditions of the grid, shape (s,).
+        grid_force: of cells on the nodes, with joined nodes, part of the state, shape (s, 2) [N].
+        automata_force: of automata on the nodes, part of the state, shape (s, 2) [N].
+        before: scratch: velocities before a kick, shape (s, 2) [m/s].
+        start: scratch: displacements at the begin of a tick, shape (s, 2) [m].
+        given: scratch: impulse of automata on prescribed components in a tick, shape (s, 2) [N s].
+        tally: see EXCHANGE_TALLY.
+    """
+
+    places: IntArray
+    grid_force: FloatArray
+    automata_force: FloatArray
+    before: FloatArray
+    start: FloatArray
+    given: FloatArray
+    tally: FloatArray
+
+
+@jit
+def gather_forces(interface, force, out):
+    """Write the force of the automata on each interface node, W^T F, shape (s, 2) [N]."""
+    for row in range(interface.nodes.size):
+        fx = fy = 0.0
+        for place in range(interface.first[row], interface.first[row + 1]):
+            i, share = interface.automata[interface.acting[place]], interface.shares[place]
+            fx += share * force[i, 0]
+            fy += share * force[i, 1]
+        out[row, 0], out[row, 1] = fx, fy
+
+
+@inlined
+def hang(interface, nodal, hanging):
+    """Write W times what the nodes have, shape (nodes, 2), to the automata of the interface, shape (automata, 2)."""
+    for place in range(interface.automata.size):
+        i, a, b = interface.automata[place], interface.ends[place, 0], interface.ends[place, 1]
+        first, second = interface.weights[place, 0], interface.weights[place, 1]
+        hanging[i, 0] = first * nodal[a, 0] + second * nodal[b, 0]
+        hanging[i, 1] = first * nodal[a, 1] + second * nodal[b, 1]
+
+
+@jit
+def follow(interface, state, motion):
+    """Give the automata of the interface the displacements and velocities of the nodes that they hang on."""
+    hang(interface, state.displacement, motion.displacement)
+    hang(interface, state.velocity, motion.velocity)
+
+
+@inlined
+def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass, scheme):
+    """Return the velocity of an interface node after a kick of `time` [s].
+
+    force: equation (18) of Psakhie et al., with physical forces; momentum: each side by itself, then m V = m_a V_a + m_c V_c.
+    """
+    if scheme == MOMENTUM:
+        of_grid = velocity + time * grid_force / grid_mass
+        of_automata = velocity + time * automata_force / automata_mass
+        return (automata_mass * of_automata + grid_mass * of_grid) / (automata_mass + grid_mass)
+    return velocity + time * (grid_force + automata_force) / (grid_mass + automata_mass)
+
+
+@jit
+def assemble(interface, exchange, state, conditions, time, scheme):
+    """Write the forces on the nodes of the interface: those that give them their velocity after a kick of `time` [s]."""
+    for row in range(interface.nodes.size):
+        n, i = interface.nodes[row], exchange.places[row]
+        mass, carried = conditions.mass[i], interface.mass[row]
+        for k in range(2):
+            of_cells, of_automata = exchange.grid_force[row, k], exchange.automata_force[row, k]
+            if scheme == MOMENTUM:
+                now = state.velocity[n, k]
+                state.force[n, k] = (
+                    mass * (kicked(now, time, of_cells, of_automata, mass - carried, carried, scheme) - now) / time
+                )
+            else:
+                state.force[n, k] = of_cells + of_automata
+
+
+@jit
+def keep_grid_forces(interface, exchange, state):
+    """Note the forces of the cells alone on the interface nodes."""
+    for row in range(interface.nodes.size):
+        n = interface.nodes[row]
+        exchange.grid_force[row, 0], exchange.grid_force[row, 1] = state.force[n, 0], state.force[n, 1]
+
+
+@jit
+def keep_velocities(interface, exchange, state):
+    """Note the velocities of the interface nodes before a kick."""
+    for row in range(interface.nodes.size):
+        n = interface.nodes[row]
+        exchange.before[row, 0], exchange.before[row, 1] = state.velocity[n, 0], state.velocity[n, 1]
+
+
+@jit
+def settle_kick(interface, exchange, state, conditions, grid_time, automata_time):
+    """Tally work and impulse of each side on the other in a kick; nodes had the velocities `exchange.before`.
+
+    Args:
+        interface: an `Interface`.
+        exchange: an `Exchange`; its tally is updated.
+        state: of the grid, after the kick.
+        conditions: of the grid; what they apply counts for the grid.
+        grid_time: for which the forces of the grid acted [s].
+        automata_time: for which those of the automata acted [s].
+    """
+    for row in range(interface.nodes.size):
+        n, i, carried = interface.nodes[row], exchange.places[row], interface.mass[row]
+        share = conditions.share[i]
+        for k in range(2):
+            if conditions.prescribed[i, k]:
+                continue
+            before, after = exchange.before[row, k], state.velocity[n, k]
+            outer = exchange.grid_force[row, k] + (conditions.begin[i, 2, k] + conditions.begin[i, 3, k])
+            on_grid = (conditions.mass[i] - carried) * (after - before) - grid_time * outer
+            on_automata = carried * (after - before) - automata_time * exchange.automata_force[row, k]
+            mean = 0.5 * (before + after)
+            exchange.tally[WORK_ON_GRID] += share * (on_grid * mean)
+            exchange.tally[WORK_ON_AUTOMATA] += share * (on_automata * mean)
+            exchange.tally[IMPULSE + k] += share * on_automata

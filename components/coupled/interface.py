@@ -1,0 +1,220 @@
+"""The interface of a grid and automata: which nodes move with which automata, and with what weights.
+
+Sides of cells that lie on the outline of the automata belong to it. A side is n diameters long: automata stand on its ends,
+which are nodes of the grid, and n - 1 between them, where the displacement is that of the linear field along the side.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..automata.packing import Packing
+from ..automata.shapes import ON_THE_OUTLINE, Shape
+from ..errors import ParameterError
+from ..grid.mesh import IntArray, Mesh
+from ..support.arrays import FloatArray
+
+# How far beside the middle of a side it is looked for automata, in lengths of the side.
+_PROBE = 0.01
+
+
+class Interface(NamedTuple):
+    """Nodes and automata that move as one.
+
+    Attributes:
+        nodes: of the grid that automata move with, and those joined to them by periodic edges, shape (s,).
+        automata: that move with nodes, shape (k,).
+        ends: the two nodes that each of these automata hangs between; one node twice where it stands on that, shape (k, 2).
+        weights: u = weights[0] u(first node) + weights[1] u(second node), shape (k, 2).
+        first: where the automata that act on each node begin in `acting`, and the end, shape (s + 1,).
+        acting: places in `automata`, shape (q,).
+        shares: what part of their force acts on the node, shape (q,).
+        mass: of automata that each node carries, with the joined nodes, shape (s,) [kg].
+        free: 1 for automata that move on their own, shape (n,).
+    """
+
+    nodes: IntArray
+    automata: IntArray
+    ends: IntArray
+    weights: FloatArray
+    first: IntArray
+    acting: IntArray
+    shares: FloatArray
+    mass: FloatArray
+    free: npt.NDArray[np.uint8]
+
+
+class Places:
+    """Automata by their place, across the sides where a packing is closed on itself."""
+
+    def __init__(self, packing: Packing, shape: Shape, origin: FloatArray, periodic: tuple[bool, bool]) -> None:
+        """Take the automata, what they fill, where its origin lies [m], and along which axes it is closed on itself."""
+        from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+        self._tree: Any = cKDTree(packing.reference)
+        self._origin, self._reach = origin, ON_THE_OUTLINE * packing.diameter
+        left, right, low, high = shape.bounds
+        self._begin, self._extent = np.array([left, low]), np.array([right - left, high - low])
+        self._periodic = np.array(periodic)
+
+    def find(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return the automata nearest to points, shape (k, 2) [m], and how far off they are, shape (k,) [m]."""
+        inside = points - self._origin - self._begin
+        turns = np.floor((inside + self._reach) / self._extent)
+        inside = np.where(self._periodic, inside - turns * self._extent, inside)
+        distance, automaton = self._tree.query(inside + self._begin)
+        return automaton.astype(np.int64), distance
+
+    def is_at(self, distance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+        """Return whether automata so far off a point [m] stand on it."""
+        return distance <= self._reach
+
+
+def find_interface(
+    mesh: Mesh, joined: IntArray, packing: Packing, mass: FloatArray, shape: Shape, origin: FloatArray, places: Places
+) -> Interface:
+    """Return the interface.
+
+    Args:
+        mesh: of the grid.
+        joined: groups of nodes that periodic edges join, the rest of each row -1, shape (g, 4).
+        packing: the automata.
+        mass: of each automaton, shape (n,) [kg].
+        shape: what they fill.
+        origin: where the origin of the shape lies [m].
+        places: the automata by their place.
+
+    Raises:
+        ParameterError: the two parts overlap, do not touch, or do not match where they touch.
+    """
+    _refuse_overlap(mesh, shape, origin)
+    sides = _common_sides(mesh, shape, origin)
+    if not len(sides):
+        raise ParameterError(
+            "automata: no side of a cell lies on the outline of the automata; move `origin`, or leave a hole in the mesh that "
+            "the automata fill"
+        )
+    leader = _leaders(len(mesh.nodes), joined)
+    hanging: dict[int, tuple[int, int, float]] = {}
+    for side in sides.tolist():
+        _refuse_slanted_rows(mesh, packing, side)
+        for automaton, part in _automata_of(mesh, packing, places, side):
+            first, second = side if 0.0 < part < 1.0 else (side[round(part)],) * 2
+            known = hanging.setdefault(automaton, (first, second, part if 0.0 < part < 1.0 else 0.0))
+            if leader[known[0]] != leader[first] and leader[known[0]] != leader[second]:
+                raise ParameterError(
+                    f"automata: automaton {automaton} meets the nodes {known[0]} and {first} of the grid, which move on their "
+                    "own; join them by periodic edges, or close the automata on themselves nowhere"
+                )
+    _refuse_touching(mesh, places, hanging)
+    return _make_interface(hanging, joined, mass)
+
+
+def _refuse_overlap(mesh: Mesh, shape: Shape, origin: FloatArray) -> None:
+    inside = np.flatnonzero(shape.contains(mesh.centres - origin, 0.0))
+    if len(inside):
+        x, y = mesh.centres[inside[0]]
+        raise ParameterError(
+            f"automata: cell {inside[0]} of the grid, about ({x:.9g}, {y:.9g}) m, lies among the automata; leave a hole in the "
+            "mesh there, or move `origin`"
+        )
+
+
+def _common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
+    """Return the sides of the boundary of the grid that have automata on their other side, shape (k, 2)."""
+    start, end = mesh.nodes[mesh.sides[:, 0]], mesh.nodes[mesh.sides[:, 1]]
+    way = end - start
+    # The body is on the left.
+    beside = 0.5 * (start + end) + _PROBE * np.stack([way[:, 1], -way[:, 0]], axis=1)
+    return mesh.sides[shape.contains(beside - origin, 0.0)]
+
+
+def _refuse_slanted_rows(mesh: Mesh, packing: Packing, side: list[int]) -> None:
+    """Refuse a zigzag of the hexagonal packing on the interface: its free faces would have to carry tractions."""
+    way = mesh.nodes[side[1]] - mesh.nodes[side[0]]
+    if packing.lattice.name == "hexagonal" and abs(way[1]) > ON_THE_OUTLINE * packing.diameter:
+        x, y = mesh.nodes[side[0]]
+        raise ParameterError(
+            f"automata.packing: at ({x:.9g}, {y:.9g}) m the interface does not lie along x; a hexagonal packing can be coupled "
+            "along its rows alone, expected packing = square, or a grid below and above the automata"
+        )
+
+
+def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) -> list[tuple[int, float]]:
+    """Return the automata on a side and where they stand on it, from 0 to 1."""
+    start, end = mesh.nodes[side[0]], mesh.nodes[side[1]]
+    way = end - start
+    count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / packing.diameter
+    where = f"interface between ({start[0]:.9g}, {start[1]:.9g}) m and ({end[0]:.9g}, {end[1]:.9g}) m, nodes {side}"
+    if round(count) < 1 or abs(count - round(count)) > ON_THE_OUTLINE * max(count, 1.0):
+        raise ParameterError(
+            f"automata.diameter: the {where}, is {count:.9g} diameters of {packing.diameter:g} m long, expected a whole number"
+        )
+    parts = np.arange(round(count) + 1) / round(count)
+    points = start + parts[:, None] * way
+    automata, distance = places.find(points)
+    off = np.flatnonzero(~places.is_at(distance))
+    if len(off):
+        x, y = points[off[0]]
+        raise ParameterError(
+            f"automata: on the {where}, an automaton is expected at ({x:.9g}, {y:.9g}) m; the nearest one is "
+            f"{distance[off[0]]:.6g} m away; move `origin`, or change the shape"
+        )
+    return list(zip(automata.tolist(), parts.tolist(), strict=True))
+
+
+def _refuse_touching(mesh: Mesh, places: Places, hanging: dict[int, tuple[int, int, float]]) -> None:
+    """Refuse nodes on which an automaton stands that does not belong to the interface: they would touch in a point."""
+    nodes = np.unique(mesh.sides)
+    automata, distance = places.find(mesh.nodes[nodes])
+    for node, automaton in zip(nodes[places.is_at(distance)].tolist(), automata[places.is_at(distance)].tolist(), strict=True):
+        if automaton not in hanging:
+            x, y = mesh.nodes[node]
+            raise ParameterError(
+                f"automata: the two parts touch in a point, node {node} at ({x:.9g}, {y:.9g}) m; expected a side of a cell"
+            )
+
+
+def _leaders(count: int, joined: IntArray) -> IntArray:
+    """Return the first node of the group of each node, shape (count,)."""
+    leader = np.arange(count)
+    for group in joined:
+        leader[group[group >= 0]] = group[0]
+    return leader
+
+
+def _make_interface(hanging: dict[int, tuple[int, int, float]], joined: IntArray, mass: FloatArray) -> Interface:
+    automata = np.array(sorted(hanging), dtype=np.int64)
+    ends = np.array([hanging[one][:2] for one in automata.tolist()], dtype=np.int64)
+    part = np.array([hanging[one][2] for one in automata.tolist()])
+    weights = np.stack([1.0 - part, part], axis=1)
+    acts: dict[int, list[tuple[int, float]]] = {}
+    for place, (nodes, both) in enumerate(zip(ends.tolist(), weights.tolist(), strict=True)):
+        for node, weight in zip(nodes, both, strict=True):
+            if weight > 0.0:
+                acts.setdefault(node, []).append((place, weight))
+    for group in joined.tolist():
+        members = [node for node in group if node >= 0]
+        common = sorted(pair for node in members for pair in acts.get(node, []))
+        if common:
+            acts.update(dict.fromkeys(members, common))
+    nodes = sorted(acts)
+    acting = np.array([place for node in nodes for place, _ in acts[node]], dtype=np.int64)
+    shares = np.array([share for node in nodes for _, share in acts[node]])
+    first = np.cumsum([0, *(len(acts[node]) for node in nodes)]).astype(np.int64)
+    carried = shares * mass[automata[acting]]
+    total = np.array([carried[begin:end].sum() for begin, end in zip(first, first[1:], strict=False)])
+    free = np.ones(len(mass), dtype=np.uint8)
+    free[automata] = 0
+    return Interface(np.array(nodes, dtype=np.int64), automata, ends, weights, first, acting, shares, total, free)
+
+
+def carried_mass(interface: Interface, count: int, mass: FloatArray) -> FloatArray:
+    """Return the mass of automata that each of so many nodes carries by itself, shape (count,) [kg]."""
+    found = np.zeros(count)
+    for column in (0, 1):
+        np.add.at(found, interface.ends[:, column], interface.weights[:, column] * mass[interface.automata])
+    return found

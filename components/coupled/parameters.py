@@ -1,0 +1,51 @@
+"""Parameters of a grid and automata that share an interface."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import model_validator
+
+from ..automata.parameters import AutomataParameters
+from ..grid.parameters import GridParameters
+from ..support.fields import Pair, Positive, field
+from ..support.validation import Parameters
+
+Scheme = Literal["force", "momentum", "literal"]
+
+
+class CoupledParameters(Parameters):
+    """A grid, and automata that fill the rest of the body: what lies on both is the interface; a slab one metre thick."""
+
+    grid: GridParameters = field(..., "the continuous part: a table of the parameters of a grid, without step_size", "1")
+    automata: AutomataParameters = field(
+        ..., "the discrete part: a table of the parameters of automata, without step_size and thickness", "1"
+    )
+    origin: Pair = field([0.0, 0.0], "where the origin of the automata's shape lies in the coordinates of the grid", "m")
+    scheme: Scheme = field(
+        "force",
+        "how interface nodes move. force: with the sum of the forces of both parts; momentum: each part moves its own nodes, "
+        "then momenta are added (the same to rounding); literal: the sub-steps of Psakhie et al. as written, unstable",
+        "1",
+    )
+    micro_steps: int | None = field(
+        None, "internal steps of the automata in one of the grid; default: as many as they need", "1", ge=1, le=1000
+    )
+    step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
+
+    @model_validator(mode="after")
+    def _validate_parts(self) -> CoupledParameters:
+        for part in ("grid", "automata"):
+            if getattr(self, part).step_size is not None:
+                raise ValueError(f"{part}.step_size: the parts have one step_size; give it beside them, not in {part}")
+        if self.automata.thickness != 1.0:
+            raise ValueError(
+                f"automata.thickness: got {self.automata.thickness:g} m, expected 1 m, as thick as the slab of the grid"
+            )
+        if any(law.code for law in self.grid.plastic_laws):
+            raise ValueError("grid.plasticity: a grid that is coupled to automata is elastic; leave the plastic law out")
+        if self.automata.has_history:
+            raise ValueError("automata.criterion: coupled automata neither break nor yield; leave criterion and response out")
+        if self.scheme == "literal" and self.micro_steps is None:
+            raise ValueError("micro_steps: scheme = literal needs their number")
+        return self

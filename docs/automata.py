@@ -1,0 +1,48 @@
+"""Draws the pictures of automata.md: ``python docs/automata.py``."""
+
+from pathlib import Path
+
+import appearance
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+
+import granular_env as ge
+from granular_env.viewing import figure_style
+
+IMAGES = Path(__file__).parent / "images"
+# Experiment -> times that are shown [s].
+SHOWN = {
+    "psakhie-2003/uniaxial-compression": (2.5e-4, 2.6e-4, 2.75e-4, 3.0e-4),
+    "psakhie-2003/brazilian-disc": (1.06e-4, 1.1e-4, 1.2e-4, 1.3e-4),
+}
+
+
+def show(axes: Axes, automata: ge.Component) -> None:
+    """Draw the automata where they are, coloured by damage."""
+    points = automata.drawables()[0]
+    size = np.full(len(points.radius), 2.0 * points.radius[0])
+    centres = points.reference + automata.get("displacement")
+    discs = EllipseCollection(
+        size, size, 0.0, units="xy", offsets=centres, offset_transform=axes.transData, array=automata.get("damage"),
+        cmap="inferno_r", clim=(0.0, 1.0), linewidths=0.0,
+    )  # fmt: skip
+    axes.add_collection(discs)
+    low, high = points.reference.min(axis=0) - 3e-3, points.reference.max(axis=0) + 3e-3
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
+    axes.set_title(f"{automata.time * 1e6:.0f} us, {automata.get('broken_links'):.0f} broken")
+
+
+@figure_style.with_style
+def failures() -> None:
+    """Draw both experiments as they fail, one below the other."""
+    figure = figure_style.new_figure(9.6, 7.4)
+    rows = figure.subplots(2, 4, height_ratios=(2.0, 1.1))
+    for axes, (name, times) in zip(rows, SHOWN.items(), strict=True):
+        for one, time in zip(axes, times, strict=True):
+            show(one, ge.run(name, overrides={"duration": time}).component)
+    appearance.save(figure, IMAGES / "automata.png", colours=64)
+
+
+if __name__ == "__main__":
+    failures()

@@ -1,0 +1,117 @@
+"""Coupled media that several tests use: unit cells, rho = mu = lambda = 1."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.coupled import Coupled
+from granular_env.components.materials.elastic import Material
+from granular_env.components.support.arrays import FloatArray
+
+MEDIUM = Material(density=1.0, young=2.5, poisson=0.25)
+P_SPEED, S_SPEED = MEDIUM.longitudinal_speed, MEDIUM.shear_speed
+# Height of a row of the hexagonal packing, in diameters.
+ROW = 0.5 * math.sqrt(3.0)
+# So small that the geometry stays what it is, to rounding: what is linear in theory is linear here.
+SMALL = 1e-13
+
+
+def mesh(columns: int, rows: int, **more: Any) -> dict[str, Any]:
+    """Return a rectangle of unit cells."""
+    return {"name": "rectangle", "columns": columns, "rows": rows, "cell_size": 1.0, **more}
+
+
+def coupled(grid: dict[str, Any], automata: dict[str, Any], n: int = 1, **parameters: Any) -> Coupled:
+    """Return a grid and automata of one material, these of the diameter 1 / n."""
+    return Coupled(
+        grid={"material": MEDIUM, **grid},
+        automata={"diameter": 1.0 / n, "packing": "square", "material": MEDIUM, **automata},
+        **parameters,
+    )
+
+
+def rectangle(width: float, height: float) -> dict[str, Any]:
+    """Return the shape of automata."""
+    return {"name": "rectangle", "width": width, "height": height}
+
+
+def layers(packing: str = "square", n: int = 1, columns: int = 8, **parameters: Any) -> Coupled:
+    """Return four rows of cells, and about as many of automata on them."""
+    height = 4.0 if packing == "square" else round(4.0 * n / ROW) * ROW / n
+    automata = {"shape": rectangle(float(columns), height), "packing": packing}
+    return coupled({"mesh": mesh(columns, 4)}, automata, n, origin=[0.0, 4.0], **parameters)
+
+
+def inclusion(n: int = 1, **parameters: Any) -> Coupled:
+    """Return a block of cells with automata in a hole."""
+    hole = {"name": "box", "x": [2.0, 5.0], "y": [2.0, 6.0]}
+    return coupled({"mesh": mesh(8, 8, holes=[hole])}, {"shape": rectangle(3.0, 4.0)}, n, origin=[2.0, 2.0], **parameters)
+
+
+def corner(n: int = 1, **parameters: Any) -> Coupled:
+    """Return a block of cells whose upper right quarter is of automata."""
+    hole = {"name": "box", "x": [4.0, 8.0], "y": [3.0, 7.0]}
+    return coupled({"mesh": mesh(8, 7, holes=[hole])}, {"shape": rectangle(4.0, 4.0)}, n, origin=[4.0, 3.0], **parameters)
+
+
+def cradle(n: int = 1, **parameters: Any) -> Coupled:
+    """Return a block of cells in automata, on three sides: the automata have corners of three quarters."""
+    corners = [[-2, -2], [6, -2], [6, 3], [3, 3], [3, 0], [0, 0], [0, 3], [-2, 3]]
+    return coupled({"mesh": mesh(3, 3)}, {"shape": {"name": "polygon", "corners": corners}}, n, **parameters)
+
+
+def between(n: int = 1, **parameters: Any) -> Coupled:
+    """Return two grids with automata between them, an interface on either side."""
+    gap = {"name": "box", "x": [3.0, 6.0], "y": [-1.0, 5.0]}
+    return coupled({"mesh": mesh(10, 4, holes=[gap])}, {"shape": rectangle(3.0, 4.0)}, n, origin=[3.0, 0.0], **parameters)
+
+
+def positions(medium: Coupled) -> tuple[FloatArray, FloatArray]:
+    """Return where nodes and automata are before anything moves [m]."""
+    return medium.grid.mesh.nodes, medium.reference
+
+
+def start(medium: Coupled, field: Any, rotation: float = 0.0) -> None:
+    """Start with displacements that are a function of positions."""
+    nodes, centres = positions(medium)
+    medium.reset(grid_displacement=field(nodes), automata_displacement=field(centres), automata_rotation=rotation)
+
+
+def start_noise(medium: Coupled, seed: int, part: float = 1.0) -> float:
+    """Start with a smooth motion and this part of noise; return its kinetic energy [J]."""
+    random = np.random.default_rng(seed)
+
+    def field(points: FloatArray) -> FloatArray:
+        smooth = np.sin(2.0 * np.pi * points[:, ::-1] / 8.0)
+        return SMALL * (smooth + part * random.standard_normal(points.shape))
+
+    nodes, centres = positions(medium)
+    medium.reset(grid_velocity=field(nodes), automata_velocity=field(centres))
+    return medium.get("grid_kinetic_energy") + medium.get("automata_kinetic_energy")
+
+
+def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
+    """Return which nodes and automata lie farther than a margin [m] from all free surfaces."""
+    nodes, centres = positions(medium)
+    mesh, shape = medium.grid.mesh, medium.automata.parameters.shape
+    origin = np.array(medium.parameters.origin)
+
+    def is_inside(points: FloatArray) -> Any:
+        return contains_cells(mesh.centres, points) | shape.contains(points - origin, 1e-9)
+
+    found = []
+    for points in (nodes, centres):
+        around = [points + margin * np.array([math.cos(a), math.sin(a)]) for a in np.arange(16) * math.pi / 8]
+        found.append(np.all([is_inside(ring) for ring in around], axis=0))
+    return found[0], found[1]
+
+
+def contains_cells(middles: FloatArray, points: FloatArray) -> Any:
+    """Return which points lie in one of the unit cells about these middles."""
+    inside = np.zeros(len(points), dtype=bool)
+    for x, y in middles:
+        inside |= (np.abs(points[:, 0] - x) <= 0.5 + 1e-9) & (np.abs(points[:, 1] - y) <= 0.5 + 1e-9)
+    return inside

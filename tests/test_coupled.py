@@ -1,0 +1,323 @@
+"""A grid coupled to automata against what is exact for it: patches, conserved quantities, both variants, refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from support.coupled_tools import (
+    MEDIUM,
+    ROW,
+    SMALL,
+    between,
+    corner,
+    coupled,
+    cradle,
+    inclusion,
+    inner,
+    layers,
+    mesh,
+    positions,
+    rectangle,
+    start,
+    start_noise,
+)
+
+from granular_env.components.coupled import Coupled
+from granular_env.components.errors import ParameterError, StepError
+from granular_env.components.profiles import Profile
+
+# A stretch, a shear and a spin at once.
+GRADIENT = np.array([[0.7, -1.1], [0.4, 0.3]])
+SHAPES: list[Callable[..., Coupled]] = [layers, inclusion, corner, cradle, between]
+every_shape = pytest.mark.parametrize("make", SHAPES, ids=lambda make: make.__name__)
+
+
+# -- patches -------------------------------------------------------------------------------------------------------------
+
+
+def assert_no_force(medium: Coupled, margin: float) -> None:
+    start(medium, lambda points: SMALL * points @ GRADIENT.T, 0.5 * SMALL * (GRADIENT[1, 0] - GRADIENT[0, 1]))
+    nodes, automata = inner(medium, margin)
+    forces, torques = medium.forces_on_automata()
+    free = automata & (medium.interface.free > 0)
+    assert nodes[medium.interface.nodes].any() and free.any()
+    # Stresses are about 2 SMALL, and forces between neighbours as large.
+    assert np.abs(medium.forces_on_nodes()[nodes]).max() <= 1e-12 * SMALL
+    assert np.abs(forces[free]).max() <= 1e-12 * SMALL
+    assert np.abs(torques[automata]).max() <= 1e-12 * SMALL
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+@every_shape
+def test_a_homogeneous_strain_leaves_nodes_and_automata_without_force(make: Callable[..., Coupled], n: int) -> None:
+    # Within two cells of a free surface the volumetric strain of automata feels it.
+    assert_no_force(make(n=n), 0.9 if make is not layers else 1.1)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_so_it_does_where_a_hexagonal_packing_meets_the_grid(n: int) -> None:
+    assert_no_force(layers("hexagonal", n), 2.1)
+
+
+def test_two_materials_carry_one_traction_through_the_interface() -> None:
+    """A stack of a stiff and a soft layer under a stress s_yy: each has the strain that belongs to it."""
+    soft = {"density": 1.0, "young": 1.0, "poisson": 0.1}
+    for packing in ("square", "hexagonal"):
+        height = 4.0 if packing == "square" else 4 * ROW
+        medium = Coupled(
+            grid={"mesh": mesh(8, 4), "material": MEDIUM},
+            automata={"shape": rectangle(8.0, height), "diameter": 1.0, "packing": packing, "material": soft},
+            origin=[0.0, 4.0],
+        )
+        shear = 1.0 / 2.2
+        stiffness = 2.0 * shear * 0.1 / 0.8 + 2.0 * shear
+
+        def field(points: Any, stiffness: float = stiffness) -> Any:
+            y = np.where(points[:, 1] <= 4.0, points[:, 1] / 3.0, 4.0 / 3.0 + (points[:, 1] - 4.0) / stiffness)
+            return SMALL * np.stack([np.zeros(len(y)), y], axis=1)
+
+        start(medium, field)
+        nodes, automata = inner(medium, 2.1)
+        assert nodes[medium.interface.nodes].any()
+        assert np.abs(medium.forces_on_nodes()[nodes]).max() <= 1e-12 * SMALL
+        stress = medium.get("automata_stress")[automata]
+        np.testing.assert_allclose(stress[:, 1], SMALL, rtol=1e-11)
+
+
+# -- what is conserved ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scheme", ["force", "momentum"])
+@pytest.mark.parametrize("n", [1, 2])
+@every_shape
+def test_lockstep_keeps_energy_momentum_and_its_moment(make: Callable[..., Coupled], n: int, scheme: str) -> None:
+    medium = make(n=n, scheme=scheme, micro_steps=1)
+    energy = start_noise(medium, 1)
+    mass, before = medium.get("mass"), medium.get("grid_displacement")
+    medium.step(400 * medium.step_size)
+    assert np.abs(medium.get("grid_displacement") - before).max() > SMALL
+    assert abs(medium.get("energy_residual")) <= 1e-12 * energy
+    # Velocities are of the order of SMALL, and arms of 10.
+    assert np.abs(medium.get("momentum_residual")).max() <= 1e-15 * mass * SMALL
+    assert abs(medium.get("angular_momentum_residual")) <= 1e-14 * mass * SMALL
+    assert abs(medium.get("interface_work_on_grid")) > 1e-3 * energy
+    assert abs(medium.get("interface_work_difference")) <= 1e-14 * energy
+    assert abs(medium.get("mass_difference")) <= 1e-15 * mass
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_the_variants_of_the_paper_are_the_same_to_rounding(n: int) -> None:
+    found = []
+    for scheme in ("force", "momentum"):
+        medium = inclusion(n=n, scheme=scheme, micro_steps=1)
+        start_noise(medium, 2)
+        medium.step(400 * medium.step_size)
+        found.append([medium.get("grid_velocity"), medium.get("automata_velocity")])
+    for of_forces, of_momenta in zip(*found, strict=True):
+        assert (of_forces != of_momenta).any()
+        # 400 ticks of some roundings each.
+        assert np.abs(of_forces - of_momenta).max() <= 1e-12 * SMALL
+
+
+def test_work_and_impulse_of_every_input_are_accounted_for() -> None:
+    """Forces, tractions, driven and absorbing edges of the grid, and loads, tractions, platens of the automata at once."""
+    medium = coupled(
+        {
+            "mesh": mesh(8, 4),
+            "boundaries": {"left": {"name": "absorbing"}, "bottom": {"name": "velocity"}, "right": "traction"},
+            "forced_nodes": [12, [4.0, 4.0]],
+        },
+        {"shape": rectangle(8.0, 4.0), "top": "platen", "right": "traction", "loaded": [5, 20]},
+        origin=[0.0, 4.0],
+    )
+    free = medium.interface.free
+    assert free[5] == 0 and free[20] == 1
+    # Bodies move by some hundred times this, and turn.
+    small = 1e-3 * SMALL
+    signal = Profile.half_sine(1.0, 40 * medium.step_size)
+    inputs = {
+        "grid_bottom_velocity": small * np.array([1.0, 2.0]),
+        "grid_right_traction": small * np.array([-1.0, 0.5]),
+        "grid_force": small * np.array([[1.0, 0.0], [0.5, -1.0]]),
+        "automata_top_speed": -small,
+        "automata_right_traction": small * np.array([0.5, 1.0]),
+        "automata_force": small * np.array([[0.3, -0.2], [1.0, 1.0]]),
+    }
+    medium.step(50 * medium.step_size, **{name: signal * value for name, value in inputs.items()})
+    medium.step(50 * medium.step_size, **inputs)
+    medium.step(100 * medium.step_size, **dict.fromkeys(inputs, 0.0))
+    work = abs(medium.get("input_work")) + abs(medium.get("boundary_work"))
+    assert min(abs(medium.get(name)) for name in ("boundary_work", "absorbed_energy", "input_work")) > 0.01 * work
+    assert abs(medium.get("energy_residual")) <= 1e-12 * work
+    impulse = np.abs(medium.get("boundary_impulse")).max()
+    assert np.abs(medium.get("momentum_residual")).max() <= 1e-12 * impulse
+    assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * abs(medium.get("boundary_angular_impulse"))
+    assert abs(medium.get("interface_work_difference")) <= 1e-12 * work
+
+
+def test_nodes_of_an_interface_inside_weigh_as_much_as_others() -> None:
+    medium = inclusion()
+    nodes, automata = medium.grid.mass, medium.automata.mass
+    assert medium.get("mass") == pytest.approx(64.0, rel=1e-14)
+    mass = nodes + medium.carried_mass
+    np.testing.assert_allclose(mass[medium.interface.nodes], 1.0, rtol=1e-14)
+    assert automata[medium.interface.automata].sum() == pytest.approx(medium.carried_mass.sum(), rel=1e-14)
+
+
+# -- micro-steps ---------------------------------------------------------------------------------------------------------
+
+
+def stored_energy(medium: Coupled) -> float:
+    stored = medium.balances()[0].stored
+    return sum(amount for name, amount in stored.items() if name != "leapfrog_energy")
+
+
+@pytest.mark.parametrize("scheme", ["force", "momentum"])
+@pytest.mark.parametrize("n", [2, 4])
+@pytest.mark.parametrize("packing", ["square", "hexagonal"])
+def test_impulses_keep_the_energy_within_bounds(packing: str, n: int, scheme: str) -> None:
+    """1500 ticks of a motion with 5 % noise: the energy stays in 0.95..1.08 of its start, momentum to rounding."""
+    medium = layers(packing, n, scheme=scheme)
+    assert medium.micro_steps > 1
+    start_noise(medium, 3, 0.05)
+    begin = stored_energy(medium)
+    for _ in range(50):
+        medium.step(30 * medium.step_size)
+        assert 0.95 <= stored_energy(medium) / begin <= 1.08
+    assert np.abs(medium.get("momentum_residual")).max() <= 1e-15 * medium.get("mass") * SMALL
+    assert abs(medium.get("angular_momentum_residual")) <= 1e-14 * medium.get("mass") * SMALL
+    assert abs(medium.get("interface_work_difference")) <= 1e-13 * begin
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_sub_steps_as_the_paper_has_them_are_unstable(n: int) -> None:
+    """Held velocities and mean forces feed on 5 % noise, where impulses at the same step do not."""
+    grown = {}
+    for scheme in ("literal", "force"):
+        medium = layers("hexagonal", n, scheme=scheme, step_size=0.25, micro_steps=2 * n)
+        start_noise(medium, 3, 0.05)
+        begin = stored_energy(medium)
+        medium.step(1000 * medium.step_size)
+        grown[scheme] = stored_energy(medium) / begin
+        lost = np.abs(medium.get("momentum_residual")).max() / (medium.get("mass") * SMALL)
+        assert lost > 1e-5 if scheme == "literal" else lost <= 1e-15
+    assert grown["literal"] > 100.0 and grown["force"] < 1.08
+
+
+def test_micro_steps_come_to_what_lockstep_gives() -> None:
+    """The difference to lockstep falls with the square of the step."""
+    errors = []
+    for step in (0.08, 0.04):
+        found = []
+        for scheme, micro, size in (("force", 2, step), ("force", 1, 0.005)):
+            medium = layers(n=2, scheme=scheme, micro_steps=micro, step_size=size)
+            start_noise(medium, 3, 0.0)
+            medium.step(1.6)
+            found.append(medium.get("grid_displacement"))
+        errors.append(np.abs(found[0] - found[1]).max())
+    assert 3.0 <= errors[0] / errors[1] <= 5.0
+
+
+# -- where both meet -----------------------------------------------------------------------------------------------------
+
+
+def test_the_interface_is_found() -> None:
+    medium = inclusion(n=2)
+    assert len(medium.interface.nodes) == 14 and len(medium.interface.automata) == 28
+    two = between(n=3)
+    assert len(two.interface.nodes) == 10 and len(two.interface.automata) == 26
+    nodes, centres = positions(two)
+    interface = two.interface
+    hung = (interface.weights[:, :, None] * nodes[interface.ends]).sum(axis=1)
+    np.testing.assert_allclose(hung, centres[interface.automata], atol=1e-12)
+
+
+def test_automata_of_the_interface_move_with_the_nodes() -> None:
+    medium = layers(n=3)
+    start_noise(medium, 5)
+    medium.step(20 * medium.step_size)
+    interface = medium.interface
+    for name in ("displacement", "velocity"):
+        hung = (interface.weights[:, :, None] * medium.get(f"grid_{name}")[interface.ends]).sum(axis=1)
+        np.testing.assert_array_equal(hung, medium.get(f"automata_{name}")[interface.automata])
+
+
+def test_periodic_sides_are_one() -> None:
+    """A strip that is closed on itself moves as a longer piece of the same pattern does."""
+    medium = coupled(
+        {"mesh": mesh(6, 4), "boundaries": {"bottom": "periodic", "top": "periodic"}},
+        {"shape": rectangle(5.0, 4.0), "bottom": "periodic", "top": "periodic"},
+        origin=[6.0, 0.0],
+    )
+    energy = start_periodic_noise(medium)
+    medium.step(300 * medium.step_size)
+    assert abs(medium.get("energy_residual")) <= 1e-12 * energy
+    assert np.abs(medium.get("momentum_residual")).max() <= 1e-15 * medium.get("mass") * SMALL
+    low, high = medium.grid.mesh.edge_nodes("bottom"), medium.grid.mesh.edge_nodes("top")
+    np.testing.assert_array_equal(medium.get("grid_velocity")[low], medium.get("grid_velocity")[high])
+    assert medium.get("mass") == pytest.approx(44.0, rel=1e-14)
+
+
+def start_periodic_noise(medium: Coupled) -> float:
+    random = np.random.default_rng(4)
+    velocity = SMALL * random.standard_normal(medium.get("grid_velocity").shape)
+    velocity[medium.grid.mesh.edge_nodes("top")] = velocity[medium.grid.mesh.edge_nodes("bottom")]
+    medium.reset(grid_velocity=velocity, automata_velocity=SMALL * random.standard_normal((medium.automata.count, 2)))
+    return medium.get("grid_kinetic_energy") + medium.get("automata_kinetic_energy")
+
+
+# -- refusals ------------------------------------------------------------------------------------------------------------
+
+
+# Automata beside four by four cells, which they touch along a side and once more in a corner.
+HOOK = {"name": "polygon", "corners": [[4, 0], [6, 0], [6, 6], [4, 6], [4, 4], [5, 4], [5, 2], [4, 2]]}
+SIDEWAYS = {"automata.packing": "hexagonal", "automata.shape": rectangle(8.0, 4 * ROW), "origin": [8.0, 0.0]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"origin": [0.0, 9.0]}, "no side of a cell lies on the outline"),
+        ({"origin": [0.0, 3.0]}, "cell 24 of the grid"),
+        ({"origin": [0.5, 4.0]}, "an automaton is expected at"),
+        ({"automata.diameter": 0.8}, "1.25 diameters of 0.8 m long, expected a whole number"),
+        (SIDEWAYS, "does not lie along x"),
+        ({"automata.left": "fixed"}, "is held along x by its side"),
+        ({"step_size": 0.32, "micro_steps": 1}, "step_size: got 0.32 s with micro_steps = 1, expected at most 0.308"),
+        ({"step_size": 0.4}, "step_size: got 0.4 s with micro_steps = 2, expected at most 0.287"),
+        ({"scheme": "literal"}, "scheme = literal needs their number"),
+        ({"scheme": "penalty"}, "scheme"),
+        ({"automata.thickness": 0.5}, "automata.thickness: got 0.5 m"),
+        ({"automata.step_size": 0.1}, "automata.step_size: the parts have one step_size"),
+        ({"grid.plasticity": {"name": "von_mises", "yield_stress": 1.0}}, "grid.plasticity"),
+        ({"grid.mesh": mesh(4, 4), "automata.shape": HOOK, "origin": [0.0, 0.0]}, "the two parts touch in a point"),
+        ({"automata.material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, "poisson"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], words: str) -> None:
+    grid: dict[str, Any] = {"mesh": mesh(8, 4), "material": MEDIUM}
+    automata = {"shape": rectangle(8.0, 4.0), "diameter": 1.0, "packing": "square", "material": MEDIUM}
+    parameters = {"grid": grid, "automata": automata, "origin": [0.0, 4.0]}
+    for path, value in changes.items():
+        part, _, name = path.rpartition(".")
+        (parameters[part] if part else parameters)[name] = value
+    with pytest.raises(ParameterError, match=words):
+        Coupled(**parameters)
+
+
+def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:
+    medium = layers()
+    before = medium.save().to_bytes()
+    with pytest.raises(StepError, match="grid_displacement: cell") as inverted:
+        medium.reset(grid_velocity={0: (50.0, 0.0)})
+        medium.step(10 * medium.step_size)
+    assert inverted.value.variable == "grid_displacement"
+    medium.reset(automata_velocity={30: (30.0, 0.0)})
+    with pytest.raises(StepError, match="automata_velocity") as fast:
+        medium.step()
+    assert fast.value.variable == "automata_velocity" and fast.value.value > fast.value.limit
+    medium.reset()
+    assert medium.save().to_bytes() == before
