@@ -27,8 +27,8 @@ FINAL = {
     "discs": "7577008a6b94d92a399803b54259ea53",
     "grid-edges": "9853c4e40d8306ddbb0d00a532f1da73",
     "grid-yielding": "9279b8c98056286681e30b4c7cede4e9",
-    "automata-linked": "a4263ea3620e1876ca0d2c9202769c62",
-    "automata-cracking": "a1ea8ad5df8f59aca77dd8d451f2ad46",
+    "automata-linked": "06b98eaa4cae31ab1f1559a5382c8e62",
+    "automata-cracking": "6c5ec0a43fe25f5402758a1a3934d820",
 }
 
 
