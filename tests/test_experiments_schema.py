@@ -5,9 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from support.planar_toy import Ring
 
-from granular_env.components import catalogue
+from granular_env.components.discs import Discs
 from granular_env.components.errors import ExperimentError, GranularError
 from granular_env.documents import parse_assignments
 from granular_env.experiments import load_experiment
@@ -179,41 +178,38 @@ def test_files_that_are_no_toml(tmp_path):
 # -- inputs of several elements -----------------------------------------------------------------------------------------
 
 CORNER = [[1.0, 0.0], [0.0, 0.5], [0.0, 0.0], [0.0, 0.0]]
-RING = {"name": "ring", "duration": 0.1, "component": {"type": "ring", "bodies": 4}, "input": {"pull": CORNER}}
+DISCS = {"name": "discs", "duration": 1e-3, "component": {"type": "discs", "columns": 2}, "input": {"force": CORNER}}
 
 
-@pytest.fixture
-def ring(monkeypatch):
-    known = catalogue.component_class
-    monkeypatch.setattr(catalogue, "component_class", lambda name: Ring if name == "ring" else known(name))
-
-
-def test_an_array_and_a_profile_with_a_pattern_are_held(ring, tmp_path):
-    script = Ring(bodies=4)
-    script.step(0.1, pull=np.array(CORNER))
+def test_an_array_and_a_profile_with_a_pattern_are_held(tmp_path):
+    script = Discs(columns=2)
+    script.step(1e-3, force=np.array(CORNER))
     constant = {"profile": "constant", "value": 1.0, "pattern": CORNER}
-    for overrides in ({}, {"input.pull": np.array(CORNER)}, {"input.pull": constant}):
-        result = run(RING, overrides=overrides, log=tmp_path / "ring.mcap", overwrite=True)
+    for overrides in ({}, {"input.force": np.array(CORNER)}, {"input.force": constant}):
+        result = run(DISCS, overrides=overrides, log=tmp_path / "discs.mcap", overwrite=True)
         assert result.component.save().data == script.save().data
-        assert verify(tmp_path / "ring.mcap", components={"ring": Ring}).identical
+        assert verify(tmp_path / "discs.mcap").identical
 
 
 @pytest.mark.parametrize(
-    ("pull", "said"),
+    ("force", "said"),
     [
         (
             [1.0, 2.0],
-            "input.pull: got a list of shape (2,), expected an array of shape (4, 2)",
+            "input.force: got a list of shape (2,), expected an array of shape (4, 2)",
         ),
-        ([[1.0, math.nan]] * 4, "input.pull.0.1: got nan, expected a finite number"),
-        ([[1.0, 2.0], [3.0]], "input.pull: got [[1.0, 2.0], [3.0]], expected rows of equal length"),
-        ({"profile": "constant", "value": 1.0, "pattern": [1.0]}, "input.pull.pattern: got a list of shape (1,), expected an"),
-        ({"profile": "constant", "value": 1.0, "pattern": "all"}, "input.pull.pattern: got 'all', expected numbers, in a list"),
+        ([[1.0, math.nan]] * 4, "input.force.0.1: got nan, expected a finite number"),
+        ([[1.0, 2.0], [3.0]], "input.force: got [[1.0, 2.0], [3.0]], expected rows of equal length"),
+        ({"profile": "constant", "value": 1.0, "pattern": [1.0]}, "input.force.pattern: got a list of shape (1,), expected an"),
+        (
+            {"profile": "constant", "value": 1.0, "pattern": "all"},
+            "input.force.pattern: got 'all', expected numbers, in a list",
+        ),
     ],
 )
-def test_an_array_that_does_not_fit_is_named(ring, pull, said):
+def test_an_array_that_does_not_fit_is_named(force, said):
     with pytest.raises(ExperimentError) as caught:
-        prepare(load_experiment(RING, {"input.pull": pull}))
+        prepare(load_experiment(DISCS, {"input.force": force}))
     assert said in str(caught.value)
 
 

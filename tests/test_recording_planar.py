@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.component_examples import PULL, RING
+from support.component_examples import DISCS, TEAR
 from support.conformance_tools import bits, drive
-from support.planar_toy import Ring
 from support.recording_helpers import changed, film_topics, rewrite
 
 import granular_env as ge
 from granular_env.components.component import Component
+from granular_env.components.discs import Discs
 from granular_env.components.drawables import Links, Points
 from granular_env.components.errors import GranularError, LogError
 from granular_env.components.profiles import Profile
@@ -23,85 +23,83 @@ from granular_env.recording import open_log, record, verify
 from granular_env.recording.records import EVENTS, HASHES, HEADER, SNAPSHOTS, STEPS, Record
 from granular_env.viewing import plot, report
 
-OWN = {"ring": Ring}
 
-
-def ring_log(path: Path, ticks: int = 120, **options: object) -> Component:
+def torn_log(path: Path, ticks: int = 120, **options: object) -> Component:
     """Numbers, arrays and profiles with patterns; the component as it is at the end."""
-    component = RING.made_of({"bodies": 5})
+    component = DISCS.make()
     with record(component, path, **options):  # type: ignore[arg-type]
-        component.reset(**RING.start)
-        drive(component, RING, ticks)
-        component.step(10 * component.step_size, pull=0.25)
+        component.reset(**DISCS.start)
+        drive(component, DISCS, ticks)
+        component.step(10 * component.step_size, force=0.25)
     return component
 
 
 def test_a_log_verifies_and_holds_the_arrays(tmp_path: Path) -> None:
-    component = ring_log(tmp_path / "a.mcap")
+    component = torn_log(tmp_path / "a.mcap")
     log = open_log(tmp_path / "a.mcap")
-    assert verify(log, components=OWN).identical
+    assert verify(log).identical
     (segment,) = log.segments
-    given = {place: held["pull"] for place, held in log.steps_of(segment).by_step().items()}
-    assert given[0].tobytes() == PULL.tobytes() and given[30].tobytes() == (0.5 * PULL).tobytes()  # type: ignore[union-attr]
-    assert given[60].pattern.tobytes() == PULL.tobytes()  # type: ignore[union-attr]
-    assert given[120].tolist() == np.full((5, 2), 0.25).tolist()  # type: ignore[union-attr]
-    times, values = log.inputs["pull"]
-    assert values.shape == (len(times), 5, 2) and values[-1].tolist() == component.get("pull").tolist()
+    given = {place: held["force"] for place, held in log.steps_of(segment).by_step().items()}
+    assert given[0].tobytes() == TEAR.tobytes() and given[30].tobytes() == (0.5 * TEAR).tobytes()  # type: ignore[union-attr]
+    assert given[60].pattern.tobytes() == TEAR.tobytes()  # type: ignore[union-attr]
+    assert given[120].tolist() == np.full((6, 2), 0.25).tolist()  # type: ignore[union-attr]
+    times, values = log.inputs["force"]
+    assert values.shape == (len(times), 6, 2) and values[-1].tolist() == component.get("force").tolist()
     assert log.series("momentum")[1].shape[1:] == (2,)
     assert log.get("velocity", log.duration).tobytes() == component.get("velocity").tobytes()
 
 
 def test_events_are_logged_once_and_found(tmp_path: Path) -> None:
-    component = ring_log(tmp_path / "a.mcap")
+    component = torn_log(tmp_path / "a.mcap")
     log = open_log(tmp_path / "a.mcap")
     assert log.events() == component.events() != []
     first = log.events()[0]
-    assert log.events("spring_broke", first.index)[0] == first
+    assert log.events("link_broken", first.index)[0] == first
     assert log.events(index=99) == []
-    assert log.event_kinds == Ring.event_kinds
-    with pytest.raises(ge.ParameterError, match="spring_brok.*did you mean 'spring_broke'"):
-        log.events("spring_brok")
+    assert log.event_kinds == Discs.event_kinds
+    with pytest.raises(ge.ParameterError, match="link_brokn.*did you mean 'link_broken'"):
+        log.events("link_brokn")
 
 
 def test_a_step_that_fails_leaves_no_event(tmp_path: Path) -> None:
-    component = RING.started()
+    component = DISCS.started()
     with record(component, tmp_path / "a.mcap"):
-        component.step(None, pull=PULL)
+        component.step(None, force=TEAR)
         with pytest.raises(GranularError):
-            component.step(100 * component.step_size, pull=1e300)
-        drive(component, RING, 60)
+            component.step(100 * component.step_size, force=1e300)
+        drive(component, DISCS, 60)
     log = open_log(tmp_path / "a.mcap")
-    assert log.events() == component.events() != [] and verify(log, components=OWN).identical
+    assert log.events() == component.events() != [] and verify(log).identical
 
 
 def test_a_restored_component_logs_only_what_is_new(tmp_path: Path) -> None:
-    component = RING.started()
-    drive(component, RING, RING.ticks // 2)
+    component = DISCS.started()
+    drive(component, DISCS, DISCS.ticks // 2)
     before = component.events()
     with record(component, tmp_path / "a.mcap"):
-        drive(component, RING, RING.ticks)
-        component.step(200 * component.step_size, pull=3.0 * PULL)
+        drive(component, DISCS, DISCS.ticks)
+        component.step(200 * component.step_size, force=3.0 * TEAR)
     log = open_log(tmp_path / "a.mcap")
     assert before and log.events() == component.events()[len(before) :] != []
-    assert verify(log, components=OWN).identical
+    assert verify(log).identical
 
 
-@pytest.mark.parametrize("at", [0.0, 0.5, 1.3, 2.5])
+@pytest.mark.parametrize("at", [0.0, 2.5e-4, 6.5e-4, 1.25e-3])
 def test_a_branch_with_unchanged_inputs_has_the_parents_bits(tmp_path: Path, at: float) -> None:
-    component = ring_log(tmp_path / "a.mcap")
-    branch = open_log(tmp_path / "a.mcap").branch(at, components=OWN)
+    component = torn_log(tmp_path / "a.mcap")
+    branch = open_log(tmp_path / "a.mcap").branch(at)
     branch.run(tmp_path / "b.mcap")
     assert bits(branch.component) == bits(component)
-    assert verify(tmp_path / "b.mcap", components=OWN).identical
+    assert verify(tmp_path / "b.mcap").identical
 
 
 def test_a_branch_takes_another_array(tmp_path: Path) -> None:
-    ring_log(tmp_path / "a.mcap")
-    branch = open_log(tmp_path / "a.mcap").branch(0.5, components=OWN)
-    child = branch.run(tmp_path / "b.mcap", {"pull": -PULL})
-    assert child.inputs["pull"][1][-1].tolist() == (-PULL).tolist()
-    with pytest.raises(ge.ParameterError, match="pull.*shape"):
-        open_log(tmp_path / "a.mcap").branch(0.5, components=OWN).run(tmp_path / "c.mcap", {"pull": np.ones(3)})
+    torn_log(tmp_path / "a.mcap")
+    branch = open_log(tmp_path / "a.mcap").branch(2.5e-4)
+    child = branch.run(tmp_path / "b.mcap", {"force": -TEAR})
+    assert child.inputs["force"][1][-1].tolist() == (-TEAR).tolist()
+    with pytest.raises(ge.ParameterError, match="force.*shape"):
+        open_log(tmp_path / "a.mcap").branch(2.5e-4).run(tmp_path / "c.mcap", {"force": np.ones(3)})
 
 
 # -- what is changed is named -------------------------------------------------------------------------------------------
@@ -117,7 +115,7 @@ def flipped(array: np.ndarray, place: int) -> np.ndarray:
 @pytest.mark.parametrize("second_account", [True, False])
 @pytest.mark.parametrize("array", ["0.values", "pattern.0"])
 def test_one_changed_bit_of_an_array_input_names_it(tmp_path: Path, array: str, second_account: bool) -> None:
-    ring_log(tmp_path / "a.mcap", hash_every=1)
+    torn_log(tmp_path / "a.mcap", hash_every=1)
 
     def change(old: Record) -> Record:
         if old.kind == HASHES and old.detail == 1 and not second_account:
@@ -126,15 +124,15 @@ def test_one_changed_bit_of_an_array_input_names_it(tmp_path: Path, array: str, 
         return changed(old, **{array: flipped(old.arrays[array], 3)}) if has else old
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    result = verify(tmp_path / "b.mcap", components=OWN)
-    assert not result.identical and result.variable == "pull"
+    result = verify(tmp_path / "b.mcap")
+    assert not result.identical and result.variable == "force"
 
 
 def test_one_changed_bit_of_an_event_is_noticed(tmp_path: Path) -> None:
-    ring_log(tmp_path / "a.mcap")
+    torn_log(tmp_path / "a.mcap")
     places = {EVENTS: lambda old: changed(old, rows=flipped(old.arrays["rows"], 3))}
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", lambda old: places.get(old.kind, lambda same: same)(old))
-    result = verify(tmp_path / "b.mcap", components=OWN)
+    result = verify(tmp_path / "b.mcap")
     assert result.variable == "events" and not result.identical
 
 
@@ -142,27 +140,27 @@ def test_one_changed_bit_of_an_event_is_noticed(tmp_path: Path) -> None:
 
 
 def test_links_are_logged_and_drawn(tmp_path: Path) -> None:
-    ring_log(tmp_path / "a.mcap", variables=["displacement", "speed", "linked"])
+    torn_log(tmp_path / "a.mcap", variables=["displacement", "speed", "linked"])
     log = open_log(tmp_path / "a.mcap")
     points, links = log.drawables
-    assert isinstance(points, Points) and points.reference.shape == (5, 2)
-    assert isinstance(links, Links) and links.pairs.tolist() == RING.make().drawables()[1].pairs.tolist()  # type: ignore[union-attr]
-    assert {"/particles", "/preview", "/links/springs"} <= film_topics(tmp_path / "a.mcap").keys()
+    assert isinstance(points, Points) and points.reference.shape == (6, 2)
+    assert isinstance(links, Links) and links.pairs.tolist() == DISCS.make().drawables()[1].pairs.tolist()  # type: ignore[union-attr]
+    assert {"/particles", "/preview", "/links/links"} <= film_topics(tmp_path / "a.mcap").keys()
 
 
 def test_a_report_shows_balances_and_events(tmp_path: Path) -> None:
-    ring_log(tmp_path / "a.mcap", variables=["displacement", "speed", "linked"])
+    torn_log(tmp_path / "a.mcap", variables=["displacement", "speed", "linked"])
     log = open_log(tmp_path / "a.mcap")
     html = report(log, tmp_path / "report").read_text()
-    for words in ("elastic energy", "fracture energy", "momentum x", "momentum residual y", "spring broke", "Events"):
+    for words in ("potential energy", "fracture energy", "momentum x", "momentum residual y", "link broken", "Events"):
         assert words in html
     assert plot(log, "speed").axes
 
 
 def test_xarray_has_the_axes_of_the_plane(tmp_path: Path) -> None:
-    ring_log(tmp_path / "a.mcap", variables=["displacement", "speed"])
+    torn_log(tmp_path / "a.mcap", variables=["displacement", "speed"])
     data = open_log(tmp_path / "a.mcap").to_xarray()
-    assert data.displacement.dims == ("time", "body", "axis") and data.speed.dims == ("time", "body")
+    assert data.displacement.dims == ("time", "disc", "direction") and data.speed.dims == ("time", "disc")
 
 
 # -- hostile logs -------------------------------------------------------------------------------------------------------
@@ -171,24 +169,24 @@ def test_xarray_has_the_axes_of_the_plane(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "name", "values"),
     [
-        (STEPS, "0.values", np.zeros((2, 5))),
-        (STEPS, "0.values", np.zeros((1, 5, 2))),
-        (STEPS, "0.values", np.full((3, 5, 2), np.nan)),
-        (STEPS, "pattern.0", np.zeros((5, 3))),
-        (STEPS, "pattern.0", np.full((5, 2), np.inf)),
-        (STEPS, "pattern.0", np.zeros((5, 2), np.int64)),
+        (STEPS, "0.values", np.zeros((2, 6))),
+        (STEPS, "0.values", np.zeros((1, 6, 2))),
+        (STEPS, "0.values", np.full((3, 6, 2), np.nan)),
+        (STEPS, "pattern.0", np.zeros((6, 3))),
+        (STEPS, "pattern.0", np.full((6, 2), np.inf)),
+        (STEPS, "pattern.0", np.zeros((6, 2), np.int64)),
         (EVENTS, "rows", np.zeros((1, 4))),
         (EVENTS, "rows", np.full((1, 5), np.nan)),
         (EVENTS, "rows", np.array([[1e300, 0.0, 0.0, 1.0, 1.0]])),
         (EVENTS, "rows", np.array([[1.0, 7.0, 0.0, 1.0, 1.0]])),
-        (HEADER, "1.pairs", np.full((5, 2), 99)),
-        (HEADER, "1.pairs", np.zeros((5, 3), np.int64)),
+        (HEADER, "1.pairs", np.full((6, 2), 99)),
+        (HEADER, "1.pairs", np.zeros((6, 3), np.int64)),
         (HEADER, "0.radius", np.zeros(4)),
-        (HEADER, "0.reference", np.zeros((5, 4))),
+        (HEADER, "0.reference", np.zeros((6, 4))),
     ],
 )
 def test_arrays_of_another_form_are_refused(tmp_path: Path, kind: int, name: str, values: np.ndarray) -> None:
-    ring_log(tmp_path / "a.mcap", ticks=90)
+    torn_log(tmp_path / "a.mcap", ticks=90)
     rewrite(
         tmp_path / "a.mcap",
         tmp_path / "b.mcap",
@@ -202,7 +200,7 @@ def test_arrays_of_another_form_are_refused(tmp_path: Path, kind: int, name: str
 @pytest.mark.parametrize("seed", range(4))
 def test_random_lies_are_refused_or_found(tmp_path: Path, seed: int) -> None:
     """Any number of a record changed, with every checksum right: an error of the family, or a difference that is named."""
-    ring_log(tmp_path / "a.mcap", ticks=90)
+    torn_log(tmp_path / "a.mcap", ticks=90)
     chance, kinds = random.Random(seed), (STEPS, EVENTS, HASHES, SNAPSHOTS, HEADER)
     for _ in range(12):
         kind, wild = chance.choice(kinds), chance.choice([0, -1, 1, 2**62, 0x7FF8000000000000])
@@ -220,7 +218,7 @@ def test_random_lies_are_refused_or_found(tmp_path: Path, seed: int) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             try:
-                verify(tmp_path / "b.mcap", components=OWN)
+                verify(tmp_path / "b.mcap")
                 open_log(tmp_path / "b.mcap").events()
             except GranularError:
                 pass
@@ -228,9 +226,9 @@ def test_random_lies_are_refused_or_found(tmp_path: Path, seed: int) -> None:
 
 def test_a_profile_times_an_array_and_a_number(tmp_path: Path) -> None:
     """The same force as a pattern times a profile, and as an array at each step, differ by rounding only."""
-    shaped, stepped = RING.started(), RING.started()
+    shaped, stepped = DISCS.started(), DISCS.started()
     signal = Profile.table([0.0, 0.2, 1.0], [0.0, 1.0, 0.0])
-    shaped.step(50 * shaped.step_size, pull=PULL * signal)
+    shaped.step(50 * shaped.step_size, force=TEAR * signal)
     for tick in range(50):
-        stepped.step(None, pull=signal((tick + 0.5) * stepped.step_size) * PULL)
+        stepped.step(None, force=signal((tick + 0.5) * stepped.step_size) * TEAR)
     np.testing.assert_allclose(shaped.get("velocity"), stepped.get("velocity"), rtol=1e-12, atol=1e-14)

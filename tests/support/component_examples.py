@@ -14,7 +14,6 @@ import numpy as np
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.profiles import Profile
-from support.planar_toy import Ring
 
 
 @dataclass(frozen=True)
@@ -69,9 +68,6 @@ class Example:
         """The example's profiles on the component's own step size."""
         return dict(self.profiles(component.step_size))
 
-
-# Forces on five bodies that pull two of them apart.
-PULL = np.array([[0.9, 0.0], [0.0, 0.5], [-0.9, 0.25], [0.0, 0.0], [0.0, -0.5]])
 
 OSCILLATORS = [
     Example(
@@ -261,17 +257,6 @@ CHAINS = [
     ),
     *[_driven_chain(integrator, tolerance) for integrator, tolerance in _DRIVEN.items()],
 ]
-
-RING = Example(
-    "ring",
-    Ring,
-    {"bodies": 5},
-    {"velocity": {1: (0.3, -0.2), 4: 0.1}, "displacement": (0.01, 0.0)},
-    {"pull": PULL},
-    lambda h: {"pull": (Profile.triangle(2.0, 40 * h, rise=10 * h) + Profile.half_sine(1.0, 30 * h, start=20 * h)) * PULL},
-    # Leapfrog conserves E up to (omega h)^2 / 4 of the kinetic energy; omega^2 is at most 4 k / m, so that is 6e-4.
-    energy_tolerance=6e-4,
-)
 
 # Six discs are torn apart from the middle, and the pieces hit the walls.
 TEAR = np.array([[-30.0, 0.0], [0.0, 3.0], [30.0, 1.0], [-30.0, -1.0], [0.0, -3.0], [30.0, 0.0]])
@@ -530,7 +515,7 @@ COUPLED = [
     ),
 ]
 
-EXAMPLES = [*OSCILLATORS, *CHAINS, RING, DISCS, *GRIDS, *AUTOMATA, *COUPLED]
+EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED]
 
 
 def of_component(name: str) -> list[Example]:
