@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from time import perf_counter
 
 from . import (
+    automata,
     calls,
     compilation,
     environments,
@@ -36,6 +37,7 @@ OURS: dict[str, Benchmark] = {
     "compilation": compilation.measure,
     "gradient": gradient.measure,
     "grid": grid.measure,
+    "automata": automata.measure,
     "environments": environments.measure,
     "recording": recording.measure,
     "mcap": mcap_peer.measure,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import hashlib
 import math
+import operator
 import sys
 from abc import ABCMeta
 from collections.abc import Callable, Iterable, Mapping
@@ -14,6 +15,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from .contract import Balance, Event, Variable
+from .drawables import validate_drawables
 from .errors import ParameterError, nearest, shortened
 from .inputs import Held, input_value
 from .snapshot import Block, FloatArray, Snapshot
@@ -78,9 +80,15 @@ class Component(Stepping, metaclass=_Fixed):
         self._settle()
         # The entries of balances are known once there is a state, of zeros.
         for balance in self.balances():
-            self.variables |= {v.name: v for v in balance_variables(balance) if v.name not in self.variables}
+            if not balance.stored:
+                raise ParameterError(f"balance {balance.quantity!r}: stored: got no entry, expected at least one")
+            for variable in balance_variables(balance):
+                known = self.variables.setdefault(variable.name, variable)
+                if (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape):
+                    raise ParameterError(f"balance {balance.quantity!r}: {variable.name!r} is another variable too")
         self.balance_names: tuple[str, ...] = tuple(name for balance in self.balances() for name in balance.entries)
         self.reset()
+        validate_drawables(self.drawables(), self.variables)
 
     def _lay_out(
         self,
@@ -225,6 +233,12 @@ class Component(Stepping, metaclass=_Fixed):
 
     def _add_event(self, tick: int, kind: str, index: int | None, value: float, limit: float) -> None:
         """Note an event; `tick` is that at the end of the internal step in which it happened."""
+        if kind not in self.event_kinds or (index is not None and not 0 <= operator.index(index) < 2**53):
+            raise ParameterError(
+                f"event: got {kind!r} of {index}, expected a kind of `event_kinds`, and a whole number or None"
+            )
+        if not (math.isfinite(value) and math.isfinite(limit)):
+            raise ParameterError(f"event {kind!r}: got the value {value} and the limit {limit}, expected finite numbers")
         number = list(self.event_kinds).index(kind)
         self._block.append("events", (tick, number, -1 if index is None else index, value, limit))
 

@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .errors import ParameterError
 from .snapshot import FloatArray
 
 
+class _Geometry:
+    """Closes the arrays of a drawable to writing: those of a component are often its own tables."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for name in ("reference", "radius", "pairs", "nodes", "connectivity", "coordinate"):
+            if hasattr(self, name):
+                view = np.asarray(getattr(self, name)).view()
+                view.flags.writeable = False
+                object.__setattr__(self, name, view)
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
-class Points:
+class Points(_Geometry):
     """Bodies with a centre: grains, discs, automata, integration points.
 
     Attributes:
@@ -33,7 +48,7 @@ class Points:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Links:
+class Links(_Geometry):
     """Pairs of points that hold together, until they break.
 
     Attributes:
@@ -50,7 +65,7 @@ class Links:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Cells:
+class Cells(_Geometry):
     """Elements of a continuum.
 
     Attributes:
@@ -69,7 +84,7 @@ class Cells:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Curve:
+class Curve(_Geometry):
     """A field along a line, such as the pressure along a tube.
 
     Attributes:
@@ -87,6 +102,54 @@ Drawable = Points | Links | Cells | Curve
 
 # Outputs that a drawable names.
 _OUTPUTS = ("displacement", "colour", "rotation", "state", "field")
+
+
+def validate_drawables(drawables: Iterable[Drawable], variables: Mapping[str, Any]) -> None:
+    """Check what a component declares: dimensions, indices, and the shapes of the outputs that are named.
+
+    Raises:
+        ParameterError: something does not fit.
+    """
+    points = {one.name: len(one.reference) for one in drawables if isinstance(one, Points)}
+    for one in drawables:
+        where = f"drawable {one.name!r}"
+        match one:
+            case Points():
+                count, shapes = len(one.reference), {"colour": 1, "rotation": 1, "displacement": 2}
+                _expect(one.reference.ndim == 1 or one.reference.shape[-1] in (1, 2, 3), f"{where}: reference: up to 3 columns")
+                _expect(one.radius.shape == (count,), f"{where}: radius: one for each of the {count} points")
+            case Links():
+                _expect(
+                    one.points in points, f"{where}: points: got {one.points!r}, expected one of {', '.join(points) or 'none'}"
+                )
+                _expect_indices(f"{where}: pairs", one.pairs, points[one.points])
+                count, shapes = len(one.pairs), {"state": 1}
+            case Cells():
+                _expect_indices(f"{where}: connectivity", one.connectivity, len(one.nodes))
+                count, shapes = len(one.nodes), {"displacement": 2}
+            case Curve():
+                count, shapes = len(one.coordinate), {"field": 1}
+        for role in _OUTPUTS:
+            name = getattr(one, role, "")
+            if not name:
+                continue
+            _expect(name in variables, f"{where}: {role}: got {name!r}, which is no output")
+            shape = variables[name].shape
+            if role in shapes:
+                _expect(
+                    shape[:1] == (count,) and len(shape) <= shapes[role] and shape[1:] <= (3,),
+                    f"{where}: {role}: {name!r} has the shape {shape}",
+                )
+
+
+def _expect_indices(where: str, indices: np.ndarray, count: int) -> None:
+    inside = indices.ndim == 2 and (not indices.size or (indices.min() >= 0 and indices.max() < count))
+    _expect(inside, f"{where}: expected rows of indices from 0 to {count - 1}")
+
+
+def _expect(holds: bool, message: str) -> None:
+    if not holds:
+        raise ParameterError(message)
 
 
 def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:

@@ -80,7 +80,7 @@ def _number(name: str, value: Any, shape: tuple[int, ...]) -> float:
 
 
 def _array(name: str, value: Any, shape: tuple[int, ...]) -> npt.NDArray[np.float64]:
-    """Return a read-only copy in the input's shape; no copy of an array that nobody can change."""
+    """Return a read-only copy in the input's shape."""
     try:
         given = np.asarray(value)
     except ValueError as error:  # rows of unlike length
@@ -91,6 +91,4 @@ def _array(name: str, value: Any, shape: tuple[int, ...]) -> npt.NDArray[np.floa
         )
     if given.shape != shape:
         raise ParameterError(f"input {name!r}: got an array of shape {given.shape}, expected a number or shape {shape}")
-    if given.dtype == np.float64 and given.base is None and not given.flags.writeable and given.flags.c_contiguous:
-        return given
     return read_only(np.array(given, dtype=np.float64, order="C"))

@@ -279,6 +279,18 @@ def test_mirrored_loads_give_mirrored_cracks(packing: str) -> None:
     np.testing.assert_array_equal(u[mirror], [-1.0, 1.0] * u)
 
 
+@BOTH
+def test_a_closed_specimen_that_cracks_and_is_pressed_keeps_its_balances(packing: str) -> None:
+    sides = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
+    strain = {"name": "strain", "tensile": 5e-3}
+    automata = block(packing, **sides, criterion=strain, strength_scatter=0.3, step_size=0.1)
+    automata.step(40.0, top_velocity=[0.0, 0.004])
+    automata.step(60.0, top_velocity=[0.004, -0.006])
+    assert automata.get("touching") > 10.0 and automata.get("friction_energy") > 0.0
+    assert abs(automata.get("energy_residual")) <= 1e-3 * automata.get("boundary_work")
+    assert np.abs(automata.get("momentum_residual")).max() <= 1e-13
+
+
 # -- logs ---------------------------------------------------------------------------------------------------------------
 
 

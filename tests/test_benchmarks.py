@@ -10,6 +10,7 @@ sys.path.append(str(Path(__file__).resolve().parent.parent))
 
 from benchmarks import __main__ as program  # noqa: E402
 from benchmarks import (  # noqa: E402
+    automata,
     calls,
     chains,
     compilation,
@@ -41,6 +42,7 @@ SMALL = {
     "compilation": (lambda: compilation.measure(repeats=1), 3),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 3),
+    "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4), 5),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "mcap": (lambda: mcap_peer.measure(small=20, large=2, large_words=100, rounds=2), 2),

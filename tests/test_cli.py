@@ -115,7 +115,7 @@ def test_describe_an_experiment_prints_its_file(capsys):
     assert 'left = "piston"' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("template", ["chain", "oscillator", "measured/hammer", "nesterenko-1983/3.1-one-grain"])
+@pytest.mark.parametrize("template", [*catalogue.names(), "measured/hammer", "nesterenko-1983/3.1-one-grain"])
 def test_new_writes_a_file_that_is_valid(template, folder, capsys):
     assert main(["new", template, "-o", "sub/mine.toml"]) == 0
     capsys.readouterr()

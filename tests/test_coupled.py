@@ -321,9 +321,3 @@ def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:
     assert fast.value.variable == "automata_velocity" and fast.value.value > fast.value.limit
     medium.reset()
     assert medium.save().to_bytes() == before
-
-
-def test_without_parameters_it_is_two_squares_of_steel_side_by_side() -> None:
-    medium = Coupled()
-    assert len(medium.interface.nodes) == 11 and medium.micro_steps == 1
-    assert medium.get("mass") == pytest.approx(2.0 * 7800.0 * 1e-4, rel=1e-12)

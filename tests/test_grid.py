@@ -15,9 +15,11 @@ from support.conformance_tools import bits, drive
 from support.grid_tools import MEDIUM, P_SPEED, SMALL, bar, block, distorted, inner_nodes, pulse, start_pulse
 
 import granular_env as ge
+from granular_env.components.drawables import main_points
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.grid import Grid, kernels, schedule, threads
 from granular_env.components.profiles import Profile
+from granular_env.viewing.plane import load_plane
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -403,3 +405,16 @@ def test_outputs_agree_with_each_other() -> None:
     np.testing.assert_allclose(grid.get("equivalent_stress"), np.sqrt(1.5 * norm))
     assert grid.get("internal_energy").sum() == pytest.approx(grid.get("elastic_energy") + grid.get("plastic_work"))
     assert grid.get("mass") == 16.0
+
+
+def test_a_report_draws_the_cells_and_a_viewer_the_nodes(tmp_path: Path) -> None:
+    """Nodes would hide the cells of a picture; what knows no cells has the nodes."""
+    grid = block(5, 4, receivers=[3])
+    grid.reset(velocity={7: (1e-3, 0.0)})
+    with ge.record(grid, tmp_path / "a.mcap", every=grid.step_size):
+        grid.step(4 * grid.step_size)
+    log = ge.open_log(tmp_path / "a.mcap")
+    plane = load_plane(log, None)
+    assert plane is not None and [one.name for one in plane.drawables] == ["grid"]
+    nodes = main_points(log.drawables)
+    assert nodes is not None and nodes.name == "nodes" and len(nodes.reference) == 30

@@ -20,7 +20,7 @@ import numpy as np
 from ..support.arrays import FloatArray
 from ..support.jit import inlined, jit
 from .breaking.functions import failure
-from .pair import strains, turned
+from .pair import mirrored_slots, strains, turned
 from .responses.functions import respond
 from .stress import virial
 
@@ -68,16 +68,6 @@ def opposite_slot(slots, slot):
 
 
 @inlined
-def mirrored_slots(slots, group):
-    """Return two slots that a mirror exchanges or keeps: 0 and 2, 1 and 3; or 0 and 3, 1 and 2, 4 and 5."""
-    if slots == 4:
-        return group, group + 2
-    if group == 0:
-        return 0, 3
-    return (1, 2) if group == 1 else (4, 5)
-
-
-@inlined
 def bond_strains(body, displacement, half, i, slot):
     """Return the strains of a link, and cos - 1 and sin of its rotation."""
     nx, ny, j = body.directions[slot, 0], body.directions[slot, 1], body.neighbours[i, slot]
@@ -111,10 +101,11 @@ def bond_dilation(body, bonds, displacement, half, i):
     k, slots = body.kind[i], body.directions.shape[0]
     total = 0.0
     for group in range(slots // 2 - 1, -1, -1):
-        a, b = mirrored_slots(slots, group)
-        eps_a, _, _, _ = bond_strains(body, displacement, half, i, a)
-        eps_b, _, _, _ = bond_strains(body, displacement, half, i, b)
-        total += bonds.weight[i, a] * body.share[k, a] * eps_a + bonds.weight[i, b] * body.share[k, b] * eps_b
+        pair = 0.0
+        for slot in mirrored_slots(slots, group):
+            eps, _, _, _ = bond_strains(body, displacement, half, i, slot)
+            pair += bonds.weight[i, slot] * body.share[k, slot] * eps
+        total += pair
     return total / condensation(body, bonds, i)
 
 
@@ -132,10 +123,11 @@ def bond_stresses(body, bonds, displacement, half, dilation, stress_out, begin, 
     for i in range(begin, end):
         k, xx, yy, xy = body.kind[i], 0.0, 0.0, 0.0
         for group in range(slots // 2 - 1, -1, -1):
-            a, b = mirrored_slots(slots, group)
-            ax, ay, axy = _virial(body, bonds, displacement, half, dilation, i, k, a)
-            bx, by, bxy = _virial(body, bonds, displacement, half, dilation, i, k, b)
-            xx, yy, xy = xx + (ax + bx), yy + (ay + by), xy + (axy + bxy)
+            px, py, pxy = 0.0, 0.0, 0.0
+            for slot in mirrored_slots(slots, group):
+                ax, ay, axy = _virial(body, bonds, displacement, half, dilation, i, k, slot)
+                px, py, pxy = px + ax, py + ay, pxy + axy
+            xx, yy, xy = xx + px, yy + py, xy + pxy
         stress_out[i, 0], stress_out[i, 1], stress_out[i, 2] = xx, yy, xy
 
 
@@ -153,10 +145,11 @@ def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out
     for i in range(begin, end):
         k, fx, fy, torque = body.kind[i], 0.0, 0.0, 0.0
         for group in range(slots // 2 - 1, -1, -1):
-            a, b = mirrored_slots(slots, group)
-            ax, ay, at = _pull(body, bonds, displacement, half, dilation, i, k, a)
-            bx, by, bt = _pull(body, bonds, displacement, half, dilation, i, k, b)
-            fx, fy, torque = fx + (ax + bx), fy + (ay + by), torque + (at + bt)
+            px, py, turning = 0.0, 0.0, 0.0
+            for slot in mirrored_slots(slots, group):
+                ax, ay, at = _pull(body, bonds, displacement, half, dilation, i, k, slot)
+                px, py, turning = px + ax, py + ay, turning + at
+            fx, fy, torque = fx + px, fy + py, torque + turning
         force_out[i, 0], force_out[i, 1], torque_out[i] = fx, fy, torque
 
 

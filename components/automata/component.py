@@ -26,8 +26,8 @@ from .state import Body, Scratch, make_body, make_scratch
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
-# Bytes of an automaton: its state, a copy of it, the scratch, the packing and what its making takes at a time.
-_BYTES = 600
+# Bytes of an automaton: its state, a copy of it, the scratch, the packing and what its making takes at a time; its histories.
+_BYTES, _HISTORY_BYTES = 600, 800
 
 
 class Automata(Component):
@@ -48,7 +48,7 @@ class Automata(Component):
         """Return the bytes of the automata that the rectangle around the shape holds."""
         left, right, low, high = parameters.shape.bounds
         cells = (right - left) * (high - low) / (parameters.diameter**2 * LATTICES[parameters.packing].volume)
-        return int(min(cells, 1e15)) * _BYTES
+        return int(min(cells, 1e15)) * (_BYTES + _HISTORY_BYTES * parameters.has_history)
 
     def _build(self) -> None:
         p = self.parameters
@@ -170,13 +170,15 @@ class Automata(Component):
                 "displacement: the contacts of this state name automata that do not exist; restore a snapshot that save() gave",
                 time=self.time, variable="displacement", index=None, value=np.nan, limit=float(self.count),
             )  # fmt: skip
-        variable = "displacement" if status == TOO_FAR else "velocity"
+        variable, unit, limit = "velocity", "m/s", self._speed_limit
+        meaning = f"{_LARGEST_MOVE:g} of a diameter in an internal step"
+        if status == TOO_FAR:
+            variable, unit, limit, meaning = "displacement", "m", 1e9 * self.parameters.diameter, "a thousand million diameters"
         size = self._magnitude(variable)
-        limit = self._speed_limit if status != TOO_FAR else float(1e9 * self.parameters.diameter)
-        index, unit = int(np.argmin(size <= limit)), "m" if status == TOO_FAR else "m/s"
+        index = int(np.argmin(size <= limit))
         return StepError(
-            f"{variable}[{index}] reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} {unit} "
-            f"({_LARGEST_MOVE:g} of a diameter in an internal step); take a smaller step_size, or load the specimen less",
+            f"{variable}[{index}] reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} "
+            f"{unit}, {meaning}; take a smaller step_size, or load the specimen less",
             time=self.time, variable=variable, index=index, value=float(size[index]), limit=limit,
         )  # fmt: skip
 

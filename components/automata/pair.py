@@ -45,14 +45,11 @@ def orient(rotation, half_out, begin, end):
         sine = x + x * z * _sine_series(z)
         less = z * _cosine_series(z)
         turns = quarters - 4.0 * np.floor(0.25 * quarters)
-        if turns == 0.0:
-            half_out[i, 0], half_out[i, 1] = less, sine
-        elif turns == 1.0:
-            half_out[i, 0], half_out[i, 1] = -sine - 1.0, 1.0 + less
-        elif turns == 2.0:
-            half_out[i, 0], half_out[i, 1] = -2.0 - less, -sine
-        else:
-            half_out[i, 0], half_out[i, 1] = sine - 1.0, -1.0 - less
+        # Without branches, so that the loop is one of vectors.
+        half_out[i, 0] = (
+            (less if turns == 0.0 else -sine - 1.0) if turns < 2.0 else (-2.0 - less if turns == 2.0 else sine - 1.0)
+        )
+        half_out[i, 1] = (sine if turns == 0.0 else 1.0 + less) if turns < 2.0 else (-sine if turns == 2.0 else -1.0 - less)
 
 
 @inlined
@@ -82,13 +79,6 @@ def _cosine_series(z):
 
 
 @inlined
-def mean_rotation(half, i, j):
-    """Return cos - 1 and sin of the mean rotation of two automata."""
-    ci, si, cj, sj = half[i, 0], half[i, 1], half[j, 0], half[j, 1]
-    return (ci + cj) + (ci * cj - si * sj), (si + sj) + (ci * sj + cj * si)
-
-
-@inlined
 def strains(displacement, half, i, j, nx, ny, length):
     """Return the strains along and across a pair, and cos - 1 and sin of its mean rotation.
 
@@ -101,10 +91,26 @@ def strains(displacement, half, i, j, nx, ny, length):
         ny: the same, y.
         length: distance of the two before anything moved [m].
     """
-    less, sine = mean_rotation(half, i, j)
     dx, dy = displacement[j, 0] - displacement[i, 0], displacement[j, 1] - displacement[i, 1]
+    return relative_strains(dx, dy, half[i, 0], half[i, 1], half[j, 0], half[j, 1], nx, ny, 1.0 / length)
+
+
+@inlined
+def relative_strains(dx, dy, ci, si, cj, sj, nx, ny, inverse):
+    """Return what `strains` does, of a relative displacement [m], cos - 1 and sin of half the rotations, and 1 / length."""
+    less, sine = (ci + cj) + (ci * cj - si * sj), (si + sj) + (ci * sj + cj * si)
     x, y = dx + (less * dx + sine * dy), dy + (less * dy - sine * dx)
-    return (x * nx + y * ny) / length + less, (y * nx - x * ny) / length - sine, less, sine
+    return (x * nx + y * ny) * inverse + less, (y * nx - x * ny) * inverse - sine, less, sine
+
+
+@inlined
+def mirrored_slots(slots, group):
+    """Return two slots that a mirror exchanges or keeps: 0 and 2, 1 and 3; or 0 and 3, 1 and 2, 4 and 5."""
+    if slots == 4:
+        return group, group + 2
+    if group == 0:
+        return 0, 3
+    return (1, 2) if group == 1 else (4, 5)
 
 
 @inlined

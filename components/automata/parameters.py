@@ -25,8 +25,13 @@ _SIDE = (
 class AutomataParameters(Parameters):
     """A specimen that is packed with equal automata, its material and its four sides; plane strain."""
 
-    shape: ChosenShape = field(..., "what is filled: rectangle, disc or polygon; a table {name = ..., ...}", "1")
-    diameter: float = field(..., "diameter of the automata", "m", gt=0.0)
+    shape: ChosenShape = field(
+        ...,
+        "what is filled: rectangle, disc or polygon; a table {name = ..., ...}",
+        "1",
+        examples=[{"name": "rectangle", "width": 0.04, "height": 0.0346410161514}],
+    )
+    diameter: float = field(..., "diameter of the automata", "m", gt=0.0, examples=[0.01])
     packing: Literal["square", "hexagonal"] = field("hexagonal", "square, or hexagonal with rows along x", "1")
     material: Preset | Material = field("steel", f"material, or the name of a preset ({preset_list()})", "1")
     thickness: float = field(1.0, "extent along z", "m", gt=0.0)

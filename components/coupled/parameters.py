@@ -11,22 +11,23 @@ from ..grid.parameters import GridParameters
 from ..support.fields import Pair, Positive, field
 from ..support.validation import Parameters
 
-# A square of steel of ten by ten cells to the left of x = 0, and one of automata to the right.
-_GRID = GridParameters(mesh={"name": "rectangle", "columns": 10, "rows": 10, "cell_size": 1e-3, "centre": [-5e-3, 5e-3]})  # type: ignore[arg-type]
-_AUTOMATA = AutomataParameters(
-    shape={"name": "rectangle", "width": 0.01, "height": 0.01},  # type: ignore[arg-type]
-    diameter=1e-3,
-    packing="square",
-)
 Scheme = Literal["force", "momentum", "literal"]
 
 
 class CoupledParameters(Parameters):
     """A grid, and automata that fill the rest of the body: what lies on both is the interface; a slab one metre thick."""
 
-    grid: GridParameters = field(_GRID, "the continuous part: a table of the parameters of a grid, without step_size", "1")
+    grid: GridParameters = field(
+        ...,
+        "the continuous part: a table of the parameters of a grid, without step_size",
+        "1",
+        examples=[{"mesh": {"name": "rectangle", "columns": 4, "rows": 2, "cell_size": 0.01, "centre": [0.02, 0.03]}}],
+    )
     automata: AutomataParameters = field(
-        _AUTOMATA, "the discrete part: a table of the parameters of automata, without step_size and thickness", "1"
+        ...,
+        "the discrete part: a table of the parameters of automata, without step_size and thickness",
+        "1",
+        examples=[{"shape": {"name": "rectangle", "width": 0.04, "height": 0.02}, "diameter": 0.01, "packing": "square"}],
     )
     origin: Pair = field([0.0, 0.0], "where the origin of the automata's shape lies in the coordinates of the grid", "m")
     scheme: Scheme = field(

@@ -363,12 +363,15 @@ class Grid(Component):
         return tuple(found)
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the grid, coloured by speed, and the receivers."""
-        shown: list[Drawable] = [Cells("grid", self.mesh.nodes, self.mesh.cells, "speed", "displacement")]
-        if len(self._receivers):
-            radius = np.full(len(self._receivers), 0.5 * float(np.sqrt(self.mesh.areas.min())))
-            shown.append(Points("receivers", self.mesh.nodes[self._receivers], radius, "receiver_displacement"))
-        return tuple(shown)
+        """Return the grid and its nodes, coloured by speed."""
+        mesh = self.mesh
+        # A quarter of the side of a square of the mean area around a node.
+        around = np.maximum(np.bincount(mesh.cells.ravel(), minlength=len(mesh.nodes)), 1)
+        area = np.bincount(mesh.cells.ravel(), np.repeat(mesh.areas, 4), len(mesh.nodes)) / around
+        return (
+            Cells("grid", mesh.nodes, mesh.cells, "speed", "displacement"),
+            Points("nodes", mesh.nodes, 0.25 * np.sqrt(area), "displacement", "speed"),
+        )
 
     def boundary_of(self, edge: str) -> Boundary | None:
         """Return what an edge does; None where it is free."""

@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import command, quiet_option, set_option
+from granular_env.cli.command import Overrides, command, quiet_option, set_option
 from granular_env.cli.completion import folders, papers
 from granular_env.cli.status import Status
-from granular_env.components.errors import Override, ParameterError, shortened
+from granular_env.components.errors import ParameterError, shortened
 
 
 @command("atlas")
@@ -19,9 +19,7 @@ from granular_env.components.errors import Override, ParameterError, shortened
 @click.option("--only", metavar="ENTRY", multiple=True, help="Compute this entry, not all of them (may be repeated).")
 @click.option("--processes", metavar="N", type=int, default=2, help="How many entries at a time (default: 2).")
 @quiet_option("page")
-def atlas(
-    paper: str, out: str | None, overrides: tuple[Override, ...], only: tuple[str, ...], processes: int, quiet: bool
-) -> int:
+def atlas(paper: str, out: str | None, overrides: Overrides, only: tuple[str, ...], processes: int, quiet: bool) -> int:
     """Compute a paper's figures and numbers anew, on one page beside the printed ones."""
     from granular_env.atlas import run_atlas
     from granular_env.atlas.console import closing
@@ -32,7 +30,7 @@ def atlas(
     return Status.DIFFERENT if done.failed else Status.DONE
 
 
-def _constants(overrides: tuple[Override, ...]) -> dict[str, Any]:
+def _constants(overrides: Overrides) -> dict[str, Any]:
     """Return the constants of a paper that --set gives, name -> value, each once."""
     constants: dict[str, Any] = {}
     for override in overrides:

@@ -10,15 +10,13 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import command, json_option, large_option, set_option
+from granular_env.cli.command import Overrides, command, json_option, large_option, set_option
 from granular_env.cli.completion import names
 from granular_env.cli.kinds import is_plan, is_study
 from granular_env.cli.status import Status
-from granular_env.components.errors import GranularWarning, MissingExtraError, Override
+from granular_env.components.errors import GranularWarning, MissingExtraError
 from granular_env.output_files import count_of, readable_bytes
 from granular_env.terminal import printable, wrap_text
-
-Overrides = tuple[Override, ...]
 
 
 @command("check")

@@ -15,6 +15,7 @@ from granular_env.package_contents import first_sentence
 
 Body = Callable[..., int]
 Decorator = Callable[[Body], Body]
+Overrides = tuple[Override, ...]
 
 
 class Command(click.Command):
@@ -45,7 +46,7 @@ def set_option(text: str) -> Decorator:
     return click.option("--set", "overrides", metavar="KEY=VALUE", multiple=True, callback=_parse_overrides, help=text)
 
 
-def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence[str]) -> tuple[Override, ...]:
+def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence[str]) -> Overrides:
     if ctx.resilient_parsing or not texts:
         return ()
     from granular_env.documents import parse_assignments

@@ -10,9 +10,8 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import command, json_option, set_option
+from granular_env.cli.command import Overrides, command, json_option, set_option
 from granular_env.cli.completion import files, names
-from granular_env.components.errors import Override
 from granular_env.terminal import columns, printable, wrap_text
 
 _ANYTHING = names("components", "experiments", "plans of sweeps", "studies")
@@ -38,7 +37,7 @@ def list_shipped(for_programs: bool) -> int:
 @click.argument("name", help="A name of `granular-env list`, or a TOML file.", shell_complete=_ANYTHING)
 @json_option()
 @set_option("A component's parameter, such as grains=5: shapes and inputs depend on them.")
-def describe(name: str, for_programs: bool, overrides: tuple[Override, ...]) -> int:
+def describe(name: str, for_programs: bool, overrides: Overrides) -> int:
     """Print a component's variables, or the file of an experiment, a plan or a study."""
     from granular_env.components import catalogue
 

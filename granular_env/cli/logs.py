@@ -9,12 +9,11 @@ from pathlib import Path
 
 import click
 
-from granular_env.cli.command import command, json_option, large_option, overwrite_option, quiet_option, set_option
+from granular_env.cli.command import Overrides, command, json_option, large_option, overwrite_option, quiet_option, set_option
 from granular_env.cli.completion import files
 from granular_env.cli.log_paths import log_target
 from granular_env.cli.results import print_result, silence_own_warnings
 from granular_env.cli.status import Status
-from granular_env.components.errors import Override
 from granular_env.output_files import count_of
 from granular_env.terminal import printable
 
@@ -72,7 +71,7 @@ def _verify(log: str, for_programs: bool, allow_large: bool) -> int:
 def branch(
     log: str,
     at: float,
-    overrides: tuple[Override, ...],
+    overrides: Overrides,
     until: float | None,
     out: str | None,
     overwrite: bool,

@@ -6,12 +6,11 @@ from contextlib import nullcontext
 
 import click
 
-from granular_env.cli.command import command, exclusive, output_options, overwrite_option, set_option
+from granular_env.cli.command import Overrides, command, exclusive, output_options, overwrite_option, set_option
 from granular_env.cli.completion import files, names
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.log_paths import log_target
 from granular_env.cli.results import print_result, silence_own_warnings
-from granular_env.components.errors import Override
 
 
 @command("run")
@@ -32,7 +31,7 @@ from granular_env.components.errors import Override
 @exclusive("log", "no_log")
 def run(
     experiment: str,
-    overrides: tuple[Override, ...],
+    overrides: Overrides,
     log: str | None,
     no_log: bool,
     overwrite: bool,

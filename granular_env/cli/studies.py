@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
-from granular_env.cli.command import command, overwrite_option, quiet_option, set_option
+from granular_env.cli.command import Overrides, command, overwrite_option, quiet_option, set_option
 from granular_env.cli.completion import folders, names
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.results import silence_own_warnings
 from granular_env.cli.status import Status
-from granular_env.components.errors import ExperimentError, Override
+from granular_env.components.errors import ExperimentError
 from granular_env.terminal import columns
 
 
@@ -24,13 +24,7 @@ from granular_env.terminal import columns
 @overwrite_option("Start anew where the folder has results already.")
 @quiet_option("page")
 def study(
-    study: str | None,
-    listing: bool,
-    out: str | None,
-    overrides: tuple[Override, ...],
-    only: tuple[str, ...],
-    overwrite: bool,
-    quiet: bool,
+    study: str | None, listing: bool, out: str | None, overrides: Overrides, only: tuple[str, ...], overwrite: bool, quiet: bool
 ) -> int:
     """Let methods search for the best drive of a task, and compare them; a study that was interrupted goes on."""
     if listing:

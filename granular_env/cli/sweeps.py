@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import command, large_option, output_options, set_option
+from granular_env.cli.command import Overrides, command, large_option, output_options, set_option
 from granular_env.cli.completion import folders, names
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.status import Status
-from granular_env.components.errors import Override
 
 if TYPE_CHECKING:
     from granular_env.sweep import Sweep
@@ -44,7 +43,7 @@ def sweep(
     engine: str,
     address: str | None,
     workers: int | None,
-    overrides: tuple[Override, ...],
+    overrides: Overrides,
     allow_large: bool,
     quiet: bool,
     for_programs: bool,

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, PlainValidator, TypeAdapter
+from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
 from granular_env.components.errors import nearest, shortened
 from granular_env.components.profiles import Profile
@@ -164,6 +164,15 @@ class SumTable(ProfileTable):
 
     profile: Literal["sum"] = "sum"
     profiles: list[AnyProfile] = Field(min_length=1, description="the tables to add")
+
+    @field_validator("profiles")
+    @classmethod
+    def _refuse_patterns(cls, profiles: list[ProfileTable]) -> list[ProfileTable]:
+        """Profiles of time are added before the pattern of the sum multiplies them."""
+        for index, table in enumerate(profiles):
+            if table.pattern is not None:
+                raise refusal("got a pattern", "none in a part of a sum; give the sum one pattern", at=(index, "pattern"))
+        return profiles
 
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.total`."""

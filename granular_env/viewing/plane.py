@@ -77,7 +77,7 @@ def load_plane(log: Any, motion: Motion | None, times: Sequence[float] | None = 
     Raises:
         ParameterError: an instant outside the recorded span.
     """
-    drawables = tuple(one for one in log.drawables if _is_planar(one, log))
+    drawables = tuple(one for one in log.drawables if _is_planar(one, log) and not _is_hidden(one, log.drawables))
     names = [name for name in drawn_outputs(drawables) if name in log.variables and len(log.times(name))]
     if not any(not isinstance(one, Links) for one in drawables) or not names:
         return None
@@ -86,6 +86,14 @@ def load_plane(log: Any, motion: Motion | None, times: Sequence[float] | None = 
     values = {name: sample_frames(log, name, picked)[1] for name in names}
     units = {name: log.variables[name].unit for name in names}
     return Plane(drawables, clock[picked], values, units, _exaggeration(drawables, values, motion))
+
+
+def _is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
+    """Return whether a drawable would hide others: points that are the nodes of cells, which are drawn themselves."""
+    return isinstance(drawable, Points) and any(
+        isinstance(one, Cells) and one.displacement == drawable.displacement and np.array_equal(one.nodes, drawable.reference)
+        for one in others
+    )
 
 
 def _is_planar(drawable: Drawable, log: Any) -> bool:

@@ -1,0 +1,76 @@
+"""The automata against memory: bytes that a tick has to move, over what a triad moves; and what finding contacts costs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+import granular_env as ge
+
+from .figures import Figure
+from .grid import MEDIUM, triad
+from .timing import interleaved, ratio, repeats_for
+
+# Of the roof of memory; bytes that an automaton may take; part of a cracking run that finding contacts may take.
+WANTED, MOST_BYTES, MOST_SEARCH = 0.5, 200.0, 0.5
+_SAMPLE_SECONDS = 0.2
+
+
+def noisy(packing: str, side: int) -> Any:
+    """A specimen of about side x side linked automata that all move."""
+    row = 0.5 * 3.0**0.5 if packing == "hexagonal" else 1.0
+    shape = {"name": "rectangle", "width": float(side), "height": side * row}
+    automata = ge.make("automata", shape=shape, diameter=1.0, packing=packing, material=MEDIUM)
+    automata.reset(velocity=1e-4 * np.random.default_rng(1).standard_normal((automata.count, 2)))
+    return automata
+
+
+def bytes_of_tick(automata: Any) -> int:
+    """What a tick has to read and write, each array once: the motion, and which neighbours there are."""
+    return automata.body.neighbours.nbytes + automata.body.kind.nbytes + 2 * sum(part.nbytes for part in automata.motion)
+
+
+def bytes_of_memory(automata: Any) -> int:
+    """What the automata take while they step."""
+    arrays = (automata.body.neighbours, automata.body.kind, *automata.motion, *automata.scratch)
+    return sum(array.nbytes for array in arrays)
+
+
+def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cracking: float = 2.9e-4) -> Iterator[Figure]:
+    """Both packings, too large for a cache; and the shipped sample that fails in compression."""
+    arrays = [np.ones(triad_words) for _ in range(3)]
+    for packing in ("square", "hexagonal"):
+        automata = noisy(packing, side)
+        ticks = repeats_for(lambda one=automata: one._advance(1), _SAMPLE_SECONDS)
+        times = interleaved(
+            {"automata": lambda one=automata, t=ticks: one._advance(t), "triad": lambda: triad(*arrays, 1)}, rounds
+        )
+        moved, count = ticks * bytes_of_tick(automata) / (24 * triad_words), automata.count
+        rate = ticks * count / float(np.median(times["automata"])) / 1e6
+        yield Figure(
+            f"automata / triad, bytes a second, {count} {packing}", moved * ratio(times["triad"], times["automata"]),
+            at_least=WANTED, note=f"{rate:.1f} M automaton updates/s, {bytes_of_tick(automata) / count:.0f} bytes each",
+        )  # fmt: skip
+        yield Figure(f"memory of an automaton, {packing}", bytes_of_memory(automata) / count, "bytes", at_most=MOST_BYTES)
+    yield Figure("finding contacts, part of a run that cracks", 100.0 * search_part(cracking), "%", at_most=100.0 * MOST_SEARCH)
+
+
+def search_part(duration: float) -> float:
+    """Return what part of the time of the shipped sample under compression finding contacts takes."""
+    automata: Any = ge.run("psakhie-2003/uniaxial-compression", overrides={"duration": 2.2e-4}).component
+    steps, spent = automata._steps, [0.0]
+    find = steps._find_contacts
+
+    def timed() -> int:
+        begin = perf_counter()
+        status = find()
+        spent[0] += perf_counter() - begin
+        return status
+
+    steps._find_contacts = timed
+    begin = perf_counter()
+    automata.step(round((duration - automata.time) / automata.step_size) * automata.step_size)
+    return spent[0] / (perf_counter() - begin)
