@@ -29,8 +29,8 @@ FINAL = {
     "grid-yielding": "9279b8c98056286681e30b4c7cede4e9",
     "automata-linked": "06b98eaa4cae31ab1f1559a5382c8e62",
     "automata-cracking": "6c5ec0a43fe25f5402758a1a3934d820",
-    "coupled-inclusion": "b7b5241f42ded753bc9f714760051523",
-    "coupled-layers": "7f368b87bb68cc3574ed875efee6e77a",
+    "coupled-inclusion": "9efa6156ee8d7a39143d679ecfb07615",
+    "coupled-layers": "aaa23c2128ed042d28ee66d43f0f0043",
 }
 
 
