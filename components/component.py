@@ -1,4 +1,4 @@
-"""What every component is: a physical system that can be reset, stepped, read, saved and restored."""
+"""The base of all components: a physical system that can be reset, stepped, read, saved and restored."""
 
 from __future__ import annotations
 
@@ -224,7 +224,7 @@ class Component(Stepping, metaclass=_Fixed):
 
     @property
     def event_count(self) -> int:
-        """How many events there have been since the reset."""
+        """Return the number of events since the reset."""
         return self._block.count("events")
 
     def event_rows(self, since: int = 0) -> FloatArray:

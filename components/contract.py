@@ -76,7 +76,7 @@ Amount = float | FloatArray
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Balance:
-    """What became of a conserved quantity since the reset; each entry is an output variable of its name.
+    """The fate of a conserved quantity since the reset; each entry is an output variable of its name.
 
     Attributes:
         quantity: such as "energy"; `<quantity>_residual` is a variable too.
@@ -154,7 +154,7 @@ class Observer(Protocol):
 
 
 class Physics(metaclass=ABCMeta):
-    """What the author of a component writes; `component.Component` does the rest."""
+    """The part of a component that its author writes; `component.Component` does the rest."""
 
     event_kinds: ClassVar[Mapping[str, str]] = {}
     """Kinds of events that can happen -> what they are; then the block has a growing part `events=EVENT_ROWS`."""
@@ -163,7 +163,7 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def _build(self) -> None:
-        """From `self.parameters`: set `step_size`, call `_lay_out`, compute the tables that do not change."""
+        """Set `step_size`, call `_lay_out`, and compute the tables that do not change, from `self.parameters`."""
 
     @abstractmethod
     def _declare(self) -> Iterable[Variable]:
@@ -171,7 +171,7 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        """How to read each output of `_declare`: name -> function that returns a number or an array.
+        """Return how to read each output of `_declare`: name -> function that returns a number or an array.
 
         The array may lie in the block: `get` copies such a one.
         """

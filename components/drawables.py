@@ -1,4 +1,4 @@
-"""What viewers can draw of a component: a small closed family, logged and drawn without knowing the component."""
+"""Drawables, the shapes that viewers can draw of a component: a small closed family, logged and drawn for any component."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ class Profile:
 
     @staticmethod
     def triangle(peak: float, duration: float, rise: float = 0.0, start: float = 0.0) -> Profile:
-        """From 0 to `peak` in `rise` [s], back to 0 at `duration` [s]; rise = 0 is the paper's falling triangle (3.3)."""
+        """Return a rise from 0 to `peak` in `rise` [s], back to 0 at `duration` [s]; rise = 0 is the paper's triangle (3.3)."""
         peak, duration, rise, start = (
             finite_number("peak", peak),
             positive_number("duration", duration),

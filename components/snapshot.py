@@ -80,7 +80,7 @@ class Block:
 
     @property
     def grows(self) -> bool:
-        """Whether it has lists, or parts that have."""
+        """Return whether it has lists, or parts that have."""
         return bool(self._tables)
 
     @property

@@ -23,7 +23,7 @@ _SILENT_SECONDS, _LONG_SECONDS = 5.0, 60.0
 
 
 class Stepping(Physics):
-    """What can be stepped: `step`, and what it needs."""
+    """The stepping of a component: `step`, and what it needs."""
 
     name: ClassVar[str]
     """Catalogue name."""
@@ -122,7 +122,7 @@ class Stepping(Physics):
 
     @property
     def phase(self) -> str:
-        """Where in its life it is: "ready", "stepping" or "failed"; `contract.LIFE_CYCLE` says what is legal then."""
+        """Return "ready", "stepping" or "failed"; `contract.LIFE_CYCLE` says which calls are legal then."""
         if self._stepping:
             return "stepping"
         return "failed" if self._failure == self._tick else "ready"
@@ -136,12 +136,12 @@ class Stepping(Physics):
 
     @property
     def is_observed(self) -> bool:
-        """Whether somebody looks on."""
+        """Return whether somebody looks on."""
         return bool(self._observers)
 
     @property
     def follows_profile(self) -> bool:
-        """Whether an input that is held is a profile of time."""
+        """Return whether an input that is held is a profile of time."""
         return self._profiled
 
     def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:

@@ -85,7 +85,7 @@ def lock(file: IO[Any], refusal: GranularError) -> None:
 
 
 def resolve_file(path: str | os.PathLike[str]) -> Path:
-    """Where a path leads, links followed; `ParameterError` where a folder, a device or a pipe stands there."""
+    """Return where a path leads, links followed; `ParameterError` where a folder, a device or a pipe stands there."""
     try:
         target = Path(os.path.realpath(path))
     except ValueError as error:

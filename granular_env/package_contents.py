@@ -1,4 +1,4 @@
-"""What comes with the package: components, experiments, plans of sweeps, studies; found without importing what runs them."""
+"""The package's contents, components, experiments, plans, studies: found without importing what runs them."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def _foot_before(values: FloatArray, first: int, peak: int) -> int:
 
 
 def _foot_after(values: FloatArray, peak: int, last: int) -> int:
-    """Where a maximum ends: at the first value at or below 0, or the least one before the next maximum."""
+    """Return where a maximum ends: at the first value at or below 0, or the least one before the next maximum."""
     down = values[peak : last + 1] <= 0.0
     return peak + int(np.argmax(down) if down.any() else np.argmin(values[peak : last + 1]))
 
@@ -119,7 +119,7 @@ def resolved_top(times: FloatArray, values: FloatArray, peak: int) -> tuple[floa
 
 
 def crossing(times: FloatArray, values: FloatArray, after: int, level: float) -> float:
-    """When the curve passes a level between a sample and the next one; the two lie on different sides of it."""
+    """Return when the curve passes a level between a sample and the next one; the two lie on different sides of it."""
     curve, scale = _curve(times, values, after)
     length = (times[after + 1] - times[after]) / scale
     found = [float(root.real) for root in (curve - level).roots() if abs(root.imag) < 1e-9 and 0.0 <= root.real <= length]

@@ -53,7 +53,7 @@ Inputs = Mapping[str, Held | Profile]
 
 @dataclasses.dataclass(frozen=True)
 class RunResult:
-    """What a run came to.
+    """The result of a run.
 
     Attributes:
         component: at the end of the run.

@@ -2,6 +2,7 @@
 
 import ast
 import dataclasses
+import graphlib
 import re
 import subprocess
 import sys
@@ -158,3 +159,52 @@ def test_only_components_and_domains_import_a_particular_component():
                 assert importer.startswith(("granular_env.components.", "granular_env.domains.")), (
                     f"{importer} imports {module}"
                 )
+
+
+# -- circles and docstrings -------------------------------------------------------------------------------------------
+
+
+def modules() -> dict[str, Path]:
+    """All modules of the package by name; `components/` is a part of it."""
+    parts = [("granular_env.components", ROOT / "components"), ("granular_env", ROOT / "granular_env")]
+    found = {}
+    for package, folder in parts:
+        for path in sorted(folder.rglob("*.py")):
+            inner = path.relative_to(folder).with_suffix("").parts
+            if package != "granular_env" or inner[0] != "components":
+                found[".".join([package, *inner]).removesuffix(".__init__")] = path
+    return found
+
+
+def imported_at_once(name: str, path: Path, known: dict[str, Path]) -> set[str]:
+    """The package's own modules that importing a module imports: not those that its functions import later."""
+    found = set()
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.ImportFrom):
+            package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
+            base = package[: len(package) - node.level + 1] if node.level else []
+            origin = ".".join([*base, *([node.module] if node.module else [])])
+            found |= {f"{origin}.{one.name}" if f"{origin}.{one.name}" in known else origin for one in node.names}
+        elif isinstance(node, ast.Import):
+            found |= {one.name for one in node.names}
+    return found & known.keys() - {name}
+
+
+def test_imports_make_no_circle():
+    known = modules()
+    graph = {name: imported_at_once(name, path, known) for name, path in known.items()}
+    assert sum(map(len, graph.values())) > 1000
+    graphlib.TopologicalSorter(graph).prepare()
+
+
+def test_docstrings_have_a_subject():
+    """Functions begin with an imperative (ruff's D401 checks the rest), modules and classes with a noun."""
+    headless = re.compile(r"(Of|What|Whether|Its|How|Where|Which|Who|When|From|By)\b")
+    found = [
+        f"{path.relative_to(ROOT)}: {text.splitlines()[0]}"
+        for path in modules().values()
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+        and headless.match(text := ast.get_docstring(node) or "")
+    ]
+    assert not found

@@ -202,6 +202,10 @@ def test_an_array_and_a_profile_with_a_pattern_are_held(tmp_path):
         ([[1.0, 2.0], [3.0]], "input.force: got [[1.0, 2.0], [3.0]], expected rows of equal length"),
         ({"profile": "constant", "value": 1.0, "pattern": [1.0]}, "input.force.pattern: got a list of shape (1,), expected an"),
         (
+            {"profile": "sum", "profiles": [{"profile": "constant", "value": 1.0, "pattern": CORNER}]},
+            "input.force.profiles.0.pattern: got a pattern, expected none in a part of a sum",
+        ),
+        (
             {"profile": "constant", "value": 1.0, "pattern": "all"},
             "input.force.pattern: got 'all', expected numbers, in a list",
         ),

@@ -42,7 +42,7 @@ class Bonds(NamedTuple):
 
 
 class Law(NamedTuple):
-    """How links respond and break.
+    """The response and the breaking criterion of links, as numbers for kernels.
 
     Attributes:
         elastic: whether they have no history.

@@ -1,4 +1,4 @@
-"""What inputs do to a specimen: forces and tractions as one `Load`, prescribed velocities as one `Grip`."""
+"""Loads and grips: inputs as forces and tractions on a specimen (`Load`), and as prescribed velocities (`Grip`)."""
 
 from __future__ import annotations
 

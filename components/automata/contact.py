@@ -25,7 +25,7 @@ FIRST, SECOND, SLOT, START = 0, 1, 2, 3
 
 
 class Ground(NamedTuple):
-    """Where automata stand, in whole numbers: differences of places are exact, and those of mirrored pairs mirrored.
+    """Places of automata in whole numbers: differences of places are exact, and those of mirrored pairs mirrored.
 
     Attributes:
         places: whole numbers of `unit`, shape (n, 2), int32.

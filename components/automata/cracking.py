@@ -35,7 +35,7 @@ LOSSES = 4
 
 
 class Judgement(NamedTuple):
-    """What decides on links in one internal step.
+    """The numbers that decide on links in one internal step.
 
     Attributes:
         stress: of the automata, shape (n, 3) [Pa].

@@ -72,7 +72,7 @@ LATTICES = {
 
 
 class Classes(NamedTuple):
-    """What automata have in common that are cut in the same way; one row for each kind of cut.
+    """Properties of automata that are cut in the same way; one row for each kind of cut.
 
     Attributes:
         volume: shape (classes,) [m^2].

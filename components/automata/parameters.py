@@ -69,10 +69,10 @@ class AutomataParameters(Parameters):
 
     @property
     def has_history(self) -> bool:
-        """Whether pairs yield or break."""
+        """Return whether pairs yield or break."""
         return bool(self.criterion.causes) or not self.response.elastic
 
     @property
     def periodic(self) -> tuple[bool, bool]:
-        """Whether left and right are one, and bottom and top."""
+        """Return whether left and right are one, and bottom and top."""
         return self.left == "periodic", self.bottom == "periodic"

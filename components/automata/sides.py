@@ -39,7 +39,7 @@ class Side:
 
     @property
     def held(self) -> int:
-        """What is held of each automaton, as `motion.Grip` says."""
+        """Return what is held of each automaton, as `motion.Grip` says."""
         across = (HOLDS_X, HOLDS_Y)[self.axis]
         return {
             "fixed": HOLDS_X | HOLDS_Y | HOLDS_ROTATION,

@@ -1,4 +1,4 @@
-"""What the kernels work on: what is fixed, what changes, and what is computed anew in each internal step."""
+"""Arrays for the kernels: those that are fixed, those that change, and those computed anew in each internal step."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Motion(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What a force evaluation leaves behind.
+    """Arrays that a force evaluation leaves behind.
 
     Attributes:
         half: cos - 1 and sin of half the rotation, shape (n, 2).

@@ -470,7 +470,7 @@ class Chain(Component):
         return (Points("grains", reference, self.geometry.radius.copy(), "displacement", "velocity"),)
 
     def validity(self) -> Validity:
-        """How far the run so far has kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
+        """Return how well the run kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
         places = self.geometry.contact_slice
         return Validity.of(
             self.geometry, self.parameters.law, self._table[layout.PEAK][: self.parameters.grains + 1][places],
@@ -534,7 +534,7 @@ class Chain(Component):
 
 
 def _first_state_row(law: Law) -> int:
-    """Where the state begins: contacts have a history only where the law says so."""
+    """Return where the state begins: contacts have a history only where the law says so."""
     if law.has_history:
         return layout.DISSIPATED - law.history_rows
     return layout.TALLY if law.conservative else layout.DISSIPATED

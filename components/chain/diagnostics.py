@@ -1,4 +1,4 @@
-"""How far a run kept to the assumptions under which Hertz's static law describes a dynamic chain (Nesterenko 1983, section 1).
+"""Validity of Hertz's static law in a dynamic chain: figures of a run for the assumptions of Nesterenko 1983, section 1.
 
 1. The pressure in the middle of a contact stays below the elastic limit. 2. The contact is small against the grain: a << R.
 3. What happens takes much longer than the grain's own oscillation: tau >> T = 2.5 R / c1.
@@ -44,7 +44,7 @@ class Validity:
 
     @staticmethod
     def of(chain: Geometry, law: Law, peak: FloatArray, force_rate: float, *, wanted_forces: float, adaptive: bool) -> Validity:
-        """From the largest overlap of each contact, shape (contacts,) [m], and force evaluations per second.
+        """Make it from the largest overlap of each contact, shape (contacts,) [m], and force evaluations per second.
 
         Only spheres have a pressure and a contact radius; plastic ones no pressure above that at which they yield.
         """
@@ -114,7 +114,7 @@ def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _duration(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, exponent: float) -> FloatArray:
-    """Of the collisions that have these largest overlaps, the loss left out, shape (contacts,) [s]."""
+    """Return how long collisions with these largest overlaps last, the loss left out, shape (contacts,) [s]."""
     if exponent == 1.5:
         return np.asarray(duration_of_overlap(reduced_mass, stiffness, overlap))
     return duration_times_frequency(exponent) / np.sqrt(exponent * stiffness * overlap ** (exponent - 1.0) / reduced_mass)

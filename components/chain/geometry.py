@@ -272,7 +272,7 @@ def _per_grain(materials: list[Material], name: str) -> FloatArray:
 
 
 def _yield_strength(parameters: ChainParameters, materials: list[Material]) -> FloatArray:
-    """Of the weaker side; a free end, a piston and a rigid plane count as the grain that they meet."""
+    """Return that of the weaker side; a free end, a piston and a rigid plane count as the grain that they meet."""
     grains = _per_grain(materials, "yield_strength")
     walls = [
         grains[end] if given is None else material(given).yield_strength or np.nan

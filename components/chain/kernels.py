@@ -1,4 +1,4 @@
-"""What all integrators of the chain share: forces in the contacts, the ends, the tallies.
+"""Kernels that all integrators of the chain share: forces in the contacts, the ends, the tallies.
 
 A chain is one `table` of numbers. One table instead of many arrays keeps a call from Python cheap, and row numbers instead
 of row views keep short chains fast (each view costs as much as several grains). Columns in the long loops are unsigned:
@@ -189,7 +189,7 @@ def value(a, row, n, e):
 
 @inlined
 def integral(a, row, n, e):
-    """Its integral from the tick to e, in steps."""
+    """Return a profile's integral from the tick to e, in steps."""
     p = 0.0
     for i in range(n - 1, -1, -1):
         p = p * e + a[row, i] / (i + 1)

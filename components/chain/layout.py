@@ -1,4 +1,4 @@
-"""Where everything lies in the one table of numbers `a` that is a chain, for kernels and for whoever fills it.
+"""The layout of the one table of numbers `a` that is a chain, for kernels and for whoever fills it.
 
 Constants come first, then scratch that any kernel may use, then the state (one contiguous piece, which is what a snapshot
 holds), then an integrator's own scratch. Grains have the columns 1..n; 0 and n + 1 are the walls, which do not move.

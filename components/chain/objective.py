@@ -1,4 +1,4 @@
-"""What a chain is judged by: a number that can be differentiated, because it says how it depends on each state.
+"""An objective of a driven chain: a number that can be differentiated, because it says how it depends on each state.
 
 J = value(sums), sums_k = the sum over control steps of feature_k(state after that step). Peaks, time averages and terminal
 costs all have this form, and the slopes of all features are known before the backward sweep begins.
@@ -72,7 +72,7 @@ class Objective:
             raise ParameterError(f"objective.count: got {shortened(self.count)}, expected the number of features, at least 1")
 
     def fit(self, grains: int, steps: int) -> None:
-        """Whether it can judge a run of `steps` control steps of a chain of so many grains.
+        """Return whether it can judge a run of `steps` control steps of a chain of so many grains.
 
         Raises:
             ParameterError: it cannot: compiled code would read what is not there.

@@ -149,7 +149,7 @@ class ChainParameters(Parameters):
         return self.grains + 1
 
     def has_contact(self, place: int) -> bool:
-        """Whether there is a contact in a place, from 0 to n: between neighbours always, at an end only with a wall."""
+        """Return whether there is a contact in a place, from 0 to n: between neighbours always, at an end only with a wall."""
         return 0 < place < self.grains or (self.left if place == 0 else self.right) in WALLS
 
     def absent_contact(self, place: int) -> str:

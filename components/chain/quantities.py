@@ -143,7 +143,7 @@ def peak_feature(f, scale, p):
 
 @jit
 def peak_feature_pullback(f, scale, p):
-    """Its derivative by f."""
+    """Return the derivative of `peak_feature` by f."""
     return p * whole_power(f / scale, p - 1) / scale
 
 
@@ -158,7 +158,7 @@ def peak_value(total, scale, p):
 
 @jit
 def kinetic_energy(a, first, last):
-    """Of the grains first..last, from 0 and both included [J]; a piston's own grain has none."""
+    """Return the energy of the grains first..last, from 0 and both included [J]; a piston's own grain has none."""
     total = 0.0
     for i in range(first + 1, last + 2):
         total += 0.5 * a[MASS, i] * a[V, i] * a[V, i]
@@ -175,7 +175,7 @@ def kinetic_energy_pullback(a, adjoint, first, last, slope):
 
 @jit
 def momentum(a, first, last):
-    """Of the grains first..last, from 0 and both included [kg m/s]; a piston's own grain has none."""
+    """Return that of the grains first..last, from 0 and both included [kg m/s]; a piston's own grain has none."""
     total = 0.0
     for i in range(first + 1, last + 2):
         total += a[MASS, i] * a[V, i]

@@ -62,14 +62,14 @@ class AutomataPart(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """Where both meet."""
+    """The interface, for kernels."""
 
     interface: Interface
     exchange: Exchange
 
 
 class Steps(NamedTuple):
-    """How to advance.
+    """Lengths and numbers of the steps of both parts.
 
     Attributes:
         step: internal step [s].

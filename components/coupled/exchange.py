@@ -1,4 +1,4 @@
-"""What passes between the grid and the automata: forces, and the work and impulse of each side on the other.
+"""The exchange between the grid and the automata: forces, and the work and impulse of each side on the other.
 
 Of an interface node with the masses m_g and m_a and the forces F_g and F_a of the two sides, the sides exchange the impulses
 

@@ -1,4 +1,4 @@
-"""From a mesh, its materials and its boundaries to the arrays that kernels get."""
+"""Assembly of the arrays for kernels from a mesh, its materials and its boundaries."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .schedule import make_schedule
 
 @dataclass(frozen=True)
 class Assembly:
-    """What kernels need beside the state, and what it was made from.
+    """The arrays for kernels beside the state, and what they were made from.
 
     Attributes:
         grid: mesh, masses, materials, order of the work.

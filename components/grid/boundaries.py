@@ -1,4 +1,4 @@
-"""What an edge of the domain does, by name: free, fixed, symmetry, periodic, velocity, traction, absorbing."""
+"""Conditions of the domain's edges, by name: free, fixed, symmetry, periodic, velocity, traction, absorbing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Along = Literal["edge", "nodes"]
 
 
 class Boundary(Named):
-    """What an edge of the domain does, chosen by its `name`."""
+    """A condition of an edge of the domain, chosen by its `name`."""
 
     precedence: ClassVar[int] = 0
     """Of two edges that prescribe one component of the velocity of their common node, the one with more wins."""
@@ -40,7 +40,7 @@ class Symmetry(Boundary):
 
 
 class Periodic(Boundary):
-    """What leaves here enters at the opposite edge, which is periodic too; their nodes move as one."""
+    """A joined edge: what leaves here enters at the opposite edge, which is periodic too; their nodes move as one."""
 
     name: Literal["periodic"] = field("periodic", "joined to the opposite edge", "1")
     partner: str = field("", "the opposite edge; may be left out for left, right, bottom and top", "1")

@@ -243,7 +243,7 @@ class Grid(Component):
 
     @property
     def tally(self) -> FloatArray:
-        """What came in, or went out, through the conditions since the reset; see `layout`."""
+        """Return what came in, or went out, through the conditions since the reset; see `layout`."""
         return self._block["tally"]
 
     def tables(self) -> tuple[layout.Grid, layout.State, layout.Conditions, FloatArray]:

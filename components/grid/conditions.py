@@ -1,4 +1,4 @@
-"""From boundaries and inputs to the nodes with conditions: which they are, what is prescribed, and what inputs do to them."""
+"""Nodes with conditions, from boundaries and inputs: which they are, what is prescribed, and what inputs do to them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What held inputs do to the nodes with conditions: signals of time, each times a force or a velocity for each node."""
+"""Forces and velocities by held inputs at the nodes with conditions: signals of time, each times a row for each node."""
 
 from __future__ import annotations
 

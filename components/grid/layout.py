@@ -1,4 +1,4 @@
-"""What kernels get: tuples of plain arrays for the mesh, the state, the nodes with conditions, and scratch.
+"""Tuples of plain arrays for kernels: the mesh, the state, the nodes with conditions, and scratch.
 
 n nodes, m cells. A corner force is that of one cell on one of its nodes; corner forces lie in scratch, in slots that are used
 again and again where a mesh does not fit the cache.
@@ -18,7 +18,7 @@ Int32Array = npt.NDArray[np.int32]
 
 
 class Grid(NamedTuple):
-    """What does not change: mesh, masses, materials, and the order of the work.
+    """The constant arrays: mesh, masses, materials, and the order of the work.
 
     Attributes:
         reference: nodes before anything moves, shape (n, 2) [m].
@@ -57,7 +57,7 @@ class Grid(NamedTuple):
 
 
 class State(NamedTuple):
-    """What changes; all of one tick.
+    """The changing arrays; all of one tick.
 
     Attributes:
         displacement: of the nodes from `reference`, shape (n, 2) [m].

@@ -19,7 +19,7 @@ Place = Index | Pair
 
 
 class Region(Parameters):
-    """Where one of several materials lies."""
+    """A part of the body with one of several materials."""
 
     area: ChosenArea = field(..., "cells whose middle lies in this area: a box or a disc", "1")
     material: int = field(..., "number of the material, from 0", "1", ge=0)

@@ -20,7 +20,7 @@ def number(default: Any, description: str, unit: str, **bounds: Any) -> Any:
 
 
 class PlasticLaw(Named):
-    """When and how a material yields, chosen by its `name`."""
+    """A law of when and how a material yields, chosen by its `name`."""
 
     code: ClassVar[int]
     """Which return of the stress to the yield surface kernels take."""

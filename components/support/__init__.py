@@ -1,3 +1,3 @@
-"""What components are made with: compiled code, reproducible arithmetic, serialisation, checks of what people give."""
+"""Support for components: compiled code, reproducible arithmetic, serialisation, checks of what people give."""
 
 COMPILATION = ("reproducible arithmetic", 2)

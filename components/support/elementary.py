@@ -80,7 +80,7 @@ def fourier(real: FloatArray, imaginary: FloatArray) -> tuple[FloatArray, FloatA
 
 @lru_cache(maxsize=8)
 def _twiddles(count: int) -> list[tuple[FloatArray, FloatArray]]:
-    """Of each stage: cosine and sine of -2 pi k / length, shape (length / 2, 1)."""
+    """Return cosine and sine of -2 pi k / length of each stage, shape (length / 2, 1)."""
     stages, length = [], count
     while length > 1:
         turns = np.arange(length // 2)[:, None] / length

@@ -72,7 +72,7 @@ class Binding:
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """What a function's machine code is made from.
+    """The sources of a function's machine code.
 
     Attributes:
         key: a hash of all of it; None where `unknown` says what has no fingerprint.

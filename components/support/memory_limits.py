@@ -1,4 +1,4 @@
-"""How much memory there is, so that what does not fit is refused before it is tried."""
+"""Limits of memory, so that what does not fit is refused before it is tried."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the command line says while an atlas is computed, and after it."""
+"""Messages of the command line while an atlas is computed, and after it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def telling(entries: Sequence[Entry], title: str, progress: Progress) -> Iterato
 
 
 def closing(atlas: Atlas) -> str:
-    """How it went: how many items came out how, what failed, where the page is."""
+    """Say how it went: how many items came out how, what failed, where the page is."""
     counted = Counter(item.verdict.kind for done in atlas.done for item in done.findings.items)
     figures = sum(len(done.findings.figures) for done in atlas.done)
     lines = [f"{sum(counted.values())} items, {figures} figures: " + ", ".join(f"{n} {kind}" for kind, n in counted.items())]

@@ -1,4 +1,4 @@
-"""What an entry computes with: runs that are recorded once, and the paper's constants."""
+"""The means of an entry: runs that are recorded once, and the paper's constants."""
 
 from __future__ import annotations
 

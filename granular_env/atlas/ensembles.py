@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 @dataclasses.dataclass(frozen=True)
 class Band:
-    """What many seeds gave.
+    """A result of many seeds.
 
     Attributes:
         draws: one number for each seed, in the seeds' order.
@@ -22,12 +22,12 @@ class Band:
 
     @classmethod
     def of(cls, draws: npt.ArrayLike) -> Band:
-        """From any array."""
+        """Make it from any array."""
         return cls(tuple(float(draw) for draw in np.asarray(draws, dtype=np.float64).ravel()))
 
     @property
     def count(self) -> int:
-        """How many seeds."""
+        """Return the number of seeds."""
         return len(self.draws)
 
     @property
@@ -60,7 +60,7 @@ class Band:
         return float(np.percentile(self.draws, percent))
 
     def percentile(self, value: float) -> float:
-        """How many percent of the draws are smaller; equal ones count half."""
+        """Return how many percent of the draws are smaller; equal ones count half."""
         draws = np.asarray(self.draws)
         return float(100.0 * (np.mean(draws < value) + 0.5 * np.mean(draws == value)))
 

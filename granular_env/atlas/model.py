@@ -1,4 +1,4 @@
-"""What an atlas is made of: a paper, its entries, and what an entry finds: items with verdicts, and figures."""
+"""The parts of an atlas: a paper, its entries, and what an entry finds: items with verdicts, and figures."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class Item:
 
     @property
     def verdict(self) -> Verdict:
-        """From the values alone; see `verdicts`."""
+        """Return the verdict, from the values alone; see `verdicts`."""
         return combine(self.values)
 
     @property
     def unmet(self) -> bool:
-        """Whether any of its values is not, or only roughly, as printed: then the reason is wanted."""
+        """Return whether any of its values is not, or only roughly, as printed: then the reason is wanted."""
         return any(value.verdict.kind in ("not reproduced", "in part") for value in self.values)
 
 
@@ -126,7 +126,7 @@ class Figure:
 
 @dataclasses.dataclass(frozen=True)
 class Findings:
-    """What an entry computed."""
+    """The items and figures that an entry computed."""
 
     items: Sequence[Item] = ()
     figures: Sequence[Figure] = ()

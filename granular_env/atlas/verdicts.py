@@ -96,7 +96,7 @@ class Value:
 
     @property
     def below_resolution(self) -> bool:
-        """Whether ours is nothing but rounding error."""
+        """Return whether ours is nothing but rounding error."""
         return not isinstance(self.computed, str) and bool(abs(self.computed) < self.resolution)
 
     @property
@@ -125,7 +125,7 @@ class Value:
 
     @property
     def verdict(self) -> Verdict:
-        """Of this number alone."""
+        """Return the verdict of this number alone."""
         if self.printed is None:
             return Verdict("no figure", "the paper gives none")
         if isinstance(self.computed, str):
@@ -170,7 +170,7 @@ class Value:
 
     @property
     def distance(self) -> str:
-        """How far ours is from the paper's: in its unit where a tolerance is, or where things are counted; else percent."""
+        """Return how far ours is from the paper's: in its unit where a tolerance is or things are counted; else percent."""
         assert self.number is not None
         absolute = self.tolerance is not None or self.loose is not None or isinstance(self.computed, int)
         if self.number == 0.0 or absolute:

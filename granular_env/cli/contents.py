@@ -1,4 +1,4 @@
-"""What comes with the package: `list`, `describe`, and `new` to start from it."""
+"""Commands for the package's contents: `list`, `describe`, and `new` to start from one of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ends a command early, as one message on standard error and an exit status; and streams that are closed or full."""
+"""Errors that end a command early, as one message on standard error and an exit status; streams that are closed or full."""
 
 from __future__ import annotations
 

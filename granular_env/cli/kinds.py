@@ -1,4 +1,4 @@
-"""What kind of document a name or a file is: an experiment, a sweep's plan, or a study."""
+"""The kind of document that a name or a file is: an experiment, a sweep's plan, or a study."""
 
 from __future__ import annotations
 

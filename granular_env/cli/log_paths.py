@@ -1,4 +1,4 @@
-"""Where a run is recorded: at the path that was given, or in a new file in logs/."""
+"""The path where a run is recorded: the one that was given, or a new file in logs/."""
 
 from __future__ import annotations
 

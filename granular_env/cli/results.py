@@ -1,4 +1,4 @@
-"""What a run came to, printed for people or for programs."""
+"""Results of a run, printed for people or for programs."""
 
 from __future__ import annotations
 

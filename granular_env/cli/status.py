@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """How a command ended."""
+    """The exit status of a command."""
 
     DONE = 0
     DIFFERENT = 1

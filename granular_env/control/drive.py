@@ -13,7 +13,7 @@ from granular_env.components.support.arrays import FloatArray
 
 @dataclass(frozen=True)
 class DriveShape:
-    """How a point, the numbers that a method chooses, becomes a drive: the action of every control step.
+    """A map from a point, the numbers that a method chooses, to a drive: the action of every control step.
 
     Knots stand at even distances over the driven steps, the first at the first step and the last at the last; between two of
     them the action is their straight line, or holds the earlier one. What comes after the driven steps is 0. The rate limit
@@ -93,7 +93,7 @@ class DriveShape:
         return np.clip(np.asarray(knots, dtype=np.float64).T.reshape(-1), self.lowest, self.highest)
 
     def _places(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
-        """Of every driven step: the knot before it, the one after it, and how far it is between them."""
+        """Return for every driven step the knot before it, the one after it, and how far it is between them."""
         driven = min(self.driven or self.steps, self.steps)
         step = np.arange(driven)
         if self.between == "held" or self.knots == 1:

@@ -1,4 +1,4 @@
-"""What a study asks of its task: returns of drives and policies, the smooth objective's slopes, single episodes to look at."""
+"""The interface of a study to its task: returns of drives and policies, the smooth objective's slopes, single episodes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Counts = npt.NDArray[np.int64]
 
 
 class Actor(Protocol):
-    """What chooses actions in a single environment: a drive, a baseline, a trained policy."""
+    """A chooser of actions in a single environment: a drive, a baseline, a trained policy."""
 
     def reset(self) -> None:
         """Begin an episode."""
@@ -92,7 +92,7 @@ class Problem(Protocol):
 
     @property
     def gradient_runs(self) -> float:
-        """What an objective with its slopes costs, in forward runs."""
+        """Return the cost of an objective with its slopes, in forward runs."""
         ...
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, Counts]:

@@ -74,7 +74,7 @@ class TaskProblem:
 
     @property
     def gradient_runs(self) -> float:
-        """What an objective with its slopes costs, in forward runs; 0 where the domain has no gradients."""
+        """Return the cost of an objective with its slopes, in forward runs; 0 where the domain has no gradients."""
         gradients = self._domain.load("gradients")
         return 0.0 if gradients is None else float(gradients.RUNS)
 
@@ -136,7 +136,7 @@ class TaskProblem:
 
     @property
     def is_native(self) -> bool:
-        """Whether the domain's native batch can run this environment."""
+        """Return whether the domain's native batch can run this environment."""
         kind = self._domain.load("environment")
         return kind is not None and isinstance(self.env, kind)
 

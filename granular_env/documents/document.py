@@ -50,7 +50,7 @@ class Document(Table):
 
     @property
     def overrides(self) -> tuple[Override, ...]:
-        """What was set beside what its file says."""
+        """Return what was set beside what its file says."""
         return self._overrides
 
     @classmethod

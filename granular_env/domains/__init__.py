@@ -32,7 +32,7 @@ class Environment:
 
 @dataclass(frozen=True)
 class Domain:
-    """What the rooms of one physical system offer.
+    """The offers of the rooms of one physical system.
 
     Attributes:
         environments: a mapping registered name -> `Environment`.

@@ -146,7 +146,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     @property
     def spec(self) -> EnvSpec | None:  # type: ignore[override]
-        """What Gymnasium made this environment from; `max_episode_steps` is one action more than the deadline takes.
+        """Return what Gymnasium made this environment from; `max_episode_steps` is one action more than the deadline takes.
 
         So wrappers know how long an episode is at most, and no time limit comes before the environment's own end.
         """
@@ -307,7 +307,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     @property
     def draws_component(self) -> bool:
-        """Whether each episode has a component of its own, with parameters that were drawn."""
+        """Return whether each episode has a component of its own, with parameters that were drawn."""
         return False
 
     def _draw(self) -> Ready:

@@ -14,7 +14,7 @@ from ..components.errors import ParameterError, shortened
 
 
 class Policy(Protocol):
-    """What chooses actions: a callable with a memory that `reset` clears."""
+    """A chooser of actions: a callable with a memory that `reset` clears."""
 
     def reset(self) -> None:
         """Begin an episode."""
@@ -55,7 +55,7 @@ class OpenLoop:
         self.step = 0
 
     def reset(self) -> None:
-        """From the first row."""
+        """Begin with the first row again."""
         self.step = 0
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:

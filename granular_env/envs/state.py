@@ -23,7 +23,7 @@ Drawn = Mapping[str, float | Mapping[str, float]]
 
 
 class EnvState:
-    """What `ComponentEnv.save` gives and `restore` takes; never changed by what follows.
+    """The state that `ComponentEnv.save` gives and `restore` takes; never changed by what follows.
 
     Attributes:
         snapshot: the component's state.
@@ -50,7 +50,7 @@ class EnvState:
         self.sound = False
 
     def __eq__(self, other: object) -> bool:
-        """Whether both hold the same bits."""
+        """Return whether both hold the same bits."""
         return self.to_bytes() == other.to_bytes() if isinstance(other, EnvState) else NotImplemented
 
     def __hash__(self) -> int:

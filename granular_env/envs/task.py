@@ -1,4 +1,4 @@
-"""What an agent may do, what it sees and what it is rewarded for.
+"""Tasks: the actions of an agent, its observations and its rewards.
 
 A task knows a component only by its contract, and knows nothing of Gymnasium. Tasks live one a file in ``tasks/``.
 """

@@ -1,4 +1,4 @@
-"""What a run will cost: its wall time, measured on a few ticks, and the numbers that it records."""
+"""The cost of a run: its wall time, measured on a few ticks, and the numbers that it records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an experiment file holds, and how one is found and read.
+"""Experiment files: their content, and how one is found and read.
 
 name = "my-pulse"
 description = "what it shows"   # optional, as is source: the citation

@@ -74,7 +74,7 @@ class ConstantTable(ProfileTable):
 
 
 class TriangleTable(ProfileTable):
-    """From 0 to `peak` in `rise`, back to 0 at `duration`; with rise = 0 it falls from the peak."""
+    """A triangle from 0 to `peak` in `rise`, back to 0 at `duration`; with rise = 0 it falls from the peak."""
 
     profile: Literal["triangle"] = "triangle"
     peak: float = Field(description="the greatest value, in the input's unit")

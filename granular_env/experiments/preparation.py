@@ -100,7 +100,7 @@ def branch_inputs(overrides: Overrides, component: Component) -> dict[str, Input
 
 
 class _Branch(Document):
-    """What may be set of a branch: inputs."""
+    """The document of a branch: inputs alone."""
 
     kind: ClassVar[str] = "branch"
 

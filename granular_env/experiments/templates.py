@@ -113,7 +113,7 @@ def _content(original: Path) -> bytes:
 
 
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:
-    """Where each CSV file of an experiment goes -> where it is; those named by absolute paths stay where they are."""
+    """Return where each CSV file of an experiment goes -> where it is; those named by absolute paths stay where they are."""
     experiment = load_experiment(name)
     named = [table.path for value in experiment.input.values() for table in _csv_tables(value)]
     found = {folder / path: experiment.folder / path for path in named if not Path(path).is_absolute()}

@@ -35,7 +35,7 @@ def make_schedule(
     experiment: Any,
     names: list[str],
 ) -> Schedule:
-    """When to look."""
+    """Return when frames, hashes and key snapshots are taken."""
     if hash_every is not None and (
         not isinstance(hash_every, (int, np.integer)) or isinstance(hash_every, bool) or hash_every < 1
     ):

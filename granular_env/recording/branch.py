@@ -45,7 +45,7 @@ class Branch:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What a child log says of its parent; for `record(..., parent=...)`."""
+        """Return what a child log says of its parent; for `record(..., parent=...)`."""
         name = os.path.basename(str(self.parent.path))
         return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
                 "tick": self.tick}  # fmt: skip

@@ -1,4 +1,4 @@
-"""From the header of a log to the component that it speaks of; nothing of a stranger's is imported or opened."""
+"""The component that a log's header speaks of, made anew; nothing of a stranger's is imported or opened."""
 
 from __future__ import annotations
 

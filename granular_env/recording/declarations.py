@@ -1,4 +1,4 @@
-"""What a log says of its component beside the run, compared with the component of the re-run."""
+"""Declarations of a log's component beside the run, compared with the component of the re-run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""By how much to stretch displacements, so that a wave of microns is seen on grains of millimetres."""
+"""The scale of drawn displacements, so that a wave of microns is seen on grains of millimetres."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What viewers draw of a component, in the header of a log and out of it again."""
+"""Drawables of a component, in the header of a log and out of it again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How large a log may become, before it is written."""
+"""The size that a log may reach, before it is written."""
 
 from __future__ import annotations
 

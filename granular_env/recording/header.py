@@ -1,4 +1,4 @@
-"""What the header of a log says: which component, on which machine, with which versions, and what is recorded."""
+"""The header of a log: which component, on which machine, with which versions, and what is recorded."""
 
 from __future__ import annotations
 

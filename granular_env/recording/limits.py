@@ -1,4 +1,4 @@
-"""How much a log may ask for before it is believed: a file from a stranger must not fill the memory or run for days.
+"""Limits on what a log may ask for: a file from a stranger must not fill the memory or run for days.
 
 `allow_large=True` (on the command line ``--allow-large``) lifts every cap but those that no honest file can pass: an array
 is never larger than the bytes that hold it, and nothing than the memory that is there.

@@ -31,7 +31,7 @@ class LogFile:
 
     @property
     def published(self) -> bool:
-        """Whether it stands under its own name."""
+        """Return whether it stands under its own name."""
         return self._part is None
 
     def write(self, data: Any) -> int:

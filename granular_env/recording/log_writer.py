@@ -136,7 +136,7 @@ class LogWriter:
 
     @property
     def published(self) -> bool:
-        """Whether the file stands under its own name."""
+        """Return whether the file stands under its own name."""
         return self._file.published
 
     def abandon(self) -> None:

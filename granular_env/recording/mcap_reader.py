@@ -100,7 +100,7 @@ class McapReader:
 
     @property
     def chunk_count(self) -> int:
-        """How many chunks can be read."""
+        """Return the number of chunks that can be read."""
         return len(self._places)
 
     @property
@@ -182,7 +182,7 @@ class McapReader:
             raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost")
 
     def _footer(self) -> tuple[int, bytes] | None:
-        """Where the summary starts and its bytes; None where the file has no end."""
+        """Return where the summary starts and its bytes; None where the file has no end."""
         end = self._size - len(MCAP0_MAGIC) - _FOOTER_BYTES
         if end < len(MCAP0_MAGIC) or self._read(self._size - len(MCAP0_MAGIC), len(MCAP0_MAGIC)) != MCAP0_MAGIC:
             return None

@@ -1,4 +1,4 @@
-"""Where everything is in a log: one row a message; read from the closing record, or made by going through the file."""
+"""The index of a log: one row a message; read from the closing record, or made by going through the file."""
 
 from __future__ import annotations
 

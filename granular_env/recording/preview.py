@@ -1,4 +1,4 @@
-"""What stock viewers draw of a log: derived data, a pure function from the frames of a run to messages.
+"""The preview of a log for stock viewers: derived data, a pure function from the frames of a run to messages.
 
     messages = list(preview_messages(facts, frames))
 
@@ -67,7 +67,7 @@ _DIMENSIONLESS = ("", "1")
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class PreviewFacts:
-    """What the preview needs to know beside the frames.
+    """The facts that the preview needs beside the frames.
 
     Attributes:
         title: name of the experiment, else of the component.
@@ -112,7 +112,7 @@ class Topic:
 
     @property
     def message_encoding(self) -> str:
-        """What MCAP calls the encoding of the messages."""
+        """Return what MCAP calls the encoding of the messages."""
         return "cdr" if self.encoding == "ros2msg" else self.encoding
 
 

@@ -181,7 +181,7 @@ class Log:
 
     @cached_property
     def drawables(self) -> tuple[Drawable, ...]:
-        """What a viewer can draw."""
+        """Return what a viewer can draw."""
         return drawables_from(self._header.get("drawables"), self._header_arrays, self.variables)
 
     @cached_property
@@ -311,7 +311,7 @@ class Log:
 
     @property
     def snapshots(self) -> list[tuple[Segment, int]]:
-        """Where snapshots are: segment and tick; `snapshot` reads one."""
+        """Return where snapshots are: segment and tick; `snapshot` reads one."""
         by_number = {segment.number: segment for segment in self.segments}
         return [(by_number[row[SEGMENT]], int(row[FIRST])) for row in self._rows(SNAPSHOTS).tolist()]
 

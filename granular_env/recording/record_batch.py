@@ -1,4 +1,4 @@
-"""What a recorder has gathered since it last wrote, and how that becomes records."""
+"""The data that a recorder has gathered since it last wrote, and how they become records."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Profiles:
         self._new: list[CompiledProfile] = []
 
     def number(self, profile: CompiledProfile) -> tuple[int, int]:
-        """Its number and its `held_word`; a new one is stored with the next batch."""
+        """Return a profile's number and its `held_word`; a new one is stored with the next batch."""
         known = self._known.pop(id(profile), None)
         if known is None:
             known = (profile, self.count, held_word(profile))

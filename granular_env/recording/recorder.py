@@ -123,7 +123,7 @@ class Recorder:
 
     @property
     def published(self) -> bool:
-        """Whether the log stands under its name; not yet, where it replaces one and holds no step."""
+        """Return whether the log stands under its name; not yet, where it replaces one and holds no step."""
         return self._sink.published
 
     @property

@@ -1,4 +1,4 @@
-"""What a log is made of: the names of its topics, and the self-checking block that is the content of each message.
+"""The records of a log: the names of its topics, and the self-checking block that is the content of each message.
 
 A log is an MCAP file. Its exact content is in the topics ``granular/...``: each message is one `packing` block that knows
 which log, which kind, which segment, which ticks and which number in its kind's sequence it is, so that a message that is
@@ -72,7 +72,7 @@ class Record:
 
     @property
     def row(self) -> tuple[int, ...]:
-        """What the index says of it, but for the chunk."""
+        """Return what the index says of it, but for the chunk."""
         return (self.kind, self.detail, self.segment, self.first, self.last, self.count, self.number)
 
 

@@ -1,4 +1,4 @@
-"""When frames, hashes and key snapshots are taken: rules in ticks only, so that the same run is recorded the same way."""
+"""The instants of frames, hashes and key snapshots: rules in ticks only, so that the same run is recorded the same way."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Schedule:
         return (tick // interval + 1) * interval
 
     def is_frame(self, tick: int, elapsed: int) -> bool:
-        """Whether a segment that starts at this tick starts with a frame."""
+        """Return whether a segment that starts at this tick starts with a frame."""
         return self.frame_after(tick - 1, elapsed) == tick
 
     def hash_after(self, tick: int) -> int:

@@ -132,7 +132,7 @@ def _sets_of(
 
 
 def _users(record: Record, inputs: Sequence[str], number: int) -> str:
-    """Which inputs a profile is for, and when, as far as the record still tells."""
+    """Return which inputs a profile is for, and when, as far as the record still tells."""
     labels = {f"{label}.profiles": name for label, name in enumerate(inputs)}
     names = [name for label, name in labels.items() if label in record.arrays and (record.arrays[label] == number).any()]
     return f"{' and '.join(map(repr, names)) or 'an input'} from tick {record.first} to {record.last}"

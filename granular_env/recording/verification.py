@@ -273,7 +273,7 @@ class _Replay:
         self.result.snapshots += 1
 
     def _culprit(self, snapshot: Snapshot) -> str:
-        """Which state variable a differing snapshot differs in."""
+        """Return which state variable a differing snapshot differs in."""
         mine = {name: words(self.component.get(name)) for name in self._state()}
         restore(self.component, snapshot)
         return next((name for name, bits in mine.items() if words(self.component.get(name)) != bits), "state")

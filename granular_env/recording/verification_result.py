@@ -1,4 +1,4 @@
-"""What comes out when a log is run again and compared: identical, different, incomplete, or nothing to compare."""
+"""The result of running a log again and comparing: identical, different, incomplete, or nothing to compare."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _DIGESTED = "the experiment, the options, the parent, descriptions, versions, ma
 
 @dataclass(slots=True, repr=False)
 class Verification:
-    """What a re-run found.
+    """The findings of a re-run.
 
     Attributes:
         path: the log.
@@ -57,7 +57,7 @@ class Verification:
 
     @property
     def identical(self) -> bool:
-        """Whether the log was closed, holds at least one tick, and every bit that a re-run gives is the same."""
+        """Return whether the log was closed, holds at least one tick, and every bit that a re-run gives is the same."""
         return self.outcome == "identical"
 
     @property

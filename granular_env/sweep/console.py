@@ -1,4 +1,4 @@
-"""What is said while a sweep is computed, and after it."""
+"""Messages of the command line while a sweep is computed, and after it."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _failures(results: Sequence[Result]) -> int:
 
 
 def closing(sweep: Sweep) -> str:
-    """How it went, where the table is, and the lines that open it."""
+    """Say how it went, where the table is, and the lines that open it."""
     pending = sweep.size - sweep.done - sweep.failed
     waiting = f", {pending} pending" if pending else ""
     lines = [f"{count_of(sweep.size, 'task')}: {sweep.done} done, {sweep.failed} failed{waiting}"]

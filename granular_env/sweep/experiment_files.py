@@ -14,7 +14,7 @@ from granular_env.components.files import read_bounded
 
 
 def names_a_file(key: str, value: Any) -> bool:
-    """Whether a key of the experiment holds the path of a CSV file."""
+    """Return whether a key of the experiment holds the path of a CSV file."""
     return isinstance(value, str) and key.startswith("input.") and key.endswith(".path")
 
 

@@ -1,4 +1,4 @@
-"""What a plan measures of each run: words for the component's own variables, tables for its domain's measurements.
+"""Measures of each run of a plan: words for the component's own variables, tables for its domain's measurements.
 
 [measure]
 peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min; of several axes velocity[3,1]
@@ -83,7 +83,7 @@ class Figure:
     name: str
 
     def of(self, report: Mapping[str, float]) -> float:
-        """Its value; `ParameterError` where the component reports none of that name, or several."""
+        """Return the measure's value; `ParameterError` where the component reports none of that name, or several."""
         return float(report[self._report_name(report)])
 
     def unit(self, component: Component) -> str:

@@ -1,4 +1,4 @@
-"""What a plan file holds.
+"""The content of a plan file.
 
 version = 1
 name = "amplitude"                     # optional: default the file's name; the results' folder is called so
@@ -50,7 +50,7 @@ def _seeds(given: Any) -> Any:
 
 
 class Logs(Table):
-    """Which tasks leave a log."""
+    """A choice of the tasks that leave a log."""
 
     keep: Literal["none", "all", "failed"] = Field("none", description="of every task, of those that fail, or of none")
     every: int | None = Field(None, ge=1, description="of each task whose number this divides")
@@ -141,18 +141,18 @@ class Plan(Document):
 
     @property
     def size(self) -> int:
-        """How many tasks there are; found without making them."""
+        """Return the number of tasks, without making them."""
         lengths = (values.count if isinstance(values, Range) else len(values) for values in self.grid.values())
         return math.prod(lengths) * (self.samples.count if self.samples else 1) * (self.seeds.count if self.seeds else 1)
 
     @property
     def title(self) -> str:
-        """What the results are called: its name, or its file's."""
+        """Return what the results are called: the plan's name, or its file's."""
         return self.name or (Path(self.origin).stem if self.origin != self.kind else "sweep")
 
     @property
     def text(self) -> dict[str, Any]:
-        """What decides a task's result besides the experiment, as JSON values: the measures and when they look."""
+        """Return what decides a task's result besides the experiment, as JSON values: the measures and when they look."""
         return {"measure": self._given["measure"], "every": self.every}
 
     def load_experiment(self) -> Experiment:

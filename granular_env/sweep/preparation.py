@@ -1,4 +1,4 @@
-"""From a plan to its tasks: the experiment is loaded, its files are gathered, everything gets its hash."""
+"""Preparation of a plan's tasks: the experiment is loaded, its files are gathered, everything gets its hash."""
 
 from __future__ import annotations
 

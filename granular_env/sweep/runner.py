@@ -130,7 +130,7 @@ def _orders(plan: Plan, tasks: Sequence[Task]) -> dict[str, Order]:
 
 
 def _holds(result: Result, order: Order, folder: Path) -> bool:
-    """Whether a result from before will do: what was lost is tried again, and so is what wants a log and has none."""
+    """Return whether a result from before will do: what was lost is tried again, and so is what wants a log and has none."""
     if result.outcome == "lost":
         return False
     return order.log != "always" or result.outcome == "failed" or (folder / "logs" / f"{order.hash}.mcap").exists()

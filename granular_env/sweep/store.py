@@ -39,7 +39,7 @@ _Hash = Annotated[str, StringConstraints(pattern="^[0-9a-f]{32}$")]
 
 
 class Description(BaseModel):
-    """What `sweep.json` holds besides its format and version."""
+    """The content of `sweep.json` besides its format and version."""
 
     model_config = ConfigDict(strict=True, frozen=True)
 

@@ -42,7 +42,7 @@ class Sweep:
 
     @property
     def size(self) -> int:
-        """How many tasks there are."""
+        """Return the number of tasks."""
         return len(self.description["tasks"])
 
     @property
@@ -59,12 +59,12 @@ class Sweep:
 
     @property
     def done(self) -> int:
-        """How many tasks have their measures."""
+        """Return the number of tasks that have their measures."""
         return self.outcomes.count("done")
 
     @property
     def failed(self) -> int:
-        """How many tasks failed."""
+        """Return the number of tasks that failed."""
         return self.outcomes.count("failed")
 
     @property
@@ -74,7 +74,7 @@ class Sweep:
         return {number: self._results[tasks[number][-1]].error for number, one in enumerate(self.outcomes) if one == "failed"}
 
     def log(self, task: int) -> Path:
-        """Where a task's log is, for `open_log`.
+        """Return where a task's log is, for `open_log`.
 
         Raises:
             SweepError: there is no such task, or it left no log.

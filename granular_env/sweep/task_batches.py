@@ -1,4 +1,4 @@
-"""Which tasks go to a worker next: small ones in bundles, those whose worker was lost alone and a few times only."""
+"""Batches of tasks for workers: small ones together, those whose worker was lost alone and a few times only."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class TaskBatches:
         return bundle
 
     def note_time(self, tasks: int, seconds: float) -> None:
-        """How long so many tasks took."""
+        """Note how long so many tasks took."""
         each = max(seconds / max(tasks, 1), 1e-6)
         self._each = each if self._each is None else 0.5 * (self._each + each)
 

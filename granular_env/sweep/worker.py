@@ -29,7 +29,7 @@ Outcome = Literal["done", "failed", "lost"]
 
 @dataclass(frozen=True)
 class Job:
-    """What all tasks of a sweep share.
+    """The part that all tasks of a sweep share.
 
     Attributes:
         document: the experiment.
@@ -48,7 +48,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What a worker is told of a task.
+    """The message that gives a worker a task.
 
     Attributes:
         hash: the task's.
@@ -65,7 +65,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What became of a task.
+    """The outcome of a task.
 
     Attributes:
         hash: the task's.
@@ -139,7 +139,7 @@ class Computer:
         return Result(order.hash, "failed", (float("nan"),) * len(self._job.measures), told)
 
     def log_path(self, order: Order) -> Path:
-        """Where a task's log is."""
+        """Return where a task's log is."""
         return self._logs / f"{order.hash}.mcap"
 
     def _run(self, order: Order, log: Path | None) -> Result:

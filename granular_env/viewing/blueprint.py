@@ -1,4 +1,4 @@
-"""How a scene is laid out in rerun: the particles above, the domain's own views, the plots and the caption below."""
+"""The layout of a scene in rerun: the particles above, the domain's own views, the plots and the caption below."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the figures share: style, axes, units, pixels."""
+"""The style that all figures share: colours, axes, units, pixels."""
 
 from __future__ import annotations
 

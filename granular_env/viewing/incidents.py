@@ -1,4 +1,4 @@
-"""What happened to a run besides its steps, in sentences: failures, interruptions, a recovery."""
+"""Incidents of a run besides its steps, in sentences: failures, interruptions, a recovery."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a live view looks at a run: twenty times a second of wall time, and not faster than the run is to be watched."""
+"""The pace of a live view: twenty looks a second of wall time, and not faster than the run is to be watched."""
 
 from __future__ import annotations
 

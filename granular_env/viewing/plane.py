@@ -35,7 +35,7 @@ _EDGE, _LINK = "#737373", "#218a52"
 
 @dataclass(frozen=True)
 class Plane:
-    """What is drawn of a plane, in some frames.
+    """The drawn parts of a plane, in some frames.
 
     Attributes:
         drawables: points, links and cells with at least two coordinates.

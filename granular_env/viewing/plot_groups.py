@@ -1,4 +1,4 @@
-"""Which scalars are plotted together: one plot never mixes units."""
+"""Groups of scalars that are plotted together: one plot never mixes units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which figures a report shows: every recorded array and every scalar that is not zero all the time."""
+"""The figures of a report: every recorded array and every scalar that is not zero all the time."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Choice:
-    """What a report is asked to show: names of variables, instants [s], places; None for what suits the log."""
+    """A wish for what a report shows: names of variables, instants [s], places; None for what suits the log."""
 
     variables: Sequence[str] | None = None
     times: Sequence[float] | None = None

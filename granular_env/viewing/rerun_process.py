@@ -94,7 +94,7 @@ class RerunProcess:
 
     @property
     def url(self) -> str:
-        """Where its data and its commands go."""
+        """Return where its data and its commands go."""
         return f"rerun+http://{LOCALHOST}:{self.port}/proxy"
 
     def messages(self) -> str:

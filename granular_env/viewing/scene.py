@@ -36,7 +36,7 @@ REST_COLOUR = (150, 150, 150)
 
 @dataclass(frozen=True)
 class Scales:
-    """How numbers become lengths and colours in one scene.
+    """Scales from numbers to lengths and colours in one scene.
 
     Attributes:
         exaggeration: displacements are drawn this many times larger.

@@ -1,4 +1,4 @@
-"""What there is to see of a run, in arrays of bounded size: the one source of scenes and figures."""
+"""The data of a run for viewers, in arrays of bounded size: the one source of scenes and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a domain may add to a scene beside the generic parts, and the base that adds nothing.
+"""The views that a domain may add to a scene beside the generic parts, and the base that adds nothing.
 
 `domains.Domain.views` names a subclass of `Views`; one instance of it serves one scene.
 """

@@ -1,4 +1,4 @@
-"""What a criterion is: a table of strengths, and the causes that it knows."""
+"""The base of breaking criteria: a table of strengths, and the causes that it knows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NONE, VON_MISES, DRUCKER_PRAGER, MOHR_COULOMB, STRAIN = range(5)
 
 
 class Criterion(Named):
-    """When a linked pair breaks."""
+    """A condition under which a linked pair breaks."""
 
     code: ClassVar[int]
     """Its number in kernels."""

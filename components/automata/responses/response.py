@@ -1,4 +1,4 @@
-"""What a response is: where it leaves the elastic line, and how it goes on."""
+"""The base of responses: where one leaves the elastic line, and how it goes on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ...support.tagged_union import Named
 
 
 class Response(Named):
-    """How the forces of a pair follow its strains."""
+    """A law by which the forces of a pair follow its strains."""
 
     elastic: ClassVar[bool] = False
     """Whether it has no history."""

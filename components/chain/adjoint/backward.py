@@ -53,7 +53,7 @@ def _reverse_drift(a, adjoint, kick, drift):
 
 @jit
 def _reverse_forces(a, adjoint, row):
-    """From the forces on the grains to the contacts: constants, overlap."""
+    """Carry adjoints from the forces on the grains to the contacts: constants, overlap."""
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         force_adjoint = adjoint[FORCE_ADJOINT, j + _ONE] - adjoint[FORCE_ADJOINT, j]
         d = kernels.pressed(a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j])

@@ -1,4 +1,4 @@
-"""Which contacts are open, pressed, or cut off in their pull, at every force evaluation of a run: where gradients have kinks.
+"""States of the contacts, open, pressed, or cut off in their pull, at every force evaluation: where gradients have kinks.
 
 Two runs between which no contact's state differs anywhere lie on one smooth piece of an objective.
 """
@@ -46,7 +46,7 @@ def _note_overlaps(a, row, marks):
 
 @jit
 def _note_pulls(a, row, marks):
-    """Where a dashpot's contact closes, and where the dissipative force is cut off in each of the three half sweeps."""
+    """Note where a dashpot's contact closes, and where the dissipative force is cut off in each of the three half sweeps."""
     for i in range(a.shape[1]):
         a[V, i] = a[row + 1, i]
     if JUMPS:

@@ -32,7 +32,7 @@ _ONE = np.uint64(1)
 
 @inlined
 def _impulse(a, adjoint, approach, odd, j):
-    """Of a contact in a half sweep of one parity: its impulse, and whether that grows with the approach; the others rest.
+    """Return a contact's impulse in a half sweep of one parity, and whether that grows with the approach; the others rest.
 
     A row of which every other entry rests is quicker than every other entry of a row.
     """

@@ -53,7 +53,7 @@ def _finite(values):
 
 @jit
 def _unsound(adjoint):
-    """Whether a derivative by the state is infinite or not a number."""
+    """Return whether a derivative by the state is infinite or not a number."""
     found = False
     for i in range(np.uint64(adjoint.shape[1])):
         found |= not (abs(adjoint[U, i]) <= _LARGEST and abs(adjoint[V, i]) <= _LARGEST)
@@ -80,7 +80,7 @@ def forward(a, advance, note, drive, no_pieces, tick, ticks, constants, sums, sa
 def backward(
     a, adjoint, pullback, drive, ticks, constants, slopes, saved, interval, drifts, kicks, passed, input_adjoints, bases
 ):  # fmt: skip
-    """From the last checkpoint to the first: record an interval on the tape, then reverse it; (control step, how it ended).
+    """Go from the last checkpoint to the first: record an interval, then reverse it; return (control step, how it ended).
 
     The tape lies in `a` behind the chain's own rows: for each control step that of the integrator, then the state at its end.
     """

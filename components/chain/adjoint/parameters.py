@@ -1,4 +1,4 @@
-"""From the table's derivatives to those of the parameters that the table was made from: the transpose of `geometry`.
+"""Derivatives by a chain's parameters, from those by the table that was made from them: the transpose of `geometry`.
 
 The internal step is held, whatever the parameters would suggest; so are the start displacements and velocities, measured from
 the configuration at rest. A gradient has the shape of the parameter as it was given: one number for all, or one each; radii
@@ -64,12 +64,12 @@ class _Built:
 
 
 def _hangs(chain: Chain) -> bool:
-    """Whether contacts carry weight at the start: there is gravity, and no gaps."""
+    """Return whether contacts carry weight at the start: there is gravity, and no gaps."""
     return chain.parameters.gravity != 0.0 and not np.any(np.asarray(chain.parameters.gap) > 0.0)
 
 
 def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
-    """By the weight of each grain, which the contacts on one side of it carry (`equilibrium.static_forces`)."""
+    """Return the derivative by each grain's weight, which contacts on one side of it carry (`equilibrium.static_forces`)."""
     p = chain.parameters
     carried = np.cumsum(static[::-1])[::-1][1:]
     total = p.gravity * float(chain.table[MASS, 1 : p.grains + 1].sum())
@@ -116,7 +116,7 @@ def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
 
 
 def natural_mass(chain: Chain) -> npt.NDArray[np.bool_]:
-    """Which grains weigh density x volume, shape (n,)."""
+    """Return which grains weigh density x volume, shape (n,)."""
     p = chain.parameters
     natural = np.isnan(p.arrangement.masses(np.full(p.grains, np.nan)))
     if isinstance(p.mass, dict):

@@ -1,4 +1,4 @@
-"""What every arrangement of grains offers."""
+"""The base of all arrangements of grains."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...support.tagged_union import Named
 
 
 class Arrangement(Named):
-    """Which grain comes after which: it gives each grain its radius and material, and may give some of them a mass.
+    """An order of grains: it gives each grain its radius and material, and may give some of them a mass.
 
     What it leaves alone comes from the chain's own `radius`, `material` and `mass`. Each has a `name`, by which it is chosen.
     """

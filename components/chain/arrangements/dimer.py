@@ -57,5 +57,5 @@ class Dimer(Arrangement):
         return [pair[kind] for kind in self._kinds(len(host))]
 
     def _kinds(self, grains: int) -> np.ndarray:
-        """Of each grain, 0 or 1, shape (n,)."""
+        """Return the kind of each grain, 0 or 1, shape (n,)."""
         return (np.arange(grains) % self.period >= self.counts[0]).astype(np.intp)

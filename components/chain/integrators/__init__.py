@@ -45,7 +45,7 @@ class Scheme:
 
     @property
     def explicit(self) -> bool:
-        """Whether dissipation is to it a force like any other; a strong one, in a fixed step, then makes it unstable."""
+        """Return whether dissipation is a force like any other to it; a strong one, in a fixed step, then makes it unstable."""
         return self.composition is None
 
 

@@ -133,7 +133,7 @@ def falling_stage(watched, a, here, there, kick, drift, f, low, high):
 
 @jit
 def _too_fast(a, fastest, low, high):
-    """Whether a velocity is above its limit or not a number."""
+    """Return whether a velocity is above its limit or not a number."""
     found = False
     for i in range(np.uint64(low), np.uint64(high)):
         found |= not (abs(a[V, i]) <= fastest)

@@ -279,7 +279,7 @@ def _tally_error(a, n, h):
 
 @jit
 def _is_rounding(a, n, h, error):
-    """Whether an error is no more than what rounding an overlap does to the velocities in a time h: no shorter step helps."""
+    """Return whether rounding an overlap does as much to the velocities in a time h as an error: no shorter step helps."""
     fastest, noise = 0.0, 0.0
     for i in range(1, n + 1):
         fastest = max(fastest, abs(a[V, i]), abs(a[_SA, i]) * h)

@@ -65,12 +65,12 @@ class Law(Named):
 
     @property
     def has_history(self) -> bool:
-        """Whether the force depends on what the contact has been through."""
+        """Return whether the force depends on what the contact has been through."""
         return self.history_rows > 0
 
     @property
     def conservative(self) -> bool:
-        """Whether it gives back all energy."""
+        """Return whether it gives back all energy."""
         return not isinstance(self, Dissipative) and not self.has_history
 
 

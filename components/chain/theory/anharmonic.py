@@ -20,7 +20,7 @@ class AnharmonicCoefficients(NamedTuple):
 
 
 def anharmonic_coefficients(constant: float, overlap: float) -> AnharmonicCoefficients:
-    """Of (2.2): alpha = 3/2 A delta0^(1/2), beta = 3/8 A delta0^(-1/2)."""
+    """Return those of (2.2): alpha = 3/2 A delta0^(1/2), beta = 3/8 A delta0^(-1/2)."""
     constant, overlap = above("constant", constant, 0.0, "1/(m^0.5 s^2)"), above("overlap", overlap, 0.0, "m")
     return AnharmonicCoefficients(1.5 * constant * overlap**0.5, 0.375 * constant * overlap**-0.5)
 

@@ -15,7 +15,7 @@ from .arguments import FloatArray, Number, above, between, finite, number, seque
 
 
 def transmitted_velocity(striker: Number, struck: Number, velocity: Number = 1.0) -> Number:
-    """Of a grain at rest, struck by another without loss: 2 v m1/(m1 + m2) [m/s]."""
+    """Return the velocity of a grain at rest, struck by another without loss: 2 v m1/(m1 + m2) [m/s]."""
     striker, struck = above("striker", striker, 0.0, "kg"), above("struck", struck, 0.0, "kg")
     return 2.0 * striker / (striker + struck) * finite("velocity", velocity)
 
@@ -41,5 +41,5 @@ def tapered_ratio(taper: Number) -> Number:
 
 
 def tapered_velocities(taper: float, grains: int) -> FloatArray:
-    """Of each grain in units of the first, (2/(1 + (1 - q)^3))^i, shape (grains,)."""
+    """Return each grain's velocity in units of the first, (2/(1 + (1 - q)^3))^i, shape (grains,)."""
     return tapered_ratio(number("taper", taper)) ** np.arange(whole_number("grains", grains, 1), dtype=np.float64)

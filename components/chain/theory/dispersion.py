@@ -59,7 +59,7 @@ def monatomic_group_speed(wave_number: Number, tangent: float, mass: float, diam
 
 
 def long_wave_frequency(wave_number: Number, sound_speed: float, diameter: float) -> Number:
-    """Of (2.3), and of (2.4) about a state at rest: c0 kappa sqrt(1 - (kappa a)^2/12) [rad/s]; for long waves."""
+    """Return c0 kappa sqrt(1 - (kappa a)^2/12) [rad/s] for long waves: of (2.3), and of (2.4) about a state at rest."""
     phase = np.abs(finite("wave_number", wave_number)) * above("diameter", diameter, 0.0, "m")
     at_least("wave_number: 12 - (wave_number x diameter)^2", 12.0 - phase**2, 0.0)
     return above("sound_speed", sound_speed, 0.0, "m/s") / diameter * phase * (1.0 - phase**2 / 12.0) ** 0.5
@@ -100,7 +100,7 @@ def diatomic_group_speeds(
 
 
 def diatomic_sound_speed(tangent: float, light: float, heavy: float, cell: float) -> float:
-    """Of long waves: L sqrt(K / (2 (m1 + m2))) [m/s]."""
+    """Return the speed of long waves: L sqrt(K / (2 (m1 + m2))) [m/s]."""
     tangent, light, heavy = _diatomic(tangent, light, heavy)
     return above("cell", cell, 0.0, "m") * (tangent / (2.0 * (light + heavy))) ** 0.5
 

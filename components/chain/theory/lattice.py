@@ -63,7 +63,7 @@ class LatticeWave:
 
     @property
     def displacement(self) -> FloatArray:
-        """Of the grains: 0 far in front, the whole of it far behind, shape (n,)."""
+        """Return the grains' displacement: 0 far in front, the whole of it far behind, shape (n,)."""
         # u' = -v/V, integrated as the Fourier series that it is.
         step = self.position[1] - self.position[0]
         wave_number = 2.0 * np.pi * np.fft.rfftfreq(len(self.position), step)
@@ -96,7 +96,7 @@ class LatticeWave:
 
     @property
     def potential_energy(self) -> float:
-        """Of the contacts above that at rest, less the work of the force that presses, in its mean over time."""
+        """Return the contacts' energy above that at rest, less the work of the force that presses, in its mean over time."""
         rest, whole = self.rest_overlap, self.rest_overlap + self.overlap
         return float((0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap).sum()) * self._step
 

@@ -23,7 +23,7 @@ class LongWaveCoefficients(NamedTuple):
 
 
 def long_wave_coefficients(constant: float, diameter: float, overlap: float) -> LongWaveCoefficients:
-    """Of (2.3): c0^2 = 6 A R^2 delta0^(1/2), gamma = c0 R^2/6, epsilon = c0^2 R/delta0, with 2R = diameter."""
+    """Return those of (2.3): c0^2 = 6 A R^2 delta0^(1/2), gamma = c0 R^2/6, epsilon = c0^2 R/delta0, with 2R = diameter."""
     speed, radius = sound_speed(constant, diameter, overlap), 0.5 * diameter
     return LongWaveCoefficients(speed, speed * radius**2 / 6.0, speed**2 * radius / overlap)
 

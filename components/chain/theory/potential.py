@@ -21,7 +21,7 @@ LARGEST_C3 = 5.0 / 27.0
 
 
 class Extremes(NamedTuple):
-    """Where W has its maximum y1 and its minimum y2."""
+    """The places of W's maximum y1 and of its minimum y2."""
 
     y1: float
     y2: float

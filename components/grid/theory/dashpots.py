@@ -1,4 +1,4 @@
-"""What dashpots of the medium's impedance send back of plane waves: Lysmer and Kuhlemeyer (1969).
+"""Reflection of plane waves from dashpots of the medium's impedance: Lysmer and Kuhlemeyer (1969).
 
 The edge has the tractions sigma_nn = -rho c_p v_n, sigma_nt = -rho c_s v_t. Of a plane wave that comes at an angle to the
 normal, a P and an S wave go back, with the same slowness along the edge; past the critical angle of S the P wave clings to the

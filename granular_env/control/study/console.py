@@ -1,4 +1,4 @@
-"""What the command line says while a study runs, and after it."""
+"""Messages of the command line while a study runs, and after it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def telling(study: Study, trials_of_all: int, progress: Progress) -> Iterator[To
 
 
 def closing(result: StudyResult) -> str:
-    """How it went: the comparison as a table, and where everything is."""
+    """Say how it went: the comparison as a table, and where everything is."""
     rows = [heads(result), *verdicts(result)]
     lines = [table([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows])]
     if result.baselines:

@@ -1,4 +1,4 @@
-"""What a method may ask of the physics: counted, kept, answered again after a kill, ended by the budget."""
+"""Evaluations for methods: counted, kept, answered again after a kill, ended by the budget."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a study leaves for programs and people: numbers, curves, figures, a page."""
+"""The files of a study's results, for programs and people: numbers, curves, figures, a page."""
 
 from __future__ import annotations
 

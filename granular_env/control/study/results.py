@@ -1,4 +1,4 @@
-"""What a study came to."""
+"""Results of a study."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .trial_record import TrialRecord
 
 @dataclasses.dataclass(frozen=True)
 class Score:
-    """How an actor did in the test episodes.
+    """The returns of an actor in the test episodes.
 
     Attributes:
         value: the return, averaged over the test episodes.
@@ -61,7 +61,7 @@ class Trial:
 
 @dataclasses.dataclass(frozen=True)
 class StudyResult:
-    """What a study came to.
+    """The result of a study.
 
     Attributes:
         study: what was run.

@@ -156,7 +156,7 @@ def _refuse_too_little(study: Study, problem: Problem) -> None:
 
 
 def evaluate_actor(actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Score:
-    """How an actor does in the test episodes; the first is recorded where a path is given."""
+    """Play an actor in the test episodes; the first is recorded where a path is given."""
     episodes = []
     for place, seed in enumerate(study.test_seeds):
         episodes.append(problem.play(actor, seed, log if place == 0 else None))

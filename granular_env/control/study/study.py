@@ -1,4 +1,4 @@
-"""What a study file holds.
+"""The content of a study file.
 
 version = 1
 name = "pulse-forming"
@@ -106,12 +106,12 @@ class Study(Document):
 
     @property
     def search_seeds(self) -> list[int]:
-        """Of the episodes that a drive is tried in while it is searched."""
+        """Return the seeds of the episodes that a drive is tried in while it is searched."""
         return [_SEARCH_SEED + place for place in range(self.episodes)]
 
     @property
     def test_seeds(self) -> list[int]:
-        """Of the episodes in which what was found is judged."""
+        """Return the seeds of the episodes in which what was found is judged."""
         return [_TEST_SEED + place for place in range(self.test_episodes)] or self.search_seeds
 
     @property

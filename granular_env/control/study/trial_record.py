@@ -1,4 +1,4 @@
-"""What is kept of a trial, one method with one seed: every evaluation, the best so far, and what a method needs to go on.
+"""The record of a trial, one method with one seed: every evaluation, the best so far, and what a method needs to go on.
 
 Kept as packed arrays with a JSON header (`components/support/serialization.py`), never as a pickle, and written whole or not
 at all: a kill at any moment leaves the file of a moment before.
@@ -89,7 +89,7 @@ class TrialRecord:
         return self._slopes[self._kinds[:place].count(SLOPES)]
 
     def count(self, kind: int) -> int:
-        """How many evaluations of a kind there are."""
+        """Return the number of evaluations of a kind."""
         return self._kinds.count(kind)
 
     def curve(self) -> tuple[npt.NDArray[np.int64], FloatArray]:

@@ -1,1 +1,1 @@
-"""What belongs to the grid alone: environments and their tasks."""
+"""The grid: its environments and their tasks."""

@@ -1,4 +1,4 @@
-"""Where tasks are computed: in this process, in local ones, on a Ray cluster. All of them call `Computer.compute`.
+"""Engines, where tasks are computed: in this process, in local ones, on a Ray cluster. All of them call `Computer.compute`.
 
 An engine is a generator of results, in any order; closing it ends whatever it started.
 """

@@ -1,4 +1,4 @@
-"""What every method of a study has."""
+"""The base of all methods of a study."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class MethodTable(Table):
 
     @property
     def label(self) -> str:
-        """What it is called in the results."""
+        """Return the name that it has in the results."""
         return self.name or self.type
 
     def refuse_unless_installed(self) -> None:

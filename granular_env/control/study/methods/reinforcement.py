@@ -24,7 +24,7 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 
 class Reinforcement(MethodTable):
-    """What both have: rounds of training, and now and then the policy, without its noise, in the study's episodes.
+    """The base of both: rounds of training, and now and then the policy, without its noise, in the study's episodes.
 
     The best of these policies is kept. After a kill the training goes on from the last round's weights and optimisers; its
     noise, and SAC's memory of what it saw, begin anew.

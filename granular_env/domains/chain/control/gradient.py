@@ -16,7 +16,7 @@ from granular_env.components.support.arrays import FloatArray
 
 
 class Judged(Protocol):
-    """What has an objective: a task."""
+    """A task, or whatever else has an objective."""
 
     objective: Callable[[Chain, int], Objective]
     """objective(chain, steps): what is to become small, for an episode of so many control steps."""

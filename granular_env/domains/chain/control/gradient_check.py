@@ -1,4 +1,4 @@
-"""Whether an objective's `pullback` is the derivative of its `note`, and the slopes that of its `value`: entry by entry."""
+"""The check of an objective: its `pullback` against its `note`, and the slopes of its `value`, entry by entry."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ class Quantity:
         return self._term(target, -1, 0, "at the end")
 
     def mean(self, target: float | None = None, *, begin: int = 0, end: int = 0) -> Term:
-        """Its mean over the control steps begin to end - 1 (0: the last one), or that of the squared distance from a target."""
+        """Return the mean over control steps begin to end - 1 (0: the last), or that of the squared distance to a target."""
         _check_window(begin, end)
         return self._term(target, begin, end, "on average")
 
@@ -148,22 +148,22 @@ def _check_window(begin: Any, end: Any) -> None:
 
 
 def velocity(grain: int) -> Quantity:
-    """Of a grain [m/s]; -1 is the last one."""
+    """Return a grain's velocity [m/s]; -1 is the last one."""
     return Quantity(_VELOCITY, grain, grain, f"velocity[{grain}]")
 
 
 def displacement(grain: int) -> Quantity:
-    """Of a grain [m]; -1 is the last one."""
+    """Return a grain's displacement [m]; -1 is the last one."""
     return Quantity(_DISPLACEMENT, grain, grain, f"displacement[{grain}]")
 
 
 def contact_force(contact: int) -> Quantity:
-    """In a contact, dissipation included [N]; numbered as in the output `contact_force`: contact i is left of grain i."""
+    """Return the force in a contact, dissipation included [N]; contact i is left of grain i."""
     return Quantity(_CONTACT_FORCE, contact, contact, f"contact_force[{contact}]")
 
 
 def kinetic_energy(first: int = 0, last: int = -1) -> Quantity:
-    """Of the grains first to last, both included [J]."""
+    """Return that of the grains first to last, both included [J]."""
     return Quantity(_KINETIC, first, last, f"kinetic_energy[{first}:{last}]")
 
 
@@ -173,7 +173,7 @@ def energy(first: int = 0, last: int = -1) -> Quantity:
 
 
 def momentum(first: int = 0, last: int = -1) -> Quantity:
-    """Of the grains first to last, both included [kg m/s]."""
+    """Return that of the grains first to last, both included [kg m/s]."""
     return Quantity(_MOMENTUM, first, last, f"momentum[{first}:{last}]")
 
 

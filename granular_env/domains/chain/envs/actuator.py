@@ -1,4 +1,4 @@
-"""From an agent's action to the inputs of a chain: clipped, limited in rate, delayed, scaled."""
+"""Actuators, from an agent's action to the inputs of a chain: clipped, limited in rate, delayed, scaled."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def actuate(action, sides, scales, rate, delay, memory, inputs):
 
 @dataclass(frozen=True, eq=False)
 class Actuator:
-    """What an action does.
+    """The effect of an action on the inputs.
 
     Attributes:
         names: the inputs that it drives, in the order of its entries.
@@ -65,7 +65,7 @@ class Actuator:
 
     @staticmethod
     def of(scales: Mapping[str, float], rate: Any = None, delay: Any = 0) -> Actuator:
-        """From the task's scales and an environment's `action_rate` and `control_delay`.
+        """Make it from the task's scales and an environment's `action_rate` and `control_delay`.
 
         Raises:
             ParameterError: the rate is not more than 0, or the delay is no whole number from 0.

@@ -29,7 +29,7 @@ _IMPACT = "velocity"
 
 @dataclass(frozen=True)
 class Randomization:
-    """What an environment draws at a reset.
+    """The draws of an environment at a reset.
 
     Attributes:
         parameters: name -> (low, high), of the chain.

@@ -33,7 +33,7 @@ _LARGEST_COUNT = 2.0**53
 
 
 class ChainOptions(TypedDict, total=False):
-    """What every environment of a chain takes beside its own arguments; see `ChainEnv`."""
+    """Options of every environment of a chain, beside its own arguments; see `ChainEnv`."""
 
     internal_steps: int
     deadline: int | None
@@ -238,7 +238,7 @@ class ChainEnv(ComponentEnv):
 
     @property
     def draws_component(self) -> bool:
-        """Whether each episode has a chain of its own."""
+        """Return whether each episode has a chain of its own."""
         return bool(self.randomization.parameters)
 
     def _draw(self) -> Ready:

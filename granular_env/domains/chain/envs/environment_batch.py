@@ -189,7 +189,7 @@ class EnvironmentBatch:
         return self._drawn
 
     def count(self, hold: int) -> npt.NDArray[np.int64]:
-        """How many actions each episode has had."""
+        """Return the number of actions of each environment's episode."""
         return -(-self.memories[:, ELAPSED].astype(np.int64) // hold)
 
 
@@ -200,7 +200,7 @@ def _addresses(kernels: Sequence[Callable[..., Any]], signature: str) -> npt.NDA
 
 
 def _goes_alone(lane: ChainEnv) -> bool:
-    """Whether its chain does what the batch knows nothing of."""
+    """Return whether its chain does what the batch knows nothing of."""
     return lane.component.is_observed or lane.component.follows_profile
 
 

@@ -1,4 +1,4 @@
-"""What an agent sees of a chain: every grain, or what sensors in chosen places read; with noise where it is wanted.
+"""Observations of a chain: every grain, or readings of sensors in chosen places; with noise where it is wanted.
 
 A plan is a few numbers that one jitted function, `observe`, turns into an observation: for one chain and for a batch alike.
 """

@@ -196,7 +196,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
 
     @property
     def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
-        """What each environment's random numbers were seeded with."""
+        """Return what each environment's random numbers were seeded with."""
         return self.get_attr("np_random_seed")
 
     # -- mid-episode ------------------------------------------------------------------------------------------------

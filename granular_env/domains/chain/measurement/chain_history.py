@@ -1,4 +1,4 @@
-"""What every measurement looks at: the motion of a chain's grains in time, and the chain that they belong to."""
+"""The history that every measurement looks at: the motion of a chain's grains in time, and the chain that they belong to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sweep can take of a chain's measurements: numbers for the columns of its table."""
+"""Columns of a sweep's table from a chain's measurements."""
 
 from __future__ import annotations
 

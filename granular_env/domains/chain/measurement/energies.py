@@ -13,17 +13,17 @@ from .chain_history import History
 
 
 def kinetic_energy(history: History, piston: bool = True) -> FloatArray:
-    """Of all grains, shape (T,) [J]; without those whose velocity is prescribed unless `piston`."""
+    """Return that of all grains, shape (T,) [J]; without those whose velocity is prescribed unless `piston`."""
     return 0.5 * history.velocity**2 @ _masses(history, piston)
 
 
 def potential_energy(history: History) -> FloatArray:
-    """Of all contacts, without the grains' weight, shape (T,) [J]; `LogError` where frames do not tell it."""
+    """Return that of all contacts, without the grains' weight, shape (T,) [J]; `LogError` where frames do not tell it."""
     return history.contact_energy.sum(axis=1)
 
 
 def momentum(history: History, piston: bool = True) -> FloatArray:
-    """Of all grains, shape (T,) [kg m/s]; without those whose velocity is prescribed unless `piston`."""
+    """Return that of all grains, shape (T,) [kg m/s]; without those whose velocity is prescribed unless `piston`."""
     return history.velocity @ _masses(history, piston)
 
 

@@ -1,4 +1,4 @@
-"""Where a history comes from: a chain and frames of its motion, or a log."""
+"""Histories from their sources: a chain and frames of its motion, or a log."""
 
 from __future__ import annotations
 

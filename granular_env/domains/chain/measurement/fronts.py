@@ -15,7 +15,7 @@ from .validation import sign
 
 
 def arrivals(history: History, above: float, direction: Direction = "right") -> FloatArray:
-    """When each grain's velocity first passes a threshold, shape (n,) [s]; NaN where it never does.
+    """Return when each grain's velocity first passes a threshold, shape (n,) [s]; NaN where it never does.
 
     A grain that is above it in the first frame has the time of that frame.
 
@@ -37,7 +37,7 @@ def arrivals(history: History, above: float, direction: Direction = "right") -> 
 
 
 def front_position(history: History, above: float, direction: Direction = "right") -> FloatArray:
-    """Where the foremost point above a threshold has got to, in the reference configuration, shape (T,) [m].
+    """Return where the foremost point above a threshold has got to, in the reference configuration, shape (T,) [m].
 
     Between two grains it goes in proportion to the time; NaN before it is at any grain. It never comes back.
 
@@ -78,7 +78,7 @@ def front_speed(history: History, above: float, first: int, last: int, direction
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class PressureRatio:
-    """How far a front's first maximum goes beyond what settles behind it.
+    """The excess of a front's first maximum over what settles behind it.
 
     Attributes:
         first_maximum: of the contact force at the front, p_m [N].

@@ -51,12 +51,12 @@ class Watch:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """What is kept of each frame; empty before it has begun to watch."""
+        """Return what is kept of each frame; empty before it has begun to watch."""
         return self._variables
 
     @property
     def history(self) -> History:
-        """What was seen so far, as arrays of its own."""
+        """Return what was seen so far, as arrays of its own."""
         if self._component is None:
             raise ParameterError("watch: it has seen no chain yet; let it look on: chain.observe(watch)")
         time = np.array(self._ticks) * self._component.step_size

@@ -91,7 +91,7 @@ def _neighbour(history: History, grain: int, towards: float, above: float, separ
 
 
 def _speed(history: History, grain: int, crest: Crest, step: int, behind: list[Crest], ahead: list[Crest]) -> float:
-    """From the last crest before it behind, to the first after it ahead."""
+    """Return the mean speed from the last crest before it behind, to the first after it ahead."""
     least = _SAME_WAVE * crest.height
     before = [c.time for c in behind if c.time < crest.time and c.height >= least]
     after = [c.time for c in ahead if c.time > crest.time and c.height >= least]
@@ -157,7 +157,7 @@ def _force_integral(history: History, wave: Wave, factor: np.ndarray) -> float:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Shift:
-    """What became of a wave: how much earlier it arrives [s], and its amplitude's relative change."""
+    """The change of a wave: how much earlier it arrives [s], and its amplitude's relative change."""
 
     advance: float
     amplitude_change: float
@@ -166,7 +166,7 @@ class Shift:
 def phase_shifts(
     history: History, reference: History, grain: int, above: float, separation: float = 1.0, direction: Direction = "right"
 ) -> list[Shift]:
-    """How waves arrive at a grain, against a run in which nothing happened to them (Nesterenko 1983, section 3.2).
+    """Return how waves arrive at a grain, against a run in which nothing happened to them (Nesterenko 1983, section 3.2).
 
     The first wave is compared with the first, the second with the second, as many as both have.
 

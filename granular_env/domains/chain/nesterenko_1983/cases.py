@@ -52,7 +52,7 @@ def step(context: Context) -> float:
 
 
 def length(context: Context, grains: int) -> int:
-    """How many grains a chain has that has `grains` in the paper."""
+    """Return the number of grains of a chain that has `grains` in the paper."""
     return max(4, round(grains * context.constants["N"] / N))
 
 

@@ -108,7 +108,7 @@ def document(
 
 
 def last_velocities(chain: History) -> tuple[float, float]:
-    """Of the last grain, over v0: when it first leaves the chain, and the largest ever, after later waves have hit it again.
+    """Return the last grain's velocity over v0: when it first leaves the chain, and the largest ever, after later waves.
 
     Raises:
         GranularError: it has not left.
@@ -141,7 +141,7 @@ def strip(band: Band, row: float, named: bool) -> list[Curve]:
 
 
 def envelope(x: np.ndarray, draws: np.ndarray) -> Curve:
-    """Where 90 % of the draws lie, as two faint lines.
+    """Return where 90 % of the draws lie, as two faint lines.
 
     Args:
         x: shape (points,).

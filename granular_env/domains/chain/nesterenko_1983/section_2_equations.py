@@ -115,7 +115,7 @@ def _off(ours: np.ndarray, exact: np.ndarray) -> float:
 
 
 def _order(errors: np.ndarray) -> float:
-    """How fast the error falls: the power of the smallness, extrapolated from the last three to none."""
+    """Return how fast the error falls: the power of the smallness, extrapolated from the last three to none."""
     slopes = np.log2(errors[:-1] / errors[1:])
     return float(2.0 * slopes[2] - slopes[1])
 
@@ -150,7 +150,7 @@ def _orders(errors: dict[str, np.ndarray]) -> list[Item]:
 
 
 def _soliton_differences(rise: float) -> tuple[float, float]:
-    """Of the solitary wave of (2.4) from the KdV soliton of the same rise: of V/c0 - 1, and of the shape, both relative."""
+    """Return how (2.4)'s solitary wave differs from the KdV soliton of its rise: in V/c0 - 1 and in shape, both relative."""
     ratio = 1.0 + rise
     speed = (theory.korteweg_de_vries_speed_ratio(rise) - 1.0) / (theory.speed_ratio(ratio) - 1.0) - 1.0
     wave = theory.solitary_wave(theory.c3_of_ratio(ratio))

@@ -130,7 +130,7 @@ def _count(context: Context) -> Item:
 
 
 def _formation(context: Context, chain: History) -> Item:
-    """How much the taller wave's height still changes after the twentieth grain."""
+    """Return how much the taller wave's height still changes after the twentieth grain."""
     early, late = (waves(chain, grain(context, number))[0].amplitude for number in (20, 80))
     return Item(
         "The waves are formed at the twentieth grain", "section 3.1",

@@ -18,7 +18,7 @@ _WINDOWS = {50: (2e-4, 3e-4), 85: (4e-4, 5.5e-4), 145: (8e-4, 9.5e-4)}
 
 
 def compute(context: Context) -> Findings:
-    """How many waves, who passes whom, and what it costs."""
+    """Find how many waves there are, who passes whom, and what it costs."""
     chain = case(context, "3.2b-overtaking", least=_WINDOWS[145][1])
     found = {number: waves(chain, grain(context, number)) for number in _WINDOWS}
     leading = {number: _leading(seen, found[50]) for number, seen in found.items()}

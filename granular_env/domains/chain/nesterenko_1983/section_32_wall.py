@@ -23,7 +23,7 @@ def compute(context: Context) -> Findings:
 
 
 def _long(context: Context, masses: int) -> History:
-    """In a chain so long that nothing comes back to grain 60 before all waves have passed."""
+    """Run a chain so long that nothing comes back to grain 60 before all waves have passed."""
     return case(
         context, "3.2-wall-striker", component__grains=_FREE, component__right="free", component__mass={"0": masses * MASS},
         name=f"nesterenko-1983/3.2-striker-{masses}m",

@@ -45,7 +45,7 @@ def _ratio(chain: History) -> np.ndarray:
 
 
 def _windows(context: Context, chain: History, end: float) -> dict[float, measurement.EnergyRatio]:
-    """From the beginnings of the windows, as with the paper's constants, to the end."""
+    """Return windows from their beginnings, as with the paper's constants, to the end."""
     return {begin: measurement.energy_ratio(chain, longer(context, begin), end) for begin in _WINDOWS}
 
 

@@ -43,7 +43,7 @@ def _speed(context: Context, chain: History) -> float:
 
 
 def _height(context: Context, chain: History) -> float:
-    """Of the front's first maximum, over v0, where it has become steady."""
+    """Return the height of the front's first maximum, over v0, where it has become steady."""
     index = grain(context, 390)
     begin = int(np.argmax(chain.velocity[:, index] > _FRONT))
     own = slice(max(begin - 10, 0), begin + 60)

@@ -75,7 +75,7 @@ def _last(bands: Bands) -> Item:
 
 
 def _against_equal(bands: Bands, equal: float) -> Item:
-    """Where the mean, and not one draw, is against equal grains."""
+    """Compare the mean over the draws, and not one draw, with equal grains."""
     sides = {smallest: "more" if found["last"].mean > equal else "less" for smallest, found in bands.items()}
     shares = {smallest: 100.0 - found["last"].percentile(equal) for smallest, found in bands.items()}
     return Item(
@@ -109,7 +109,7 @@ def _deviations(bands: Bands) -> Item:
 
 
 def _energy_against_equal(bands: Bands, equal: measurement.EnergyRatio) -> Item:
-    """Of random grains against equal ones in the same window."""
+    """Compare the energies of random grains with those of equal ones in the same window."""
     values = []
     for smallest, found in bands.items():
         more = found["deviation"].mean > 200.0 * equal.deviation

@@ -33,7 +33,7 @@ def compute(context: Context) -> Findings:
 
 @dataclasses.dataclass(frozen=True)
 class _Draw:
-    """What is kept of a draw: numbers, velocities of all grains at 3.8e-4 s, times, and velocities of grain 25."""
+    """The record of a draw: numbers, velocities of all grains at 3.8e-4 s, times, and velocities of grain 25."""
 
     numbers: dict[str, float]
     profile: np.ndarray
@@ -48,7 +48,7 @@ def _draw(context: Context, chain: History) -> _Draw:
 
 
 def _extremes(context: Context, chain: History) -> dict[str, float]:
-    """Of one draw, until the front has reached grain 170, where the paper's was at its largest velocity."""
+    """Return extreme velocities of one draw, until the front has reached grain 170, where the paper's was at its largest."""
     place = grain(context, 25)
     late = arrival(chain, min(grain(context, 170), length(context, _GRAINS) - 1))
     own = chain.velocity[: chain.frame(min(late, float(chain.time[-1]))) + 1]

@@ -54,7 +54,7 @@ def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes)
 
 
 class AbsorptionTask(DrivenEndTask):
-    """What an active end lets come back of an unknown wave is to be little. See `make_absorption`.
+    """An active end that is to let little come back of an unknown wave. See `make_absorption`.
 
     Args:
         chain: what is struck at its left end and driven at its right one; Hertz contacts.

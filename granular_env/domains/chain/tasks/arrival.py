@@ -1,4 +1,4 @@
-"""Which wanted waves a chain can hold, clear of each other and of its ends; and which deadlines can be met."""
+"""Feasibility: wanted waves that a chain can hold, clear of each other and of its ends; deadlines that can be met."""
 
 from __future__ import annotations
 

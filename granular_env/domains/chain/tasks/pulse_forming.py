@@ -47,7 +47,7 @@ def _judge(a, inputs, counters, constants, duration, elapsed, steps):
 
 @jit
 def _weight(step, steps, constants):
-    """Of the distance after a control step: of the last one, and of all of them alike."""
+    """Return the weight of the distance after a control step: that of the last one, or one for all of them."""
     way = constants[_WAY]
     return way / steps + (1.0 - way if step == steps - 1 else 0.0)
 

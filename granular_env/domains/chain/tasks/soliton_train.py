@@ -190,7 +190,7 @@ class SolitonTrainTask(DrivenEndTask):
 
 
 class PassingTrain:
-    """What the missing grains would do to the left end while the demanded waves pass: read from ``info``, then open-loop.
+    """The motion that missing grains would give the left end while the demanded waves pass: read from ``info``, then open-loop.
 
     Args:
         task: whose demand is served.

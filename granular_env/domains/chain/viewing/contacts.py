@@ -1,4 +1,4 @@
-"""What is known of the contacts of a row of grains in the frames of a run: forces, or else overlaps."""
+"""Contacts of a row of grains in the frames of a run: forces, or else overlaps."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ _BAR_LENGTH = 0.05
 
 @dataclass(frozen=True)
 class Row:
-    """Where the profile and the bars are drawn.
+    """The places of the profile and the bars.
 
     Attributes:
         height: length of the longest bar and of half the profile's span [m].

@@ -76,7 +76,7 @@ class GrowingPicture:
 
     @property
     def is_drawable(self) -> bool:
-        """Whether there is an interval of time to draw."""
+        """Return whether there is an interval of time to draw."""
         return len(self._rows) > 1 and self._rows[-1][0] > self._start
 
     def prepare(self, motion: Motion, limit: float) -> None:

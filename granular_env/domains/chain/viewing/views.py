@@ -1,4 +1,4 @@
-"""What the scene of a chain shows beside its grains and curves."""
+"""Views of a chain's scene beside its grains and curves."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ _DIRECTIONS = 3600
 
 
 class Options(TypedDict, total=False):
-    """What the environment takes beside its own arguments; see `ComponentEnv`."""
+    """Options of the environment beside its own arguments; see `ComponentEnv`."""
 
     clock: int
     step_error_reward: float

@@ -1,0 +1,106 @@
+"""What an author declares of a component is checked when one is built; what a component holds nobody else can change."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from granular_env.components.contract import Balance
+from granular_env.components.discs import Discs
+from granular_env.components.drawables import Cells, Curve, Drawable, Links, Points
+from granular_env.components.errors import ParameterError
+
+
+def drawing(change: Callable[[Points, Links], tuple[Drawable, ...]]) -> type[Discs]:
+    class Drawn(Discs):
+        def drawables(self) -> tuple[Drawable, ...]:
+            points, links = super().drawables()
+            assert isinstance(points, Points) and isinstance(links, Links)
+            return change(points, links)
+
+    return Drawn
+
+
+def renamed(drawable: Any, **fields: Any) -> Any:
+    return dataclasses.replace(drawable, **fields)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda p, k: (p, renamed(k, points="zzz")), "drawable 'links': points: got 'zzz', expected one of discs"),
+        (lambda p, k: (p, renamed(k, pairs=k.pairs + 5)), "drawable 'links': pairs: expected rows of indices from 0 to 7"),
+        (lambda p, k: (p, renamed(k, pairs=k.pairs - 1)), "drawable 'links': pairs"),
+        (lambda p, k: (p, renamed(k, state="speed")), "drawable 'links': state: 'speed' has the shape"),
+        (lambda p, k: (renamed(p, colour="colour"), k), "drawable 'discs': colour: got 'colour', which is no output"),
+        (lambda p, k: (renamed(p, displacement="linked"), k), "drawable 'discs': displacement: 'linked' has the shape"),
+        (lambda p, k: (renamed(p, radius=p.radius[:3]), k), "drawable 'discs': radius: one for each of the 8 points"),
+        (lambda p, k: (renamed(p, reference=np.zeros((8, 5))), k), "drawable 'discs': reference: up to 3 columns"),
+        (lambda p, k: (Cells("c", p.reference, np.array([[0, 1, 8]]), "speed"),), "drawable 'c': connectivity"),
+        (lambda p, k: (Curve("c", np.zeros(3), "speed"),), "drawable 'c': field: 'speed' has the shape"),
+    ],
+)
+def test_drawables_that_do_not_fit_are_refused(change: Any, message: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        drawing(change)()
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("balance", "message"),
+    [
+        (Balance("heat", "J", {}), "balance 'heat': stored: got no entry"),
+        (Balance("heat", "J", {"speed": 1.0}), "balance 'heat': 'speed' is another variable too"),
+        (Balance("heat", "J", {"mass": 1.0}), "balance 'heat': 'mass' is another variable too"),
+        (Balance("energy", "kg", {"kinetic_energy": 1.0}), "balance 'energy': 'kinetic_energy' is another variable too"),
+    ],
+)
+def test_balances_that_do_not_fit_are_refused(balance: Balance, message: str) -> None:
+    class Balanced(Discs):
+        def balances(self) -> tuple[Balance, ...]:
+            return (*super().balances(), balance)
+
+    with pytest.raises(ParameterError) as error:
+        Balanced()
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "index", "value", "limit"),
+    [
+        ("nope", 1, 1.0, 0.5),
+        ("link_broken", -7, 1.0, 0.5),
+        ("link_broken", 2**70, 1.0, 0.5),
+        ("link_broken", 1, float("nan"), 0.5),
+        ("link_broken", 1, 1.0, float("inf")),
+    ],
+)
+def test_events_that_no_log_could_hold_are_refused(kind: str, index: int, value: float, limit: float) -> None:
+    discs = Discs()
+    with pytest.raises(ParameterError, match="event"):
+        discs._add_event(1, kind, index, value, limit)
+    assert discs.event_count == 0
+
+
+def test_a_component_holds_a_copy_of_an_array() -> None:
+    discs = Discs()
+    force = np.ones((8, 2))
+    force.setflags(write=False)
+    discs.step(1e-4, force=force)
+    force.setflags(write=True)
+    force[:] = np.nan
+    np.testing.assert_array_equal(discs.held_inputs["force"], np.ones((8, 2)))
+    discs.step(1e-4)
+
+
+def test_drawables_are_closed_to_writing() -> None:
+    discs = Discs()
+    points, links = discs.drawables()
+    for array in (points.reference, points.radius, links.pairs):  # type: ignore[union-attr]
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+    assert discs.reference.flags.writeable  # the component's own table
