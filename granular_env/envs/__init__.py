@@ -1,7 +1,7 @@
 """Gymnasium environments: any component x a task.
 
-``import granular_env`` registers those of `registration.ENVIRONMENTS`, ``granular_env/Piston-v1`` for one. An environment of
-your own is a component, a `Task` and ``ComponentEnv(component, task)``; a task is one file in ``tasks/``.
+``import granular_env`` registers those that the domains offer, ``granular_env/Piston-v1`` for one. An environment of your own
+is a component, a `Task` and ``ComponentEnv(component, task)``.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class EnvState:
 
     def __repr__(self) -> str:
         drawn = f", drawn={dict(self.drawn)}" if self.drawn else ""
-        return f"EnvState({self.task!r}, tick={self.snapshot.tick}, chain={self.snapshot.identity[:12]}...{drawn})"
+        return f"EnvState({self.task!r}, tick={self.snapshot.tick}, component={self.snapshot.identity[:12]}...{drawn})"
 
     def to_bytes(self) -> bytes:
         """Return a versioned header and plain arrays; see `packing`."""

@@ -19,8 +19,8 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
     Each reset and each `restore` begins a new segment of the log. The log holds every input exactly, so it replays bit for bit,
     can be branched and looked at, like the log of a script. The observations and rewards are unchanged.
 
-    Where `randomise` draws a chain for each episode, each episode has a log of its own, because a log holds the parameters of
-    one chain: ``episode.mcap``, then ``episode-2.mcap`` and so on; `paths` names them.
+    Where `randomise` draws a component for each episode, each episode has a log of its own, because a log holds those of one
+    component: ``episode.mcap``, then ``episode-2.mcap`` and so on; `paths` names them.
 
     Args:
         env: a `ComponentEnv`, however deeply wrapped.
@@ -49,7 +49,7 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
             self._begin()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Start an episode; with a chain of its own it begins a log of its own."""
+        """Start an episode; with a component of its own it begins a log of its own."""
         if not self._each_episode:
             return super().reset(seed=seed, options=options)
         self._end()
