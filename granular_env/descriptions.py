@@ -35,6 +35,8 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
                 for v in chosen
             )
         )
+    if component.event_kinds:
+        parts += ["", "events", columns(component.event_kinds.items())]
     if offered := _environments(name):
         parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", columns(offered)]
     given = ", ".join(
@@ -58,6 +60,7 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     variables = [v for v in example_of(name, parameters).variables.values() if v.causality != "parameter"]
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
     offered = domain_of(name).load("environments") or {}
+    facts["events"] = dict(kind.event_kinds)
     facts["environments"] = [
         {"name": registered, "native_batch": one.vector_entry_point is not None} for registered, one in offered.items()
     ]

@@ -65,6 +65,7 @@ def test_help_needs_none_of_the_heavy_packages():
         "replay",
         "branch",
         "recover",
+        "events",
         "view",
         "report",
         "check",
@@ -681,3 +682,36 @@ def test_an_unwritable_folder_is_named(folder):
     assert ended.returncode == 2
     assert "taken/x.mcap" in ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+# -- events -----------------------------------------------------------------------------------------------------------
+
+
+def test_events_say_what_broke_and_which_limit_was_passed(folder, capsys):
+    assert main(["run", "discs/broken-row", "--log", "row.mcap"]) == 0
+    assert "1 event: 1 link_broken; granular-env events row.mcap lists them" in capsys.readouterr().out
+    assert main(["events", "row.mcap"]) == 0
+    head, row, count, meaning = capsys.readouterr().out.splitlines()
+    assert head.split() == ["time", "[s]", "event", "index", "value", "limit"]
+    time, kind, index, value, limit = row.split()
+    assert (kind, index, limit) == ("link_broken", "4", "0.01") and 0.0 < float(time) < 0.1 and float(value) > 0.01
+    assert count == "1 event: 1 link_broken" and "breaking strain" in meaning
+    with open_log("row.mcap") as log:
+        (event,) = log.events()
+        assert float(time) == pytest.approx(event.tick * log.step_size)
+    assert main(["events", "row.mcap", "--index", "4", "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["events"]
+    assert (found["kind"], found["index"], found["tick"]) == ("link_broken", 4, event.tick)
+    assert main(["events", "row.mcap", "--index", "0"]) == 0
+    assert "none of that kind or index" in capsys.readouterr().out
+    assert main(["events", "row.mcap", "--kind", "link_brokn"]) == 2
+    assert "did you mean 'link_broken'?" in capsys.readouterr().err
+    assert main(["run", "oscillator/pushed", "--log", "quiet.mcap"]) == 0
+    assert "event" not in capsys.readouterr().out
+    assert main(["events", "quiet.mcap"]) == 0
+    assert "declares no kind of event" in capsys.readouterr().out
+
+
+def test_describe_says_which_events_there_can_be(capsys):
+    assert main(["describe", "discs"]) == 0
+    assert re.search(r"^events\n +link_broken +the strain of a link", capsys.readouterr().out, re.MULTILINE)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import click
 from click.shell_completion import shell_complete
 
-from granular_env.cli import atlas, check, completion, contents, logs, runs, studies, sweeps, views
+from granular_env.cli import atlas, check, completion, contents, events, logs, runs, studies, sweeps, views
 from granular_env.cli.command import Command
 from granular_env.cli.failures import discard_output, open_missing_streams, report_failure, report_misuse
 from granular_env.cli.status import MEANINGS, Status
@@ -23,6 +23,7 @@ COMMANDS: tuple[Command, ...] = (
     logs.replay,
     logs.branch,
     logs.recover,
+    events.events,
     views.view,
     views.report,
     atlas.atlas,

@@ -6,10 +6,12 @@ import json
 import math
 import shlex
 import warnings
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from granular_env.cli.events import summary
 from granular_env.cli.status import Status
 from granular_env.components.errors import GranularWarning
 from granular_env.output_files import count_of, readable_bytes
@@ -48,6 +50,7 @@ def _facts(result: RunResult) -> dict[str, Any]:
         "interrupted": result.interrupted,
         "notes": [*result.warnings, *result.cautions],
         "report": _finite(result.report),
+        "events": dict(Counter(event.kind for event in component.events())),
         "balances": {b.quantity: _finite(b.entries) for b in component.balances()},
     }
 
@@ -73,6 +76,8 @@ def _print_for_people(result: RunResult) -> None:
         print(f"stopped: {result.stopped_by}")
     if result.interrupted:
         print("interrupted: the log is complete up to there" if result.log else "interrupted")
+    if component.event_kinds and (found := component.events()):
+        print(f"{summary(found)}" + (f"; granular-env events {shlex.quote(str(result.log))} lists them" if result.log else ""))
     for text in (*result.warnings, *result.cautions):
         print(wrap_text(f"note: {printable(text)}"))
     for name, value in result.report.items():

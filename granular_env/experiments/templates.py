@@ -147,7 +147,7 @@ def _of_component(name: str) -> str:
     for key, field in kind.Parameters.model_fields.items():
         automatic = not field.is_required() and field.default is None
         # A value that is computed has no default that could stand here.
-        value = f"{key} = {_smallest(field)}" if field.is_required() else f"# {key} = {default_of(field)}"
+        value = f"{key} = {toml_value(_smallest(field))}" if field.is_required() else f"# {key} = {default_of(field)}"
         value = f"# {key}: automatic" if automatic else value
         lines.append(_line(value, ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))))
     states = [v for v in component.variables.values() if v.state]

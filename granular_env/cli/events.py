@@ -1,0 +1,66 @@
+"""Events of a log: `events`, which says what broke, when, and by how much."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import click
+
+from granular_env.cli.command import command, json_option, large_option
+from granular_env.cli.completion import files
+from granular_env.cli.status import Status
+from granular_env.output_files import count_of
+from granular_env.terminal import columns, printable, wrap_text
+
+if TYPE_CHECKING:
+    from granular_env.components.contract import Event
+
+_MOST = 40
+
+
+@command("events")
+@click.argument("log", shell_complete=files)
+@click.option("--kind", metavar="KIND", help="Only events of this kind.")
+@click.option("--index", metavar="N", type=int, help="Only those of this link, cell, ...")
+@click.option("--all", "every", is_flag=True, help=f"List all of them, not the first {_MOST}.")
+@json_option()
+@large_option()
+def events(log: str, kind: str | None, index: int | None, every: bool, for_programs: bool, allow_large: bool) -> int:
+    """Say what happened in a run, when, and which limit was passed."""
+    from granular_env.recording import open_log
+
+    with open_log(log, allow_large=allow_large) as opened:
+        found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
+    if for_programs:
+        rows = [{**dataclasses.asdict(event), "time": event.tick * step_size} for event in found]
+        print(json.dumps({"kinds": kinds, "events": rows}, indent=2))
+    elif not kinds:
+        print("events: none; the component of this log declares no kind of event")
+    elif not found:
+        asked = "" if kind is None and index is None else " of that kind or index"
+        print("\n".join([f"events: none{asked}; it would be one when", *_meanings(kinds)]))
+    else:
+        shown = found if every else found[:_MOST]
+        heads = ("time [s]", "event", "index", "value", "limit")
+        print(columns([heads, *(_cells(event, step_size) for event in shown)], ""))
+        rest = "" if len(shown) == len(found) else f"; the first {len(shown)} are listed, --all lists the others too"
+        print("\n".join([f"{summary(found)}{rest}", *_meanings({event.kind: kinds[event.kind] for event in found})]))
+    return Status.DONE
+
+
+def summary(found: list[Event]) -> str:
+    """Return how many events there were of each kind."""
+    kinds = ", ".join(f"{count} {printable(kind)}" for kind, count in Counter(event.kind for event in found).most_common())
+    return f"{count_of(len(found), 'event')}: {kinds}"
+
+
+def _cells(event: Event, step_size: float) -> tuple[str, ...]:
+    place = "" if event.index is None else str(event.index)
+    return f"{event.tick * step_size:.9g}", printable(event.kind), place, f"{event.value:.6g}", f"{event.limit:.6g}"
+
+
+def _meanings(kinds: dict[str, str]) -> list[str]:
+    return [wrap_text(f"  {printable(kind)}: {printable(text)}") for kind, text in kinds.items()]
