@@ -323,7 +323,9 @@ class Component(Stepping, metaclass=_Fixed):
         variable = self.variables.get(name)
         if variable is None or not variable.state:
             known = [v.name for v in self.variables.values() if v.state]
-            raise ParameterError(f"start value {name!r} is no state variable of this {self.name}; {nearest(name, known)}")
+            raise ParameterError(
+                f"start value {name!r} is no state variable of component {self.name!r}; {nearest(name, known)}"
+            )
         return start_array(f"start.{name}", value, variable.shape)
 
     def declared(self) -> list[Variable]:

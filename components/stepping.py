@@ -130,7 +130,7 @@ class Stepping(Physics):
     def _refuse_while_stepping(self, call: str) -> None:
         if self._stepping:
             raise GranularError(
-                f"{call}: this {self.name} is in the middle of a step, of another thread or of an observer; "
+                f"{call}: component {self.name!r} is in the middle of a step, of another thread or of an observer; "
                 "give each thread a component of its own"
             )
 
@@ -212,7 +212,7 @@ class Stepping(Physics):
         for name, value in inputs.items():
             variable = self._inputs.get(name)
             if variable is None:
-                raise ParameterError(f"input {name!r} is unknown to this {self.name}; {self.input_advice(name)}")
+                raise ParameterError(f"input {name!r} is unknown to component {self.name!r}; {self.input_advice(name)}")
             held[name] = hold_input(
                 name,
                 value,

@@ -326,7 +326,7 @@ def _record(
     from granular_env.recording import record
     from granular_env.recording.record import note_log_on_error
 
-    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording this {component.name}", ExperimentError)
+    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
     recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
     stack.enter_context(note_log_on_error(recorder))
     stack.enter_context(recorder)

@@ -40,7 +40,7 @@ def test_the_copies_that_a_recorder_holds_are_counted_too(tmp_path, monkeypatch)
     small = {**CHAIN, "component": {"type": "chain", "grains": 1000}}
     monkeypatch.setattr(memory_limits, "available", lambda: 100_000)
     monkeypatch.setattr(catalogue.component_class("chain"), "memory_needed", classmethod(lambda kind, parameters: 0))
-    with pytest.raises(ExperimentError, match=r"recording this chain needs at least 0\.000129 GB"):
+    with pytest.raises(ExperimentError, match=r"recording component 'chain' needs at least 0\.000129 GB"):
         run(small, log=tmp_path / "x.mcap")
     assert [*tmp_path.iterdir()] == []
 

@@ -79,7 +79,9 @@ def reset(component: Component, experiment: Experiment) -> None:
     states = [v.name for v in component.variables.values() if v.state]
     for name in experiment.start:
         if name not in states:
-            raise ParameterError(f"no state variable of this {component.name}; {nearest(name, states)}", at=f"start.{name}")
+            raise ParameterError(
+                f"no state variable of component {component.name!r}; {nearest(name, states)}", at=f"start.{name}"
+            )
     component.reset(seed=experiment.seed, **experiment.start)
 
 
@@ -115,7 +117,7 @@ class _Branch(Document):
 def _input(folder: Path, component: Component, name: str, value: Any) -> InputValue:
     known = {v.name: v for v in component.variables.values() if v.causality == "input"}
     if name not in known:
-        raise ParameterError(f"unknown to this {component.name}; {component.input_advice(name)}")
+        raise ParameterError(f"unknown to component {component.name!r}; {component.input_advice(name)}")
     if isinstance(value, list):
         return _array(name, value, known[name].shape)
     if not isinstance(value, ProfileTable):
@@ -152,7 +154,8 @@ def _check_record(experiment: Experiment, component: Component) -> None:
     for name in record.variables or []:
         if name not in recordable:
             raise ParameterError(
-                f"{name!r} is no input or output of this {component.name}; {nearest(name, recordable)}", at="record.variables"
+                f"{name!r} is no input or output of component {component.name!r}; {nearest(name, recordable)}",
+                at="record.variables",
             )
     for key in ("every", "key_every"):
         if (interval := getattr(record, key)) is not None:

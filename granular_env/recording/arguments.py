@@ -23,7 +23,9 @@ def names_to_record(component: Component, variables: Sequence[str] | None) -> li
     known = [v.name for v in component.variables.values() if v.causality != "parameter"]
     for name in variables:
         if name not in known:
-            raise ParameterError(f"variables: {name!r} is no output or input of this {component.name}; {nearest(name, known)}")
+            raise ParameterError(
+                f"variables: {name!r} is no output or input of component {component.name!r}; {nearest(name, known)}"
+            )
     return list(dict.fromkeys([*variables, *component.balance_names]))
 
 
