@@ -412,18 +412,18 @@ def test_of_many_processes_one_speaks(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not JIT, reason="nothing is compiled")
-def test_a_kernel_is_compiled_once_whatever_whole_numbers_it_is_called_with() -> None:
-    @jit
-    def scaled(k, x):  # noqa: ANN001, ANN202
-        return k * x
-
-    @jit
-    def called(n, x):  # noqa: ANN001, ANN202
-        k = 1  # a literal at first, any number later
-        for _ in range(n):
-            x += scaled(k, x) + scaled(3, x)
-            k += 1
-        return x
-
-    assert called(2, 1.0) == 30.0
-    assert len(scaled.overloads) == 1  # type: ignore[attr-defined]
+def test_a_kernel_is_compiled_once_whatever_whole_numbers_it_is_called_with(tmp_path: Path) -> None:
+    text = """from granular_env.components.support.jit import jit
+@jit
+def scaled(k, x): return k * x
+@jit
+def called(n, x):
+    k = 1  # a literal at first, any number later
+    for _ in range(n):
+        x += scaled(k, x) + scaled(3, x)
+        k += 1
+    return x
+print(called(2, 1.0), len(scaled.overloads))
+"""
+    write(tmp_path, {"task.py": text})
+    assert run("import task", tmp_path).stdout == "30.0 1\n"

@@ -26,6 +26,9 @@ CHUNK_BYTES = 1 << 20
 _FIRST_CHUNK_BYTES, _CHUNK_SHARE = 1 << 16, 8
 # There are no attachments.
 _INDICES = IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA
+# Writers whose files are open. The garbage collector, which closes files in any order, must not come to one before the dropped
+# recorder that closes it properly.
+_OPEN: set[LogWriter] = set()
 _SAVE_THE_REST = "What was written until then can be opened, and `granular-env recover` makes it a complete log"
 
 
@@ -42,6 +45,7 @@ class LogWriter:
         self._chunk = self._unfinished_bytes = self._bytes = self._latest = 0
         self._failed: LogError | None = None
         self._topics = list(TOPICS)
+        _OPEN.add(self)
         try:
             self._run_guarded(self._start)
         except LogError:
@@ -146,6 +150,8 @@ class LogWriter:
         except OSError:
             # What could not be written has been reported already, by the write itself.
             pass
+        finally:
+            _OPEN.discard(self)
 
     def _run_guarded(self, write) -> None:  # noqa: ANN001
         if self._failed is not None:
