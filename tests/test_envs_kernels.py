@@ -55,7 +55,8 @@ print(info["begun"], env.step([0.0])[1], *batch.step(np.zeros((2, 1)))[1].tolist
 
 def run(folder: Path, module: str) -> str:
     path = os.pathsep.join([str(folder), str(Path(__file__).resolve().parents[1])])
-    environment = {**os.environ, "PYTHONPATH": path}
+    # Python itself takes a source that was changed within a second, and has its old length, for the one it has compiled.
+    environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
     script = RUN.format(module=module)
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=environment, cwd=folder)
     assert done.returncode == 0, done.stderr
