@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -104,7 +104,7 @@ Drawable = Points | Links | Cells | Curve
 _OUTPUTS = ("displacement", "colour", "rotation", "state", "field")
 
 
-def validate_drawables(drawables: Iterable[Drawable], variables: Mapping[str, Any]) -> None:
+def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Any]) -> None:
     """Check what a component declares: dimensions, indices, and the shapes of the outputs that are named.
 
     Raises:
@@ -133,7 +133,10 @@ def validate_drawables(drawables: Iterable[Drawable], variables: Mapping[str, An
             name = getattr(one, role, "")
             if not name:
                 continue
-            _expect(name in variables, f"{where}: {role}: got {name!r}, which is no output")
+            _expect(
+                name in variables and variables[name].causality == "output",
+                f"{where}: {role}: got {name!r}, which is no output",
+            )
             shape = variables[name].shape
             if role in shapes:
                 _expect(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -15,9 +16,9 @@ from ..support.tagged_union import ByName, Named
 class Area(Named):
     """A part of the plane."""
 
+    @abstractmethod
     def contains(self, points: FloatArray) -> np.ndarray:
         """Return which of the points, shape (k, 2) [m], lie inside."""
-        raise NotImplementedError
 
 
 class Box(Area):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from abc import abstractmethod
 from typing import Annotated, Literal
 
 import numpy as np
@@ -31,18 +32,18 @@ class Shape(Named):
     """A mesh, chosen by its `name`."""
 
     @property
+    @abstractmethod
     def cell_count(self) -> int:
         """Number of cells, at most; known without building."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def edge_names(self) -> tuple[str, ...]:
         """Names of the edges of the domain."""
-        raise NotImplementedError
 
+    @abstractmethod
     def build(self) -> Mesh:
         """Return the mesh; `ValueError` where it cannot be computed on."""
-        raise NotImplementedError
 
 
 class Rectangle(Shape):

@@ -15,8 +15,9 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
+from ..support.fields import field
 from ..support.jit import inlined
-from .plastic_law import DRUCKER_PRAGER, PlasticLaw, number
+from .plastic_law import DRUCKER_PRAGER, PlasticLaw
 
 
 class DruckerPrager(PlasticLaw):
@@ -24,11 +25,11 @@ class DruckerPrager(PlasticLaw):
 
     code: ClassVar[int] = DRUCKER_PRAGER
 
-    name: Literal["drucker_prager"] = number("drucker_prager", "soils and rocks: strength grows with pressure", "1")
-    yield_stress: float = number(..., "equivalent stress at first yield where the pressure is 0", "Pa", gt=0.0)
-    friction: float = number(..., "increase of the yield stress with pressure", "1", gt=0.0, lt=3.0)
-    dilatancy: float = number(0.0, "plastic volume strain per equivalent plastic strain", "1", ge=0.0, lt=3.0)
-    hardening: float = number(0.0, "increase of the yield stress with equivalent plastic strain", "Pa", ge=0.0)
+    name: Literal["drucker_prager"] = field("drucker_prager", "soils and rocks: strength grows with pressure", "1")
+    yield_stress: float = field(..., "equivalent stress at first yield where the pressure is 0", "Pa", gt=0.0)
+    friction: float = field(..., "increase of the yield stress with pressure", "1", gt=0.0, lt=3.0)
+    dilatancy: float = field(0.0, "plastic volume strain per equivalent plastic strain", "1", ge=0.0, lt=3.0)
+    hardening: float = field(0.0, "increase of the yield stress with equivalent plastic strain", "Pa", ge=0.0)
 
     @model_validator(mode="after")
     def _validate_dilatancy(self) -> DruckerPrager:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+from ..support.fields import field
 from ..support.jit import inlined
-from .plastic_law import VON_MISES, PlasticLaw, number
+from .plastic_law import VON_MISES, PlasticLaw
 
 
 class VonMises(PlasticLaw):
@@ -18,9 +19,9 @@ class VonMises(PlasticLaw):
 
     code: ClassVar[int] = VON_MISES
 
-    name: Literal["von_mises"] = number("von_mises", "metals: yield does not depend on pressure", "1")
-    yield_stress: float = number(..., "equivalent stress at first yield", "Pa", gt=0.0)
-    hardening: float = number(0.0, "increase of the yield stress with equivalent plastic strain", "Pa", ge=0.0)
+    name: Literal["von_mises"] = field("von_mises", "metals: yield does not depend on pressure", "1")
+    yield_stress: float = field(..., "equivalent stress at first yield", "Pa", gt=0.0)
+    hardening: float = field(0.0, "increase of the yield stress with equivalent plastic strain", "Pa", ge=0.0)
 
     def constants(self) -> tuple[float, float, float, float]:
         """Return yield stress, hardening, no friction, no dilatancy."""
