@@ -49,6 +49,8 @@ class Component(Stepping, metaclass=_Fixed):
     """True where the same run may give other bits on another CPU."""
 
     _closed: bool = False
+    # Parts in this component's memory, the number of the first of their kinds of events, their ticks in one of this.
+    _included: tuple[tuple[Component, int, int], ...] = ()
 
     def __init__(self, *, memory: FloatArray | None = None, **parameters: Any) -> None:
         """Check the parameters, allocate everything once, and reset.
@@ -99,12 +101,27 @@ class Component(Stepping, metaclass=_Fixed):
         words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
         self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
 
-    def _include(self, part: Component) -> None:
-        """Take a part, which was made in the memory of this component, into its snapshots: the lists that grow in it too.
+    def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
+        """Take a part, which was made in the memory of this component, into its snapshots and events.
 
-        Call it in `_build`, after `_lay_out`.
+        Call it in `_build`, after `_lay_out`. The lists that grow in the part belong to this component's snapshots then, and its
+        events are events of this component, their kinds named `<prefix>_<kind>`.
+
+        Args:
+            part: lies in the memory of this component's block.
+            prefix: of its kinds of events.
+            ticks: internal steps of the part in one of this component.
+
+        Raises:
+            ParameterError: a kind of that name is there already.
         """
+        kinds = {f"{prefix}_{kind}": f"{prefix}: {text}" for kind, text in part.event_kinds.items()}
+        for kind in kinds:
+            if kind in self.event_kinds:
+                raise ParameterError(f"event {kind!r} is there already; include the part with another prefix than {prefix!r}")
         self._block.include(part._block)
+        self._included = (*self._included, (part, len(self.event_kinds), ticks))
+        vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent where there is one."""
@@ -219,17 +236,32 @@ class Component(Stepping, metaclass=_Fixed):
         kinds = list(self.event_kinds)
         return [
             Event(int(tick), kinds[int(kind)], None if index < 0 else int(index), value, limit)
-            for tick, kind, index, value, limit in (self._block["events"].tolist() if kinds else ())
+            for tick, kind, index, value, limit in self.event_rows().tolist()
         ]
 
     @property
     def event_count(self) -> int:
         """Return the number of events since the reset."""
-        return self._block.count("events")
+        return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
         """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says."""
-        return self._block["events"][since:].copy() if self.event_kinds else np.zeros((0, 5))
+        own = self._block["events"] if self._block.count("events") else np.zeros((0, 5))
+        return self._merge_events(own)[since:] if self._included else own[since:].copy()
+
+    def _merge_events(self, own: FloatArray) -> FloatArray:
+        """Return own events and those of the parts, by tick; in a tick the own ones first, then those of the first part.
+
+        Who reads between two ticks finds later events behind all earlier ones, whichever part they belong to.
+        """
+        tables = [own]
+        for part, first, ticks in self._included:
+            rows = part.event_rows()
+            rows[:, 0] = np.ceil(rows[:, 0] / ticks)
+            rows[:, 1] += first
+            tables.append(rows)
+        found = np.concatenate(tables)
+        return found[np.argsort(found[:, 0], kind="stable")]
 
     def _add_event(self, tick: int, kind: str, index: int | None, value: float, limit: float) -> None:
         """Note an event; `tick` is that at the end of the internal step in which it happened."""

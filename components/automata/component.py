@@ -149,7 +149,7 @@ class Automata(Component):
             self._block["spin" if name == "angular_velocity" else name][...] = value
         self._steps.start()
         sums = self._sums()
-        self._block["start"][:] = sums[3] + sums[4] + sum(self._steps.stored().values()), *sums[:3]
+        self._block["start"][:] = sums[3] + sums[4] + sum(self._stored().values()), *sums[:3]
         return {}
 
     def _advance(self, ticks: int) -> int:
@@ -197,13 +197,17 @@ class Automata(Component):
         motion.momenta(self.body, self.packing.reference, self.motion, sums)
         return sums
 
+    def _stored(self) -> dict[str, float]:
+        """Return the energies of links and contacts [J]: forces are those of the middle of the last internal step."""
+        return self._steps.stored(0.5 * self.step_size)
+
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (but of a periodic specimen) and mass, since the reset."""
         sums, start, (load, grip) = self._sums(), self._block["start"].copy(), self._block["tallies"].copy()
         stored = {
             "kinetic_energy": float(sums[3]),
             "rotational_energy": float(sums[4]),
-            **self._steps.stored(),
+            **self._stored(),
         }
         work = {"input_work": float(load[motion.WORK]), "boundary_work": float(grip[motion.WORK])}
         impulse = {"impulse": load[1:3], "boundary_impulse": grip[1:3]}

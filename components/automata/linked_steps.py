@@ -69,8 +69,8 @@ class LinkedSteps:
         """Return the weight of each link."""
         return np.ones(self._links)
 
-    def stored(self) -> dict[str, float]:
-        """Return the energies that are stored, but those of motion [J]."""
+    def stored(self, since: float) -> dict[str, float]:
+        """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
         theta = self.dilation()
         found = elastic_energy(self.body, self.motion.displacement, self.scratch.half, theta, 0, self.count)
         return {"elastic_energy": found}
