@@ -66,7 +66,7 @@ class CrackingSteps(LinkedSteps):
     # -- steps ------------------------------------------------------------------------------------------------------
 
     def advance(self, tick: int, ticks: int) -> int:
-        """Advance from a tick with the loads and velocities that the boundary has now; 0, or a status."""
+        """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
         if not self._is_sound():
             return UNSOUND
         last = tick + ticks
@@ -87,7 +87,7 @@ class CrackingSteps(LinkedSteps):
         return 0
 
     def _run(self, tick: int, ticks: int) -> tuple[int, int]:
-        contacts, edge = self._contacts(), self.boundary
+        contacts, edge = self._contacts(), self.conditions
         return cracking.advance(
             self.medium, self.packing.reference, self.motion, self.scratch, self._judgement, contacts, self._count(), edge.load,
             edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size, tick, ticks,
@@ -95,7 +95,7 @@ class CrackingSteps(LinkedSteps):
         )  # fmt: skip
 
     def _finish(self, tick: int) -> float:
-        edge = self.boundary
+        edge = self.conditions
         return cracking.finish_tick(
             self.medium, self.packing.reference, self.motion, self.scratch, self._contacts(), self._count(), edge.load,
             edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size, tick,
