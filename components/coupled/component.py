@@ -164,9 +164,9 @@ class Coupled(Component):
         self._divided: Mapping[str, Held] | None = None
 
     def _make_edges(self) -> Edges:
-        """Return what sides and inputs do to automata that do not belong to the interface; of those that do, their rotation."""
-        boundary, free = self.automata.boundary, self.interface.free > 0
-        load, grip = boundary.load, boundary.grip
+        """Return what edges and inputs do to automata that do not belong to the interface; of those that do, their rotation."""
+        conditions, free = self.automata.conditions, self.interface.free > 0
+        load, grip = conditions.load, conditions.grip
         self._loads = np.flatnonzero(free[load.automata])
         held = np.where(free[grip.automata], grip.held, grip.held & HOLDS_ROTATION)
         self._refuse_free_nodes(grip)
@@ -179,7 +179,7 @@ class Coupled(Component):
         return Edges(free_load, ours, np.zeros((some, 2)), np.zeros((rows, 5)), np.zeros((rows, 3)))
 
     def _refuse_free_nodes(self, grip: Grip) -> None:
-        """Refuse automata of the interface that a side holds and their nodes do not."""
+        """Refuse automata of the interface that an edge holds and their nodes do not."""
         conditions = self.grid.tables()[2]
         row_of = {int(node): row for row, node in enumerate(conditions.nodes)}
         ends = dict(zip(self.interface.automata.tolist(), self.interface.ends.tolist(), strict=True))
@@ -189,7 +189,7 @@ class Coupled(Component):
                     if held & bit and not conditions.prescribed[row_of[node], k]:
                         x, y = self.grid.mesh.nodes[node]
                         raise ParameterError(
-                            f"automata: automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its side, and "
+                            f"automata: automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and "
                             f"belongs to the interface, but node {node} of the grid is free there; give the edge of the grid "
                             "that ends there the same condition"
                         )
@@ -309,9 +309,9 @@ class Coupled(Component):
 
     def _apply_to_automata(self, tick: int) -> None:
         """Fill loads and grip for the tick."""
-        boundary, edges = self.automata.boundary, self._edges
-        boundary.apply(self.automata.held_inputs, tick, 0.5)
-        edges.load.force[:] = np.where(self._acts, boundary.load.force[self._loads], 0.0)
+        conditions, edges = self.automata.conditions, self._edges
+        conditions.apply(self.automata.held_inputs, tick, 0.5)
+        edges.load.force[:] = np.where(self._acts, conditions.load.force[self._loads], 0.0)
 
     def _advance_with(self, tick: int, ticks: int) -> int:
         factors = self.grid.factors(tick, ticks)
@@ -325,7 +325,7 @@ class Coupled(Component):
 
     def _interface_loads(self, conditions: layout.Conditions) -> FloatArray | None:
         """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without."""
-        load, interface = self.automata.boundary.load, self.interface
+        load, interface = self.automata.conditions.load, self.interface
         if len(self._loads) == len(load.automata):
             return None
         pulled = np.zeros((self.automata.count, 2))
