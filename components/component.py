@@ -143,7 +143,9 @@ class Component(Stepping, metaclass=_Fixed):
 
     def _settle(self) -> None:
         """Make what belongs to this one component alone, whose block is there."""
-        self._readers: dict[str, Callable[[], Any]] = self._outputs()
+        parts = {v.name: self._block.views.get(v.name) for v in self.declared() if v.causality == "output"}
+        views = {name: _reader_of(part) for name, part in parts.items() if part is not None}
+        self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
         self._prepare_steps()
 
     def __repr__(self) -> str:
@@ -205,6 +207,11 @@ class Component(Stepping, metaclass=_Fixed):
         self._hold(self.hold({**starts, **given}))
         for observer in self._observers:
             observer.on_reset(self)
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        for name, value in values.items():
+            self._block.views[name][...] = value
+        return {}
 
     def get(self, name: str) -> Any:
         """Return the present value of any variable: a number, or a fresh array of its shape."""
@@ -367,6 +374,10 @@ class Component(Stepping, metaclass=_Fixed):
     def _all_variables(self) -> Iterable[Variable]:
         yield from parameter_variables(self.Parameters, self.parameters)
         yield from self._declare()
+
+
+def _reader_of(view: np.ndarray) -> Callable[[], Any]:
+    return (lambda: view) if view.ndim else lambda: float(view)
 
 
 def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
