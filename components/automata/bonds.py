@@ -1,6 +1,6 @@
 """Pairs with a history: links that weaken, yield, break, and are released over several steps.
 
-As in `linked`, with the weight w of each link (1 while it holds, falling to 0 while it is released), what is left of its
+As in `sweep`, with the weight w of each link (1 while it holds, falling to 0 while it is released), what is left of its
 stiffness g, and its plastic strains:
 
     theta_i = sum_j w c eps / (1 + a),      a = (c* + sum_j (1 - w) c) lambda / 2 G
@@ -111,7 +111,7 @@ def bond_dilation(body, bonds, displacement, half, i):
 
 @jit
 def bond_dilations(body, bonds, displacement, half, dilation_out, begin, end):
-    """Write the volumetric strains of automata from `begin` up to `end`; arguments as for `linked.dilations`."""
+    """Write the volumetric strains of automata from `begin` up to `end`; arguments as for `bond_forces`."""
     for i in range(begin, end):
         dilation_out[i] = bond_dilation(body, bonds, displacement, half, i)
 
@@ -140,7 +140,19 @@ def _virial(body, bonds, displacement, half, dilation, i, kind, slot):
 
 @jit
 def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out, begin, end):
-    """Write the forces and torques of the links on automata from `begin` up to `end`; arguments as for `linked.forces`."""
+    """Write the forces and torques of the links on automata from `begin` up to `end`.
+
+    Args:
+        body: a `Body`.
+        bonds: `Bonds`.
+        displacement: shape (n, 2) [m].
+        half: see `pair.orient`, shape (n, 2).
+        dilation: see `bond_dilations`, of all automata from `begin` to `end` and their neighbours, shape (n,).
+        force_out: shape (n, 2) [N].
+        torque_out: shape (n,) [N m].
+        begin: first automaton.
+        end: after the last one.
+    """
     slots = body.directions.shape[0]
     for i in range(begin, end):
         k, fx, fy, torque = body.kind[i], 0.0, 0.0, 0.0

@@ -21,6 +21,7 @@ from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
 from .linked_steps import LinkedSteps
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
+from .schedule import make_parts
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .state import Body, Scratch, make_body, make_scratch
 
@@ -63,7 +64,7 @@ class Automata(Component):
         self.mass: FloatArray = self.body.mass[self.body.kind]
         self.scratch: Scratch = make_scratch(self.count)
         self.conditions = Conditions(p, self.packing)
-        self.largest_frequency = largest_frequency(self.body)
+        self.largest_frequency = largest_frequency(self.body, make_parts(self.body)[0])
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
         self._steps = self._make_steps()

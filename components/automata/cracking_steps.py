@@ -30,6 +30,9 @@ _NEVER = 1e300
 class CrackingSteps(LinkedSteps):
     """A specimen with histories: links that weaken, yield and break, contacts that rub."""
 
+    def _prepare_sweeps(self) -> None:
+        """Make nothing: sweeps know no histories."""
+
     def prepare(self, parameters: AutomataParameters) -> None:
         """Make the laws and the scratch, from the parameters."""
         p, n, slots = parameters, self.count, self.packing.lattice.slots

@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..automata import motion as automata_motion
-from ..automata.linked import dilations, forces
-from ..automata.pair import orient
+from ..automata.advance import advance as advance_automata
+from ..automata.schedule import Part
 from ..automata.state import Body, Motion, Scratch
 from ..grid import kernels as grid_kernels
 from ..grid.layout import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK, Conditions, Grid, State
@@ -51,9 +51,10 @@ class GridPart(NamedTuple):
 
 
 class AutomataPart(NamedTuple):
-    """The automata, their centres in the grid's coordinates, their state, scratch, edges, and tallies of loads and grip."""
+    """The automata, the order of the work on them, centres in the grid's coordinates, state, scratch, edges, and tallies."""
 
     body: Body
+    part: Part
     reference: FloatArray
     motion: Motion
     scratch: Scratch
@@ -87,10 +88,12 @@ class Steps(NamedTuple):
 @jit
 def update_automata_forces(part, seam):
     """Write the forces and torques of the links, and what of them acts on interface nodes."""
-    body, motion, scratch, count = part.body, part.motion, part.scratch, part.body.kind.size
-    orient(motion.rotation, scratch.half, 0, count)
-    dilations(body, motion.displacement, scratch.half, scratch.dilation, 0, count)
-    forces(body, motion.displacement, scratch.half, scratch.dilation, scratch.force, scratch.torque, 0, count)
+    scratch, edges = part.scratch, part.edges
+    # No step, so that none of the inputs is looked at.
+    advance_automata(
+        part.body, part.part, part.reference, part.motion, scratch, edges.load.automata, edges.load_before, edges.load,
+        edges.load_before, edges.grip, edges.grip_before, part.tallies, 0.0, 0, 0.0,
+    )  # fmt: skip
     gather_forces(seam.interface, scratch.force, seam.exchange.automata_force)
 
 

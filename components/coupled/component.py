@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ..automata.advance import update_forces
 from ..automata.component import Automata
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
+from ..automata.pair import orient
+from ..automata.schedule import make_parts
 from ..automata.state import Scratch
 from ..component import Component
 from ..contract import Balance, Variable
@@ -152,8 +155,9 @@ class Coupled(Component):
         self._seam = Seam(self.interface, exchange)
         self._edges = self._make_edges()
         self._automata_part = AutomataPart(
-            automata.body, self.reference, automata.motion, scratch, self._edges, self._block["tallies"]
-        )
+            automata.body, make_parts(automata.body)[0], self.reference, automata.motion, scratch, self._edges,
+            self._block["tallies"],
+        )  # fmt: skip
         self._events, self._counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         self._steps = Steps(self.step_size, self.micro_steps, SCHEMES[self.parameters.scheme], limit)
@@ -374,8 +378,10 @@ class Coupled(Component):
 
     def _deform(self) -> None:
         """Compute the volumetric strains of the automata as they are; forces stay, they belong to the state."""
-        part, count = self._automata_part, self.automata.count
-        sums.update_dilations(part.body, part.motion, part.scratch, count)
+        part, spare = self._automata_part, self.automata.scratch
+        orient(part.motion.rotation, part.scratch.half, 0, self.automata.count)
+        scratch = part.scratch._replace(force=spare.force, torque=spare.torque)
+        update_forces(part.body, part.part, part.motion, scratch)
 
     def _leapfrog(self, found: FloatArray) -> float:
         micro = self.step_size / self.micro_steps

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from ..automata.linked import dilations, elastic_energy
+from ..automata.energy import elastic_energy
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y
-from ..automata.pair import orient
 from ..grid import kernels as grid_kernels
 from ..support.jit import jit
 
@@ -12,13 +11,6 @@ from ..support.jit import jit
 KINETIC, HOURGLASS, PULLED, MOMENTUM, ANGULAR_MOMENTUM = 0, 1, 2, 3, 5
 AUTOMATA_KINETIC, ROTATIONAL, AUTOMATA_PULLED, AUTOMATA_MOMENTUM, AUTOMATA_ANGULAR_MOMENTUM = 6, 7, 8, 9, 11
 ELASTIC, AUTOMATA_ELASTIC, SUMS = 12, 13, 14
-
-
-@jit
-def update_dilations(body, motion, scratch, count):
-    """Write rotations and volumetric strains of the automata as they are, and leave the forces."""
-    orient(motion.rotation, scratch.half, 0, count)
-    dilations(body, motion.displacement, scratch.half, scratch.dilation, 0, count)
 
 
 @jit
