@@ -27,10 +27,10 @@ FINAL = {
     "discs": "7577008a6b94d92a399803b54259ea53",
     "grid-edges": "9853c4e40d8306ddbb0d00a532f1da73",
     "grid-yielding": "9279b8c98056286681e30b4c7cede4e9",
-    "automata-linked": "06b98eaa4cae31ab1f1559a5382c8e62",
+    "automata-linked": "7994301f9223d555ef41ed91db47e679",
     "automata-cracking": "6c5ec0a43fe25f5402758a1a3934d820",
-    "coupled-inclusion": "9efa6156ee8d7a39143d679ecfb07615",
-    "coupled-layers": "aaa23c2128ed042d28ee66d43f0f0043",
+    "coupled-inclusion": "c55bc3f16e71390e4976eee83402110d",
+    "coupled-layers": "0cbf99528e5eda1e8c7b9ad1bcc1751f",
 }
 
 
