@@ -327,7 +327,10 @@ def _record(
     from granular_env.recording.record import note_log_on_error
 
     refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
-    recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+    try:
+        recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+    except ParameterError as error:
+        raise error.renamed("path", "log") from None
     stack.enter_context(note_log_on_error(recorder))
     stack.enter_context(recorder)
 

@@ -364,7 +364,10 @@ class Log:
         """
         from .branch import branch_of
 
-        return branch_of(self, at, components)
+        try:
+            return branch_of(self, at, components)
+        except ParameterError as error:
+            raise error.renamed("time", "at") from None
 
     def locate(self, time: float) -> tuple[Segment, int]:
         """Segment and its own tick at a time [s] of the log; where two segments meet, the later one."""
