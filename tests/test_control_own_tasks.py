@@ -159,7 +159,7 @@ def test_what_is_no_task_is_one_clear_fault(module, tmp_path):
         f"{module}:LastVelocity": "it makes a task, expected its environment",
         f"{module}:own/Missing-v0": "got 'own/Missing-v0', expected the name of a task",
         f"{module}:boom": f"^task {module}:boom: it ends with RuntimeError: boom$",
-        "own/Missing-v0": "or 'module:id' of one that the module registers",
+        "own/Missing-v0": "or 'module:id' of one that it registers",
         "pulse-formign": "did you mean 'pulse-forming'?",
     }
     for name, said in cases.items():

@@ -491,7 +491,7 @@ def element_scales(what: str, scales: Mapping[str, float], component: Component,
             element = parse_element(name)
             element.find(component.variables, f"an {causality} of component {component.name!r}", causality)
         except ParameterError as error:
-            raise error.within(what, shortened(name)) from None
+            raise error.within(what, str(name)) from None
         checked.append((element, positive_number((what, name), scale)))
     if not checked:
         raise ParameterError("the task names none", expected=f"at least one {causality}", at=what)
