@@ -199,7 +199,7 @@ def advance(
         for observer in observers if isinstance(observers, Iterable) else [observers]:
             if not hasattr(observer, "on_step"):
                 raise ParameterError(
-                    f"observers: got {shortened(observer)}, expected observers, such as measurement.Watch(1e-6)"
+                    f"got {shortened(observer)}", expected="observers, such as measurement.Watch(1e-6)", at="observers"
                 )
             component.observe(observer)
             stack.callback(component.ignore, observer)
@@ -345,7 +345,7 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     require_screen(("run without ", Option("live"), look))
     seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
     if seconds < 0.0:
-        raise ParameterError(f"pace: got {pace!r} s, expected 0 or more")
+        raise ParameterError(f"got {pace!r} s", expected="0 or more", at="pace")
     return seconds or None
 
 
