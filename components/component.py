@@ -50,8 +50,8 @@ class Component(Stepping, metaclass=_Fixed):
     """True where the same run may give other bits on another CPU."""
 
     _closed: bool = False
-    # Parts in this component's memory, the number of the first of their kinds of events, their ticks in one of this.
-    _included: tuple[tuple[Component, int, int], ...] = ()
+    # Parts in this component's memory, the prefix of their events, their ticks in one of this.
+    _included: tuple[tuple[Component, str, int], ...] = ()
 
     def __init__(self, *, memory: FloatArray | None = None, **parameters: Any) -> None:
         """Check the parameters, allocate everything once, and reset.
@@ -105,8 +105,8 @@ class Component(Stepping, metaclass=_Fixed):
     def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
         """Take a part, which was made in the memory of this component, into its snapshots and events.
 
-        Call it in `_build`, after `_lay_out`. The lists that grow in the part belong to this component's snapshots then, and
-        its events are events of this component, their kinds named `<prefix>_<kind>`.
+        Call it in `_build`, after `_lay_out`. Lists that grow in the part then belong to this component's snapshots, and its
+        events are events of this component, their kinds named `<prefix>_<kind>`.
 
         Args:
             part: lies in the memory of this component's block.
@@ -121,7 +121,7 @@ class Component(Stepping, metaclass=_Fixed):
             if kind in self.event_kinds:
                 raise ParameterError(f"event {kind!r} is there already; include the part with another prefix than {prefix!r}")
         self._block.include(part._block)
-        self._included = (*self._included, (part, len(self.event_kinds), ticks))
+        self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
@@ -254,7 +254,7 @@ class Component(Stepping, metaclass=_Fixed):
 
     def events(self) -> list[Event]:
         """Return what has happened since the reset, in the order of time."""
-        kinds = list(self.event_kinds)
+        kinds = sorted(self.event_kinds)
         return [
             Event(int(tick), kinds[int(kind)], None if index < 0 else int(index), value, limit)
             for tick, kind, index, value, limit in self.event_rows().tolist()
@@ -266,9 +266,19 @@ class Component(Stepping, metaclass=_Fixed):
         return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
-        """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says."""
-        own = self._block["events"] if self._block.count("events") else np.zeros((0, 5))
-        return self._merge_events(own)[since:] if self._included else own[since:].copy()
+        """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says.
+
+        Kinds are numbered in alphabetical order, as the headers of logs hold them; in the state in the order of `event_kinds`.
+        """
+        own = self._block["events"].copy() if self._block.count("events") else np.zeros((0, 5))
+        names, inherited = list(self.event_kinds), sum(len(part.event_kinds) for part, _, _ in self._included)
+        self._renumber_kinds(own, names[: len(names) - inherited])
+        return self._merge_events(own)[since:] if self._included else own[since:]
+
+    def _renumber_kinds(self, rows: FloatArray, names: list[str]) -> None:
+        """Give events whose kinds are numbered in the order of these names the numbers of the alphabetical order of all."""
+        order = sorted(self.event_kinds)
+        rows[:, 1] = np.array([order.index(name) for name in names], dtype=np.float64)[rows[:, 1].astype(np.int64)]
 
     def _merge_events(self, own: FloatArray) -> FloatArray:
         """Return own events and those of the parts, by tick; in a tick the own ones first, then those of the first part.
@@ -276,10 +286,10 @@ class Component(Stepping, metaclass=_Fixed):
         Who reads between two ticks finds later events behind all earlier ones, whichever part they belong to.
         """
         tables = [own]
-        for part, first, ticks in self._included:
+        for part, prefix, ticks in self._included:
             rows = part.event_rows()
             rows[:, 0] = np.ceil(rows[:, 0] / ticks)
-            rows[:, 1] += first
+            self._renumber_kinds(rows, [f"{prefix}_{kind}" for kind in sorted(part.event_kinds)])
             tables.append(rows)
         found = np.concatenate(tables)
         return found[np.argsort(found[:, 0], kind="stable")]

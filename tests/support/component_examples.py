@@ -513,6 +513,41 @@ COUPLED = [
         energy_tolerance=0.05,
         breaks=({}, {}, {"automata_top_velocity": -10.0}),
     ),
+    Example(
+        "coupled-cracking",
+        "coupled",
+        {
+            "grid": {
+                "mesh": {
+                    "name": "rectangle",
+                    "columns": 4,
+                    "rows": 4,
+                    "cell_size": 1.0,
+                    "holes": [{"name": "box", "x": [-1.0, 5.0], "y": [1.0, 3.0]}],
+                },
+                "material": MEDIUM,
+                "boundaries": {"bottom": "fixed", "top": "velocity"},
+                "plasticity": {"name": "drucker_prager", "yield_stress": 0.015, "friction": 0.3, "dilatancy": 0.1},
+            },
+            "automata": {
+                "shape": {"name": "rectangle", "width": 4.0, "height": 2.0},
+                "diameter": 0.5,
+                "packing": "square",
+                "material": MEDIUM,
+                "criterion": {"name": "mohr_coulomb", "cohesion": 0.004, "internal_friction": 0.5, "tensile": 0.003},
+                "strength_scatter": 0.2,
+            },
+            "origin": [0.0, 1.0],
+            "micro_steps": 2,
+            "step_size": 0.2,
+        },
+        {"grid_velocity": {7: (1e-3, -2e-3)}, "automata_velocity": {12: (1e-3, 1e-3)}},
+        {"grid_top_velocity": np.array([0.04, -0.01])},
+        _signals(grid_top_velocity=np.array([0.04, -0.01])),
+        # A fracturing, rubbing run closes to 1 %.
+        energy_tolerance=0.01,
+        breaks=({}, {}, {"grid_top_velocity": -10.0}),
+    ),  # fmt: skip
 ]
 
 EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED]
