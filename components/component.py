@@ -50,6 +50,8 @@ class Component(Stepping, metaclass=_Fixed):
     """True where the same run may give other bits on another CPU."""
 
     _closed: bool = False
+    # Parts in this component's memory, the prefix of their events, their ticks in one of this.
+    _included: tuple[tuple[Component, str, int], ...] = ()
 
     def __init__(self, *, memory: FloatArray | None = None, **parameters: Any) -> None:
         """Check the parameters, allocate everything once, and reset.
@@ -100,12 +102,27 @@ class Component(Stepping, metaclass=_Fixed):
         words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
         self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
 
-    def _include(self, part: Component) -> None:
-        """Take a part, which was made in the memory of this component, into its snapshots: the lists that grow in it too.
+    def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
+        """Take a part, which was made in the memory of this component, into its snapshots and events.
 
-        Call it in `_build`, after `_lay_out`.
+        Call it in `_build`, after `_lay_out`. Lists that grow in the part then belong to this component's snapshots, and its
+        events are events of this component, their kinds named `<prefix>_<kind>`.
+
+        Args:
+            part: lies in the memory of this component's block.
+            prefix: of its kinds of events.
+            ticks: internal steps of the part in one of this component.
+
+        Raises:
+            ParameterError: a kind of that name is there already.
         """
+        kinds = {f"{prefix}_{kind}": f"{prefix}: {text}" for kind, text in part.event_kinds.items()}
+        for kind in kinds:
+            if kind in self.event_kinds:
+                raise ParameterError(f"event {kind!r} is there already; include the part with another prefix than {prefix!r}")
         self._block.include(part._block)
+        self._included = (*self._included, (part, prefix, ticks))
+        vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent where there is one."""
@@ -127,7 +144,9 @@ class Component(Stepping, metaclass=_Fixed):
 
     def _settle(self) -> None:
         """Make what belongs to this one component alone, whose block is there."""
-        self._readers: dict[str, Callable[[], Any]] = self._outputs()
+        parts = {v.name: self._block.views.get(v.name) for v in self.declared() if v.causality == "output"}
+        views = {name: _reader_of(part) for name, part in parts.items() if part is not None}
+        self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
         self._prepare_steps()
 
     def __repr__(self) -> str:
@@ -193,6 +212,11 @@ class Component(Stepping, metaclass=_Fixed):
         for observer in self._observers:
             observer.on_reset(self)
 
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        for name, value in values.items():
+            self._block.views[name][...] = value
+        return {}
+
     def _refuse_infinite_balances(self) -> None:
         """Refuse a start whose energy, or another balance, is beyond what a float holds."""
         for balance in self.balances():
@@ -230,20 +254,45 @@ class Component(Stepping, metaclass=_Fixed):
 
     def events(self) -> list[Event]:
         """Return what has happened since the reset, in the order of time."""
-        kinds = list(self.event_kinds)
+        kinds = sorted(self.event_kinds)
         return [
             Event(int(tick), kinds[int(kind)], None if index < 0 else int(index), value, limit)
-            for tick, kind, index, value, limit in (self._block["events"].tolist() if kinds else ())
+            for tick, kind, index, value, limit in self.event_rows().tolist()
         ]
 
     @property
     def event_count(self) -> int:
         """Return the number of events since the reset."""
-        return self._block.count("events")
+        return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
-        """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says."""
-        return self._block["events"][since:].copy() if self.event_kinds else np.zeros((0, 5))
+        """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says.
+
+        Kinds are numbered in alphabetical order, as the headers of logs hold them; in the state in the order of `event_kinds`.
+        """
+        own = self._block["events"].copy() if self._block.count("events") else np.zeros((0, 5))
+        names, inherited = list(self.event_kinds), sum(len(part.event_kinds) for part, _, _ in self._included)
+        self._renumber_kinds(own, names[: len(names) - inherited])
+        return self._merge_events(own)[since:] if self._included else own[since:]
+
+    def _renumber_kinds(self, rows: FloatArray, names: list[str]) -> None:
+        """Give events whose kinds are numbered in the order of these names the numbers of the alphabetical order of all."""
+        order = sorted(self.event_kinds)
+        rows[:, 1] = np.array([order.index(name) for name in names], dtype=np.float64)[rows[:, 1].astype(np.int64)]
+
+    def _merge_events(self, own: FloatArray) -> FloatArray:
+        """Return own events and those of the parts, by tick; in a tick the own ones first, then those of the first part.
+
+        Who reads between two ticks finds later events behind all earlier ones, whichever part they belong to.
+        """
+        tables = [own]
+        for part, prefix, ticks in self._included:
+            rows = part.event_rows()
+            rows[:, 0] = np.ceil(rows[:, 0] / ticks)
+            self._renumber_kinds(rows, [f"{prefix}_{kind}" for kind in sorted(part.event_kinds)])
+            tables.append(rows)
+        found = np.concatenate(tables)
+        return found[np.argsort(found[:, 0], kind="stable")]
 
     def _add_event(self, tick: int, kind: str, index: int | None, value: float, limit: float) -> None:
         """Note an event; `tick` is that at the end of the internal step in which it happened."""
@@ -351,6 +400,10 @@ class Component(Stepping, metaclass=_Fixed):
     def _all_variables(self) -> Iterable[Variable]:
         yield from parameter_variables(self.Parameters, self.parameters)
         yield from self._declare()
+
+
+def _reader_of(view: np.ndarray) -> Callable[[], Any]:
+    return (lambda: view) if view.ndim else lambda: float(view)
 
 
 def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:

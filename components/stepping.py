@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter
 from typing import Any, ClassVar
 
-from .contract import Observer, Physics, Variable
+from .contract import Physics, Variable
 from .errors import GranularError, Location, ParameterError, caution, nearest
 from .inputs import Held, hold_input
+from .observer import Observer
 from .profiles import CompiledProfile
 from .snapshot import Block
 from .support.roots import round_down_to_125
@@ -20,6 +21,18 @@ _CHUNK_SECONDS = 0.05
 # A step of so many ticks that has lasted so long, and has so long to go, is told of: a slip in a duration takes hours [s].
 _MANY_TICKS = 1_000_000
 _SILENT_SECONDS, _LONG_SECONDS = 5.0, 60.0
+
+# Which calls are legal when. "ready": made, reset, restored or stepped; "stepping": in the middle of a step, where an observer
+# (or another thread) calls; "failed": the last step raised, and the state is that before it.
+LIFE_CYCLE: Mapping[str, frozenset[str]] = {
+    "step": frozenset({"ready", "failed"}),
+    "reset": frozenset({"ready", "failed"}),
+    "restore": frozenset({"ready", "failed"}),
+    **dict.fromkeys(
+        ("get", "peek", "save", "balances", "events", "drawables", "report", "cautions", "observe", "ignore"),
+        frozenset({"ready", "stepping", "failed"}),
+    ),
+}
 
 
 class Stepping(Physics):
@@ -122,7 +135,7 @@ class Stepping(Physics):
 
     @property
     def phase(self) -> str:
-        """Return "ready", "stepping" or "failed"; `contract.LIFE_CYCLE` says which calls are legal then."""
+        """Return "ready", "stepping" or "failed"; `LIFE_CYCLE` says which calls are legal then."""
         if self._stepping:
             return "stepping"
         return "failed" if self._failure == self._tick else "ready"

@@ -15,7 +15,6 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.component import Component
-from granular_env.components.contract import Observer
 from granular_env.components.errors import (
     ExperimentError,
     Fault,
@@ -28,6 +27,7 @@ from granular_env.components.errors import (
     shortened,
 )
 from granular_env.components.inputs import Held
+from granular_env.components.observer import Observer
 from granular_env.components.profiles import Profile
 from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number

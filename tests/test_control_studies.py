@@ -19,10 +19,10 @@ from granular_env.cli import main
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
 from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.study import figures, load_study, runner, shipped_studies
-from granular_env.control.study.export import heads, verdicts
 from granular_env.control.study.methods.gradient import Gradient
 from granular_env.control.study.runner import run_study
 from granular_env.control.study.trial_record import PLAYED, RETURN, TrialRecord
+from granular_env.control.study.verdicts import headings, verdicts
 from granular_env.documents import parse_assignments, to_toml
 from granular_env.recording import verify
 
@@ -387,7 +387,7 @@ def test_a_folder_that_cannot_be_filled_is_not_left_behind(tmp_path, monkeypatch
 def test_several_seeds_are_told_by_their_lower_median_and_their_spread(tmp_path):
     result = run_study(bowl_study(seeds=[1, 2, 3, 4]), tmp_path, problem=Bowl())
     values = sorted(trial.score.value for trial in result.trials)
-    row = dict(zip(heads(result), verdicts(result)[0], strict=True))
+    row = dict(zip(headings(result), verdicts(result)[0], strict=True))
     assert row["return (lower median)"] == values[1]
     assert (row["worst seed"], row["best seed"]) == (values[0], values[3])
     assert row["beats theory"] == ("yes" if values[1] > result.baselines["theory"].value else "no")

@@ -38,10 +38,6 @@ class LogFile:
         """Write bytes."""
         return self._file.write(data)
 
-    def tell(self) -> int:
-        """Return how many bytes were written."""
-        return self._file.tell()
-
     def flush(self) -> None:
         """Hand what was written to the operating system."""
         self._file.flush()
