@@ -151,7 +151,7 @@ REFUSED = [
     (5, {"arrangement": "dimer"}, "arrangement.radius: both kinds of grain are the same"),
     (5, {"arrangement": {"name": "dimer", "radius": [R]}}, "arrangement.radius: got [0.003], expected"),
     (5, {"arrangement": {"name": "dimer", "radius": [R, -R]}}, "arrangement.radius[1]: got -0.003, expected greater than 0"),
-    (5, {"arrangement": {"name": "dimer", "material": ["steel", "stell"]}}, "material[1]: got 'stell', expected the name of a preset"),
+    (5, {"arrangement": {"name": "dimer", "material": ["steel", "stell"]}}, "material[1]: got 'stell', expected the name"),
     (2, {"arrangement": {**DIMER, "counts": [2, 1]}}, "arrangement.counts: got [2, 1], a cell of 3 grains, and the chain"),
     (5, {"arrangement": DIMER, "radius": R}, "radius: the arrangement gives it too"),
     (5, {"arrangement": DIMER, "material": "steel"}, "material: the arrangement gives it too"),

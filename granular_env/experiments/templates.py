@@ -18,20 +18,21 @@ from granular_env.components.files import read_bounded
 from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
 from granular_env.documents.files import nearest_names
 from granular_env.output_files import write_files
-from granular_env.package_contents import first_sentence
+from granular_env.package_contents import first_sentence, shipped_names
 
-from .experiment import Experiment, load_experiment, shipped_experiments
+from .experiment import Experiment, load_experiment
 from .inputs import CsvTable, SumTable
 
 _KEY_WIDTH = 40
 
 
-def template(name: str, new_name: str | None = None) -> str:
+def template(name: str, new_name: str | None = None, others: Iterable[str] = ()) -> str:
     """Return the text of an experiment file: a component's with all parameters, or a shipped experiment's.
 
     Args:
         name: a component, a shipped experiment, or a TOML file.
         new_name: what an experiment's copy is called.
+        others: names that may have been meant too.
 
     Raises:
         ExperimentError: there is nothing of that name; the nearest is named.
@@ -43,11 +44,11 @@ def template(name: str, new_name: str | None = None) -> str:
     except ExperimentError as error:
         if Path(name).suffix == ".toml" or os.path.exists(name):
             raise
-        known = [*catalogue.names(), *shipped_experiments()]
-        advice = nearest_names(name, known)
-        raise ExperimentError(f"{name!r} is no component, no shipped experiment and no file", hint=advice) from error
+        advice = nearest_names(name, [*shipped_names(), *others])
+        expected = "the name of something that comes with the package, or a file"
+        raise ExperimentError(f"got {name!r}", expected=expected, hint=advice) from error
     except (OSError, UnicodeDecodeError) as error:
-        raise ExperimentError(f"cannot be read as text: {error}", at=name) from error
+        raise ExperimentError(f"cannot be read as text: {error}", source=name) from error
     return text if new_name is None else edit(text, "name", new_name)
 
 
