@@ -16,7 +16,7 @@ from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import motion
-from .boundary import Boundary
+from .conditions import Conditions
 from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
 from .linked_steps import LinkedSteps
 from .packing import LATTICES, Packing, pack
@@ -62,10 +62,7 @@ class Automata(Component):
         )
         self.mass: FloatArray = self.body.mass[self.body.kind]
         self.scratch: Scratch = make_scratch(self.count)
-        try:
-            self.boundary = Boundary(p, self.packing)
-        except IndexError as error:
-            raise ParameterError(f"loaded: got {error}, expected numbers from 0 to {self.count - 1}") from None
+        self.conditions = Conditions(p, self.packing)
         self.largest_frequency = largest_frequency(self.body)
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
@@ -82,7 +79,7 @@ class Automata(Component):
     def _make_steps(self) -> LinkedSteps:
         kind = CrackingSteps if self.parameters.has_history else LinkedSteps
         self._speed_limit = _LARGEST_MOVE * self.parameters.diameter / self.step_size
-        steps = kind(self.packing, self.body, self.boundary, self.scratch, self.step_size, self._speed_limit)
+        steps = kind(self.packing, self.body, self.conditions, self.scratch, self.step_size, self._speed_limit)
         if isinstance(steps, CrackingSteps):
             steps.prepare(self.parameters)
         return steps
@@ -102,7 +99,7 @@ class Automata(Component):
 
     def _declare(self) -> Iterable[Variable]:
         n, plane = self.count, ("automaton", "direction")
-        yield from self.boundary.inputs()
+        yield from self.conditions.inputs()
         yield Variable("displacement", "output", "m", (n, 2), "displacement from the packing", state=True, axes=plane)
         yield Variable("velocity", "output", "m/s", (n, 2), "velocity", state=True, axes=plane)
         yield Variable("rotation", "output", "rad", (n,), "angle, counter-clockwise", state=True, axes=("automaton",))
@@ -155,10 +152,10 @@ class Automata(Component):
     def _advance(self, ticks: int) -> int:
         held = self._held
         if not any(isinstance(value, CompiledProfile) for value in held.values()):
-            self.boundary.apply(held, self._tick)
+            self.conditions.apply(held, self._tick)
             return self.steps.advance(self._tick, ticks)
         for tick in range(self._tick, self._tick + ticks):
-            self.boundary.apply(held, tick)
+            self.conditions.apply(held, tick)
             status = self.steps.advance(tick, 1)
             if status:
                 return status

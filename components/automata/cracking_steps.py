@@ -66,7 +66,7 @@ class CrackingSteps(LinkedSteps):
     # -- steps ------------------------------------------------------------------------------------------------------
 
     def advance(self, tick: int, ticks: int) -> int:
-        """Advance from a tick with the loads and velocities that the boundary has now; 0, or a status."""
+        """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
         if not self.is_sound():
             return UNSOUND
         last, judged = tick + ticks, False
@@ -84,7 +84,7 @@ class CrackingSteps(LinkedSteps):
         return 0
 
     def _run(self, tick: int, ticks: int, judged: bool) -> tuple[int, int]:
-        contacts, edge = self.contacts(), self.boundary
+        contacts, edge = self.contacts(), self.conditions
         return cracking.advance(
             self.medium, self.packing.reference, self.motion, self.scratch, self.judgement, contacts, self.count_contacts(),
             edge.load, edge.load_before, edge.grip, edge.grip_before, self.tallies, self.losses, self.step_size, tick, ticks,

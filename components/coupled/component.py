@@ -173,9 +173,9 @@ class Coupled(Component):
         self._divided: Mapping[str, Held] | None = None
 
     def _make_edges(self) -> Edges:
-        """Return what sides and inputs do to automata that do not belong to the interface; of those that do, their rotation."""
-        boundary, free = self.automata.boundary, self.interface.free > 0
-        load, grip = boundary.load, boundary.grip
+        """Return what edges and inputs do to automata that do not belong to the interface; of those that do, their rotation."""
+        conditions, free = self.automata.conditions, self.interface.free > 0
+        load, grip = conditions.load, conditions.grip
         self._loads = np.flatnonzero(free[load.automata])
         held = np.where(free[grip.automata], grip.held, grip.held & HOLDS_ROTATION)
         self._refuse_free_nodes(grip)
@@ -188,7 +188,7 @@ class Coupled(Component):
         return Edges(free_load, ours, np.zeros((some, 2)), np.zeros((rows, 5)), np.zeros((rows, 3)))
 
     def _refuse_free_nodes(self, grip: Grip) -> None:
-        """Refuse automata of the interface that a side holds and their nodes do not."""
+        """Refuse automata of the interface that an edge holds and their nodes do not."""
         conditions = self.grid.tables()[2]
         row_of = {int(node): row for row, node in enumerate(conditions.nodes)}
         ends = dict(zip(self.interface.automata.tolist(), self.interface.ends.tolist(), strict=True))
@@ -198,7 +198,7 @@ class Coupled(Component):
                     if held & bit and not conditions.prescribed[row_of[node], k]:
                         x, y = self.grid.mesh.nodes[node]
                         raise ParameterError(
-                            f"automata: automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its side, and "
+                            f"automata: automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and "
                             f"belongs to the interface, but node {node} of the grid is free there; give the edge of the grid "
                             "that ends there the same condition"
                         )
@@ -264,15 +264,6 @@ class Coupled(Component):
         own[conditions.nodes] = conditions.share * conditions.mass
         parts = self.grid.mass.sum() + self.automata.mass.sum()
         return float((own.sum() + free) - parts)
-
-    def report(self) -> dict[str, float]:
-        """Return how close the steps are to the largest stable ones, and what the grid has to say of its cells."""
-        own = {
-            "step over the largest stable one of the grid": self.grid_step_part,
-            "micro-step over the largest stable one of the automata": self.automata_step_part,
-        }
-        cells = self.grid.report()
-        return {**own, **{name: cells[name] for name in cells if "cell" in name}}
 
     def cautions(self) -> list[str]:
         """Return those of the parts."""
@@ -359,9 +350,9 @@ class Coupled(Component):
 
     def _apply_to_automata(self, tick: int) -> None:
         """Fill loads and grip for the tick."""
-        boundary, edges = self.automata.boundary, self._edges
-        boundary.apply(self.automata.held_inputs, tick, 0.5)
-        edges.load.force[:] = np.where(self._acts, boundary.load.force[self._loads], 0.0)
+        conditions, edges = self.automata.conditions, self._edges
+        conditions.apply(self.automata.held_inputs, tick, 0.5)
+        edges.load.force[:] = np.where(self._acts, conditions.load.force[self._loads], 0.0)
 
     def _advance_with(self, tick: int, ticks: int) -> int:
         factors = self.grid.factors(tick, ticks)
@@ -395,7 +386,7 @@ class Coupled(Component):
 
     def _interface_loads(self, conditions: layout.Conditions) -> FloatArray | None:
         """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without."""
-        load, interface = self.automata.boundary.load, self.interface
+        load, interface = self.automata.conditions.load, self.interface
         if len(self._loads) == len(load.automata):
             return None
         pulled = np.zeros((self.automata.count, 2))

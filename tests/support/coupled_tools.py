@@ -124,12 +124,12 @@ def strip(packing: str, cells: int, automata: int) -> tuple[Coupled, int]:
     """Return a strip that is closed on itself across, cells and then about as many automata up to a rigid end; and its axis."""
     if packing == "square":
         across = {"bottom": "periodic", "top": "periodic"}
-        body = {"shape": rectangle(float(automata), 2.0), **across, "right": "fixed"}
+        body = {"shape": rectangle(float(automata), 2.0), "boundaries": {**across, "right": "fixed"}}
         grid = {"mesh": mesh(cells, 2), "boundaries": across}
         return coupled(grid, body, origin=[float(cells), 0.0], step_size=0.2), 0
     across = {"left": "periodic", "right": "periodic"}
     rows = 2 * round(automata / ROW / 2)
-    body = {"shape": rectangle(4.0, rows * ROW), "packing": packing, **across, "top": "fixed"}
+    body = {"shape": rectangle(4.0, rows * ROW), "packing": packing, "boundaries": {**across, "top": "fixed"}}
     grid = {"mesh": mesh(4, cells), "boundaries": across}
     return coupled(grid, body, origin=[0.0, float(cells)], step_size=0.2), 1
 

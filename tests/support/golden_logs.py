@@ -120,11 +120,12 @@ def yielding_grid(component: ge.Component) -> None:
 AUTOMATA = {"diameter": 0.01, "material": {"density": 2500.0, "young": 5e10, "poisson": 0.25}}
 AUTOMATA_PULLED = {
     **AUTOMATA, "packing": "square", "shape": {"name": "polygon", "corners": [[0, 0], [0.03, 0], [0.03, 0.03], [0, 0.04]]},
-    "bottom": "symmetry", "loaded": [9, 12],
+    "boundaries": {"bottom": "symmetry"}, "forced_automata": [9, 12],
 }  # fmt: skip
 AUTOMATA_CRUSHED = {
-    **AUTOMATA, "shape": {"name": "rectangle", "width": 0.03, "height": 4 * 0.01 * 0.5 * 3.0**0.5}, "bottom": "fixed",
-    "top": "velocity", "response": {"name": "plastic_degrading", "yield_stress": 2e7, "hardening": 5e9},
+    **AUTOMATA, "shape": {"name": "rectangle", "width": 0.03, "height": 4 * 0.01 * 0.5 * 3.0**0.5},
+    "boundaries": {"bottom": "fixed", "top": "velocity"},
+    "response": {"name": "plastic_degrading", "yield_stress": 2e7, "hardening": 5e9},
     "strength_scatter": 0.2, "criterion": {"name": "drucker_prager", "compressive": 4e7, "tensile": 1e7},
 }  # fmt: skip
 
@@ -154,7 +155,7 @@ COUPLED_INCLUSION = {
     },
     "automata": {
         "shape": {"name": "rectangle", "width": 0.03, "height": 0.02}, "diameter": 5e-3, "packing": "square",
-        "material": "steel", "loaded": [3, 20],
+        "material": "steel", "forced_automata": [3, 20],
     },
     "origin": [0.01, 0.01],
     "micro_steps": 3,
@@ -167,8 +168,8 @@ COUPLED_LAYERS = {
         "forced_nodes": [2],
     },
     "automata": {
-        "shape": {"name": "rectangle", "width": 0.04, "height": 0.034641016151377546}, "diameter": 0.01, "left": "periodic",
-        "right": "periodic", "top": "platen",
+        "shape": {"name": "rectangle", "width": 0.04, "height": 0.034641016151377546}, "diameter": 0.01,
+        "boundaries": {"left": "periodic", "right": "periodic", "top": {"name": "velocity", "components": "y"}},
     },
     "origin": [0.0, 0.03],
     "scheme": "momentum",
@@ -210,10 +211,10 @@ def driven_inclusion(component: ge.Component) -> None:
 
 
 def driven_layers(component: ge.Component) -> None:
-    """A platen from above, a force from below."""
+    """A smooth plate from above, a force from below."""
     component.reset(grid_velocity=(0.1, 0.0), automata_velocity=(0.1, 0.0), automata_rotation={8: 1e-3})
-    component.step(4e-5, automata_top_speed=ge.Profile.half_sine(-1.0, 2e-5), grid_force=[[1e4, 2e4]])
-    component.step(2e-5, automata_top_speed=0.25, grid_force=0.0)
+    component.step(4e-5, automata_top_velocity=ge.Profile.half_sine(-1.0, 2e-5) * [0.0, 1.0], grid_force=[[1e4, 2e4]])
+    component.step(2e-5, automata_top_velocity=[0.0, 0.25], grid_force=0.0)
 
 
 def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
