@@ -19,24 +19,12 @@ import dataclasses
 import math
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Literal
 
 from .drawables import Drawable
 from .errors import StepError
 from .inputs import Held
 from .snapshot import FloatArray
-
-# Which calls are legal when. "ready": made, reset, restored or stepped; "stepping": in the middle of a step, where an observer
-# (or another thread) calls; "failed": the last step raised, and the state is that before it.
-LIFE_CYCLE: Mapping[str, frozenset[str]] = {
-    "step": frozenset({"ready", "failed"}),
-    "reset": frozenset({"ready", "failed"}),
-    "restore": frozenset({"ready", "failed"}),
-    **dict.fromkeys(
-        ("get", "peek", "save", "balances", "events", "drawables", "report", "cautions", "observe", "ignore"),
-        frozenset({"ready", "stepping", "failed"}),
-    ),
-}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -131,28 +119,6 @@ class Event:
     limit: float
 
 
-class Observer(Protocol):
-    """Looks at a component while it steps (a recorder, a viewer, a progress bar); never changes it."""
-
-    next_tick: int
-    """The next tick at which `on_sample` wants to be called; a step that goes past is cut there, invisibly."""
-
-    def on_reset(self, component: Any) -> None:
-        """After a reset or a restore: a new history starts here."""
-
-    def on_sample(self, component: Any) -> None:
-        """At `next_tick`, perhaps inside a step; sets `next_tick` anew."""
-
-    def on_step(self, component: Any, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """After a whole step, with the inputs that were set by it (compiled).
-
-        What is raised here reaches the caller once all observers have been told; the step stands.
-        """
-
-    def on_failure(self, component: Any, error: BaseException) -> None:
-        """After a step that failed or was interrupted: the component is back where that step began."""
-
-
 class Physics(metaclass=ABCMeta):
     """The part of a component that its author writes; `component.Component` does the rest."""
 
@@ -169,16 +135,19 @@ class Physics(metaclass=ABCMeta):
     def _declare(self) -> Iterable[Variable]:
         """Declare inputs and outputs; parameters and the entries of balances are declared for you, if you do not."""
 
-    @abstractmethod
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        """Return how to read each output of `_declare`: name -> function that returns a number or an array.
+        """Return how to read each output of `_declare` that is no part of the block: name -> function that returns its value.
 
-        The array may lie in the block: `get` copies such a one.
+        An array that lies in the block need not be copied: `get` does that.
         """
+        return {}
 
     @abstractmethod
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        """Write the start state into the (zeroed) block; return the inputs' start values that are not those declared."""
+        """Write the start state into the (zeroed) block; return the inputs' start values that are not those declared.
+
+        `super()._start(seed, values)` writes the values of state variables that are parts of the block.
+        """
 
     def _apply(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
         """Prepare for the inputs that are held from now on, one of which is, or just was, a profile.

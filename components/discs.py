@@ -74,17 +74,15 @@ class Discs(Component):
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         return {
-            **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity")},
             "speed": self._speed,
             "linked": lambda: self._holding()[: self.links].astype(np.float64),
             "broken_links": lambda: float(self._block.count("broken")),
         }
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        for name, value in values.items():
-            self._block[name][...] = value
+        given = super()._start(seed, values)
         self._block["start"][:] = sum(self._energies()), *self._moments(self.mass * self._block["velocity"])
-        return {}
+        return given
 
     @np.errstate(all="ignore")  # the status tells
     def _advance(self, ticks: int) -> int:

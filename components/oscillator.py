@@ -42,14 +42,10 @@ class Oscillator(Component):
         yield Variable("position", "output", "m", (), "position, 0 where the spring is relaxed", state=True)
         yield Variable("velocity", "output", "m/s", (), "velocity", state=True)
 
-    def _outputs(self):  # noqa: ANN202
-        return {name: (lambda view=self._block[name]: float(view)) for name in ("position", "velocity")}
-
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
-        for name, value in values.items():
-            self._block[name][...] = value
+        given = super()._start(seed, values)
         self._block["tally"][:2] = self._energy(), self.mass * float(self._block["velocity"])
-        return {}
+        return given
 
     @np.errstate(over="ignore", invalid="ignore")  # the status tells
     def _advance(self, ticks: int) -> int:

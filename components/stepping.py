@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Mapping
 from time import perf_counter
 from typing import Any, ClassVar
 
-from .contract import Observer, Physics, Variable
-from .errors import GranularError, ParameterError, caution, nearest
+from .contract import Physics, Variable
+from .errors import GranularError, Location, ParameterError, caution, nearest
 from .inputs import Held, hold_input
+from .observer import Observer
 from .profiles import CompiledProfile
 from .snapshot import Block
 from .support.roots import round_down_to_125
@@ -20,6 +21,18 @@ _CHUNK_SECONDS = 0.05
 # A step of so many ticks that has lasted so long, and has so long to go, is told of: a slip in a duration takes hours [s].
 _MANY_TICKS = 1_000_000
 _SILENT_SECONDS, _LONG_SECONDS = 5.0, 60.0
+
+# Which calls are legal when. "ready": made, reset, restored or stepped; "stepping": in the middle of a step, where an observer
+# (or another thread) calls; "failed": the last step raised, and the state is that before it.
+LIFE_CYCLE: Mapping[str, frozenset[str]] = {
+    "step": frozenset({"ready", "failed"}),
+    "reset": frozenset({"ready", "failed"}),
+    "restore": frozenset({"ready", "failed"}),
+    **dict.fromkeys(
+        ("get", "peek", "save", "balances", "events", "drawables", "report", "cautions", "observe", "ignore"),
+        frozenset({"ready", "stepping", "failed"}),
+    ),
+}
 
 
 class Stepping(Physics):
@@ -122,7 +135,7 @@ class Stepping(Physics):
 
     @property
     def phase(self) -> str:
-        """Return "ready", "stepping" or "failed"; `contract.LIFE_CYCLE` says which calls are legal then."""
+        """Return "ready", "stepping" or "failed"; `LIFE_CYCLE` says which calls are legal then."""
         if self._stepping:
             return "stepping"
         return "failed" if self._failure == self._tick else "ready"
@@ -130,8 +143,9 @@ class Stepping(Physics):
     def _refuse_while_stepping(self, call: str) -> None:
         if self._stepping:
             raise GranularError(
-                f"{call}: component {self.name!r} is in the middle of a step, of another thread or of an observer; "
-                "give each thread a component of its own"
+                f"component {self.name!r} is in the middle of a step, of another thread or of an observer",
+                hint="give each thread a component of its own",
+                at=call,
             )
 
     @property
@@ -162,21 +176,23 @@ class Stepping(Physics):
 
     # -- durations --------------------------------------------------------------------------------------------------
 
-    def ticks_in(self, duration: float, name: str = "duration") -> int:
+    def ticks_in(self, duration: float, name: str | Location = "duration") -> int:
         """Return the whole number of internal steps in a duration [s]; `ParameterError` where it is none."""
         duration = finite_number(name, duration, "seconds")
         exact = duration / self.step_size
         if not math.isfinite(exact) or exact <= 0.0:
-            raise ParameterError(f"got {duration!r} s, expected more than 0 and finite", at=name)
+            raise ParameterError(f"got {duration!r} s", expected="more than 0 and finite", at=name)
         ticks = round(exact)
         if ticks < 1 or abs(exact - ticks) > 1e-9 * ticks or ticks > 2**52:
             if ticks > 2**52:
-                raise ParameterError(f"{duration:.12g} s is {exact:.3g} internal steps, more than can be counted", at=name)
+                came = f"got {duration:.12g} s, which is {exact:.3g} internal steps"
+                raise ParameterError(came, expected="at most 2^52 of them", at=name)
             steps = sorted({max(math.floor(exact), 1), max(math.ceil(exact), 1)})
             choices = " or ".join(f"{count * self.step_size:.12g} s" for count in steps)
             raise ParameterError(
-                f"{duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
-                f"use {choices}, or {self._fitting_step(duration)}",
+                f"got {duration:.12g} s, which is {exact:.9g} internal steps of {self.step_size:.12g} s",
+                expected="a whole number of them",
+                hint=f"use {choices}, or {self._fitting_step(duration)}",
                 at=name,
             )
         return ticks
@@ -212,7 +228,8 @@ class Stepping(Physics):
         for name, value in inputs.items():
             variable = self._inputs.get(name)
             if variable is None:
-                raise ParameterError(f"input {name!r} is unknown to component {self.name!r}; {self.input_advice(name)}")
+                where = f"component {self.name!r}"
+                raise ParameterError("unknown", hint=self.input_advice(name), at=("input", name), source=where)
             held[name] = hold_input(
                 name,
                 value,

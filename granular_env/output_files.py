@@ -93,7 +93,7 @@ def resolve_file(path: str | os.PathLike[str]) -> Path:
     # Not Path.exists: that one raises for names that are too long, which the writing itself will tell.
     if os.path.exists(target) and not os.path.isfile(target):
         what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"
-        raise ParameterError(f"{os.fspath(path)!r} is {what}; give the path of a file to write")
+        raise ParameterError(f"{os.fspath(path)!r} is {what}", hint="give the path of a file to write")
     return target
 
 

@@ -15,7 +15,6 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.component import Component
-from granular_env.components.contract import Observer
 from granular_env.components.errors import (
     ExperimentError,
     Fault,
@@ -28,6 +27,7 @@ from granular_env.components.errors import (
     shortened,
 )
 from granular_env.components.inputs import Held
+from granular_env.components.observer import Observer
 from granular_env.components.profiles import Profile
 from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number
@@ -199,7 +199,7 @@ def advance(
         for observer in observers if isinstance(observers, Iterable) else [observers]:
             if not hasattr(observer, "on_step"):
                 raise ParameterError(
-                    f"observers: got {shortened(observer)}, expected observers, such as measurement.Watch(1e-6)"
+                    f"got {shortened(observer)}", expected="observers, such as measurement.Watch(1e-6)", at="observers"
                 )
             component.observe(observer)
             stack.callback(component.ignore, observer)
@@ -345,7 +345,7 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     require_screen(("run without ", Option("live"), look))
     seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
     if seconds < 0.0:
-        raise ParameterError(f"pace: got {pace!r} s, expected 0 or more")
+        raise ParameterError(f"got {pace!r} s", expected="0 or more", at="pace")
     return seconds or None
 
 

@@ -9,8 +9,8 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
+from granular_env.components.automata.edges import edge_automata
 from granular_env.components.automata.linked import dilations, forces
-from granular_env.components.automata.sides import side_automata
 from granular_env.components.errors import ParameterError, StepError
 
 ROW = 0.5 * math.sqrt(3.0)
@@ -34,7 +34,7 @@ def residual(automata: Automata, gradient: np.ndarray) -> tuple[np.ndarray, np.n
     """Forces and torques on all automata under a homogeneous displacement gradient and the rotation that belongs to it."""
     turn = 0.5 * (gradient[1, 0] - gradient[0, 1])
     automata.reset(displacement=automata.packing.reference @ gradient.T, rotation=turn)
-    automata._steps.dilation()
+    automata.steps.dilation()
     scratch = automata.scratch
     forces(
         automata.body,
@@ -142,9 +142,9 @@ def test_a_spin_by_90_degrees_keeps_its_energy_and_its_angular_momentum(packing:
 # -- waves ------------------------------------------------------------------------------------------------------------------
 
 
-def strip(packing: str, columns: int, **parameters: object) -> Automata:
+def strip(packing: str, columns: int, ends: dict[str, str] | None = None, **parameters: object) -> Automata:
     """A strip along x that is closed on itself along y."""
-    return block(packing, columns, 2, bottom="periodic", top="periodic", **parameters)
+    return block(packing, columns, 2, boundaries={"bottom": "periodic", "top": "periodic", **(ends or {})}, **parameters)
 
 
 def travelling_pulse(automata: Automata, length: float, middle: float, amplitude: float = 1e-8) -> None:
@@ -186,21 +186,21 @@ def test_the_speed_of_a_pulse_is_of_second_order(packing: str) -> None:
 
 @BOTH
 def test_a_pulse_comes_back_from_a_rigid_end_as_it_was(packing: str) -> None:
-    automata = strip(packing, 400, right="fixed")
+    automata = strip(packing, 400, {"right": "fixed"})
     travelling_pulse(automata, 80.0, 200.0)
     before = row_velocity(automata)
     automata.step(round(400.0 / math.sqrt(3.0) / automata.step_size) * automata.step_size)  # to the end and back
     after = -row_velocity(automata)
     assert 0.9987 <= after.max() / before.max() <= 1.0007
     # The rigid end of a zigzag stands between its two rows.
-    way = 2.0 * (automata.packing.reference[side_automata(automata.packing, "right"), 0].mean() - 200.0)
+    way = 2.0 * (automata.packing.reference[edge_automata(automata.packing, "right"), 0].mean() - 200.0)
     expected = np.interp(np.arange(401.0), np.arange(401.0) + (way - math.sqrt(3.0) * automata.time), before)
     assert np.linalg.norm(after - expected) <= 0.014 * np.linalg.norm(before)
 
 
 @BOTH
 def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -> None:
-    automata = strip(packing, 64, left="periodic", right="periodic")
+    automata = strip(packing, 64, {"left": "periodic", "right": "periodic"})
     x = automata.packing.reference[:, 0]
     wave = 1e-9 * np.sin(2.0 * math.pi * x / 32.0)
     automata.reset(velocity=np.stack([1e-9 + wave, 0.0 * wave], axis=1), displacement=np.stack([wave, 0.0 * wave], axis=1))
@@ -229,8 +229,8 @@ def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -
 @BOTH
 @pytest.mark.parametrize("number", [(1, 0), (0, 2), (3, 1), (8, 3)])
 def test_waves_in_a_closed_packing_have_the_frequencies_of_the_lattice(packing: str, number: tuple[int, int]) -> None:
-    sides = dict.fromkeys(("left", "right", "bottom", "top"), "periodic")
-    automata = block(packing, 16, 16, step_size=0.05, **sides)
+    edges = dict.fromkeys(("left", "right", "bottom", "top"), "periodic")
+    automata = block(packing, 16, 16, step_size=0.05, boundaries=edges)
     extent = np.array([16.0, 16.0 * (ROW if packing == "hexagonal" else 1.0)])
     k = 2.0 * math.pi * np.array(number) / extent
     exact = theory.lattice_frequencies(packing, k, density=1.0, shear=1.0, lame=1.0, diameter=1.0)
@@ -284,9 +284,9 @@ def test_a_step_above_the_limit_is_refused_and_one_far_above_would_blow_up(packi
 
 
 def test_a_rotating_lattice_without_surfaces_has_the_closed_form() -> None:
-    sides = dict.fromkeys(("left", "right", "bottom", "top"), "periodic")
+    edges = dict.fromkeys(("left", "right", "bottom", "top"), "periodic")
     for packing in ("square", "hexagonal"):
-        found = block(packing, material=solid(0.0), **sides).largest_frequency
+        found = block(packing, material=solid(0.0), boundaries=edges).largest_frequency
         assert found == pytest.approx(theory.rotation_frequency(1.0, 1.0, 1.0), rel=1e-3)
 
 
@@ -295,7 +295,7 @@ def test_a_rotating_lattice_without_surfaces_has_the_closed_form() -> None:
 
 @BOTH
 def test_mirrored_loads_give_mirrored_bits(packing: str) -> None:
-    automata = block(packing, loaded="all")
+    automata = block(packing, forced_automata="all")
     x, y = automata.packing.reference.T
     mirror = np.array([int(np.argmin((x - (8.0 - a)) ** 2 + (y - b) ** 2)) for a, b in zip(x, y, strict=True)])
     force = 1e-2 * np.random.default_rng(1).standard_normal((automata.count, 2))
@@ -312,7 +312,7 @@ def test_mirrored_loads_give_mirrored_bits(packing: str) -> None:
 
 @BOTH
 def test_a_traction_stretches_a_specimen_as_hooke_says(packing: str) -> None:
-    automata = block(packing, 8, 8, bottom="symmetry", top="traction")
+    automata = block(packing, 8, 8, boundaries={"bottom": "symmetry", "top": "traction"})
     height = automata.packing.reference[:, 1].max()
     pull = ge.Profile.table([0.0, 400.0, 2000.0], [0.0, 1e-6, 1e-6]) * [0.0, 1.0]
     automata.step(800.0, top_traction=pull)
@@ -326,7 +326,7 @@ def test_a_traction_stretches_a_specimen_as_hooke_says(packing: str) -> None:
 
 
 def test_velocities_that_are_prescribed_are_met_and_their_impulse_is_known() -> None:
-    automata = block("hexagonal", bottom="fixed", top="velocity")
+    automata = block("hexagonal", boundaries={"bottom": "fixed", "top": "velocity"})
     automata.step(10.0, top_velocity=[1e-4, -2e-4])
     y = automata.packing.reference[:, 1]
     np.testing.assert_array_equal(automata.get("velocity")[y > y.max() - 0.1], np.broadcast_to([1e-4, -2e-4], (9, 2)))
@@ -338,9 +338,10 @@ def test_velocities_that_are_prescribed_are_met_and_their_impulse_is_known() -> 
     assert abs(automata.get("energy_residual")) <= 0.05 * automata.get("boundary_work")
 
 
-def test_a_smooth_platen_lets_its_automata_slide() -> None:
-    automata = block("square", bottom="symmetry", top="platen", left="symmetry")
-    automata.step(400.0, top_speed=ge.Profile.table([0.0, 200.0, 400.0], [0.0, -1e-5, 0.0]))
+def test_a_smooth_plate_lets_its_automata_slide() -> None:
+    smooth = {"name": "velocity", "components": "y"}
+    automata = block("square", boundaries={"bottom": "symmetry", "top": smooth, "left": "symmetry"})
+    automata.step(400.0, top_velocity=ge.Profile.table([0.0, 200.0, 400.0], [0.0, -1e-5, 0.0]) * [0.0, 1.0])
     top = automata.packing.reference[:, 1] == 8.0
     assert np.ptp(automata.get("displacement")[top, 1]) <= 1e-15
     # Uniaxial stress in plane strain: eps_x = -nu / (1 - nu) eps_y = -eps_y / 3; it was pressed within 400 s and still rings.
@@ -364,9 +365,10 @@ def test_a_smooth_platen_lets_its_automata_slide() -> None:
         ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [1, 3], [3, 3.5]]}}, "side 1 crosses side 3"),
         ({"shape": {"name": "polygon", "corners": [[0, 0], [1, 1], [2, 2]]}}, "expected a polygon with an area"),
         ({"material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, r"poisson.*0\.5"),
-        ({"left": "periodic"}, "expected both or none to be periodic"),
-        ({"shape": {"name": "disc", "radius": 5.0}, "top": "traction"}, "needs a straight side"),
-        ({"loaded": [3, 81]}, "loaded: got 81, expected numbers from 0 to 80"),
+        ({"boundaries": {"left": "periodic"}}, "boundaries.left: is periodic, so right has to be periodic too"),
+        ({"shape": {"name": "disc", "radius": 5.0}, "boundaries": {"top": "traction"}}, "boundaries.top: .* a straight edge"),
+        ({"boundaries": {"tip": "fixed"}}, "boundaries.tip: is no edge of a specimen; did you mean .top"),
+        ({"forced_automata": [3, 81]}, r"forced_automata\[1\]: got automaton 81, expected 0 to 80"),
         ({"shape": {"name": "rectangle", "width": 1e9, "height": 1e9}}, "memory"),
     ],
 )
@@ -376,7 +378,7 @@ def test_packings_and_parameters_that_do_not_fit_are_refused(parameters: dict[st
 
 
 def test_a_specimen_that_is_torn_too_fast_is_refused_and_unharmed() -> None:
-    automata = block("square", loaded=[0])
+    automata = block("square", forced_automata=[0])
     with pytest.raises(StepError, match=r"velocity\[0\] reached .* smaller step_size"):
         automata.step(10.0, force=1e6)
     assert automata.tick == 0 and not automata.get("velocity").any()

@@ -21,10 +21,10 @@ from support.conformance_tools import Watcher, bits, drive, every_example, readi
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.contract import LIFE_CYCLE
 from granular_env.components.drawables import Curve, Points, drawn_outputs
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.snapshot import Snapshot
+from granular_env.components.stepping import LIFE_CYCLE
 from granular_env.recording.drawables import drawable_facts, drawables_from
 
 ROOT = Path(__file__).resolve().parent.parent

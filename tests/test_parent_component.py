@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from pydantic import Field
+from support.component_examples import EXAMPLES, Example
 
 import granular_env as ge
 from granular_env.components.component import Component
 from granular_env.components.contract import Balance, Variable
 from granular_env.components.discs import Discs
-from granular_env.components.errors import GranularError, StepError
+from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.snapshot import EVENT_ROWS, Block, FloatArray
 from granular_env.components.support.validation import Parameters
 from granular_env.recording import open_log, verify
@@ -43,8 +45,8 @@ class TwoRows(Component):
         sizes = {f"row{number}": ("f8", part.memory.shape) for number, part in enumerate(alone)}
         self._lay_out(growing={"events": EVENT_ROWS}, told=("f8", ()), **sizes)
         self.parts = [part.clone(self._block[name]) for name, part in zip(sizes, alone, strict=True)]
-        for part in self.parts:
-            self._include(part)
+        for name, part in zip(sizes, self.parts, strict=True):
+            self._include(part, name)
 
     def _declare(self) -> Iterable[Variable]:
         yield Variable("pull", "input", "N", (), "force that pulls the ends apart", start=0.0)
@@ -102,7 +104,8 @@ def torn() -> TwoRows:
 
 def test_one_snapshot_holds_the_lists_of_all_parts() -> None:
     rows = torn()
-    assert rows.get("broken_a") > 0 and rows.get("broken_b") > 0 and len(rows.events()) == 1
+    assert rows.get("broken_a") > 0 and rows.get("broken_b") > 0
+    assert len(rows.events()) == 1 + sum(part.event_count for part in rows.parts)
     lists = sum(part.state_bytes - part.memory.nbytes for part in rows.parts)
     assert rows.state_bytes == rows.memory.nbytes + lists + 5 * 8 == len(rows.save().data)
     other = TwoRows()
@@ -111,6 +114,31 @@ def test_one_snapshot_holds_the_lists_of_all_parts() -> None:
     for component in (rows, other):
         component.step(4e-3, pull=-0.5)
     assert other.save().to_bytes() == rows.save().to_bytes()
+
+
+def test_the_events_of_parts_are_events_of_the_whole() -> None:
+    rows = torn()
+    events = rows.events()
+    assert list(rows.event_kinds) == ["both_broken", "row0_link_broken", "row1_link_broken"]
+    for number, part in enumerate(rows.parts):
+        own = [event for event in events if event.kind == f"row{number}_link_broken"]
+        assert own == [dataclasses.replace(event, kind=f"row{number}_link_broken") for event in part.events()]
+    assert [event.tick for event in events] == sorted(event.tick for event in events)
+    assert [row[0] for row in rows.event_rows(1)] == [event.tick for event in events[1:]] and rows.event_count == len(events)
+    # What is known at a tick stays at the head of the list.
+    again, seen = TwoRows(), []
+    again.reset(velocity_b={0: (-0.2, 0.1)})
+    for _ in range(400):
+        again.step(STEP, pull=0.9)
+        assert again.events()[: len(seen)] == seen
+        seen = again.events()
+    assert seen == events
+
+
+def test_a_prefix_that_is_taken_is_refused() -> None:
+    rows = TwoRows()
+    with pytest.raises(ParameterError, match="event 'row0_link_broken' is there already; include the part with another prefix"):
+        rows._include(rows.parts[1], "row0")
 
 
 def test_any_partition_into_steps_gives_the_same_bits() -> None:
@@ -177,5 +205,79 @@ def test_a_snapshot_whose_counts_lie_is_refused(count: int) -> None:
     first = 1 + rows.parts[0].memory.size  # after `told` and the first row
     words[first - 1] += count
     lying = ge.Snapshot(rows.identity, rows.tick, words.tobytes(), rows.held_inputs)
-    with pytest.raises(GranularError, match="state has"):
+    with pytest.raises(GranularError, match="sizes do not agree"):
         rows.restore(lying)
+
+
+# -- a part of any component -----------------------------------------------------------------------------------------------
+
+
+class Half(Component):
+    """A component whose only part makes two steps in one of its own."""
+
+    name = "half"
+    Parameters = Parameters
+    made: ClassVar[Callable[..., Component]]
+
+    def _build(self) -> None:
+        alone = self.made()
+        self.step_size = 2.0 * alone.step_size
+        self._lay_out(part=("f8", alone.memory.shape))
+        self.part = alone.clone(self._block["part"])
+        self._include(self.part, "part", 2)
+
+    def _declare(self) -> Iterable[Variable]:
+        for variable in self.part.declared():
+            yield dataclasses.replace(variable, name=f"part_{variable.name}")
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        outputs = [variable.name for variable in self.part.declared() if variable.causality == "output"]
+        return {f"part_{name}": lambda name=name: self.part.peek(name) for name in outputs}
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        self.part.reset(seed=seed, **{name.removeprefix("part_"): value for name, value in values.items()})
+        return {f"part_{name}": value for name, value in self.part.held_inputs.items()}
+
+    def _advance(self, ticks: int) -> int:
+        self.part.adopt(2 * self._tick, {})
+        inputs = {name.removeprefix("part_"): value for name, value in self._held.items()}
+        self.part.step(ticks * self.step_size, **inputs)
+        return 0
+
+    def _explain(self, status: int) -> StepError:
+        raise NotImplementedError
+
+    def balances(self) -> tuple[Balance, ...]:
+        return self.part.balances()
+
+
+GROWING = [
+    example
+    for label in ("discs", "grid-von-mises-pinwheel", "automata-cracking")
+    for example in EXAMPLES
+    if example.label == label
+]
+
+
+@pytest.mark.parametrize("example", GROWING, ids=lambda example: example.label)
+def test_every_component_that_grows_can_be_a_part(example: Example) -> None:
+    whole = type("Half", (Half,), {"made": staticmethod(example.make)})()
+    alone = example.started()
+    whole.reset(**{f"part_{name}": value for name, value in example.start.items()})
+    inputs = {f"part_{name}": value for name, value in example.inputs.items()}
+    half = example.ticks // 4
+    for count in (half, half):
+        saved = whole.save()
+        whole.step(count * whole.step_size, **inputs)
+        alone.step(2 * count * alone.step_size, **example.inputs)
+        after = whole.save().data
+        assert whole.part.save().data == alone.save().data and whole.state_bytes == len(after)
+        whole.restore(ge.Snapshot.from_bytes(saved.to_bytes()))
+        whole.step(count * whole.step_size, **inputs)
+        assert whole.save().data == after
+    events = alone.events()
+    assert not alone.event_kinds or events
+    expected = [dataclasses.replace(e, tick=-(-e.tick // 2), kind=f"part_{e.kind}") for e in events]
+    assert whole.events() == expected
+    whole.reset()
+    assert whole.events() == []

@@ -192,7 +192,7 @@ class Cluster:
         common += ["--object-store-memory", "100000000"]
         head = ["--head", f"--port={self.port}", "--include-dashboard=false", f"--temp-dir={folder}"]
         self._processes = processes
-        self._start([*head, f"--ray-client-server-port={free_port()}", *common])
+        self._start([*head, *common])
         self._wait(lambda: socket.create_connection(("127.0.0.1", self.port), 1.0).close())
         self.second = self._start([f"--address=127.0.0.1:{self.port}", *common])
         self._wait(lambda: self.has_nodes(2))

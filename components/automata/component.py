@@ -16,7 +16,7 @@ from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import motion
-from .boundary import Boundary
+from .conditions import Conditions
 from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
 from .linked_steps import LinkedSteps
 from .packing import LATTICES, Packing, pack
@@ -62,27 +62,24 @@ class Automata(Component):
         )
         self.mass: FloatArray = self.body.mass[self.body.kind]
         self.scratch: Scratch = make_scratch(self.count)
-        try:
-            self.boundary = Boundary(p, self.packing)
-        except IndexError as error:
-            raise ParameterError(f"loaded: got {error}, expected numbers from 0 to {self.count - 1}") from None
+        self.conditions = Conditions(p, self.packing)
         self.largest_frequency = largest_frequency(self.body)
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
-        self._steps = self._make_steps()
-        vars(self)["event_kinds"] = self._steps.event_kinds  # of this specimen's criterion
+        self.steps = self._make_steps()
+        vars(self)["event_kinds"] = self.steps.event_kinds  # of this specimen's criterion
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
-            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self._steps.growing, **self._steps.fields,
+            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
         )  # fmt: skip
-        self._steps.bind(self._block)
-        self.motion = self._steps.motion
+        self.steps.bind(self._block)
+        self.motion = self.steps.motion
 
     def _make_steps(self) -> LinkedSteps:
         kind = CrackingSteps if self.parameters.has_history else LinkedSteps
         self._speed_limit = _LARGEST_MOVE * self.parameters.diameter / self.step_size
-        steps = kind(self.packing, self.body, self.boundary, self.scratch, self.step_size, self._speed_limit)
+        steps = kind(self.packing, self.body, self.conditions, self.scratch, self.step_size, self._speed_limit)
         if isinstance(steps, CrackingSteps):
             steps.prepare(self.parameters)
         return steps
@@ -102,7 +99,7 @@ class Automata(Component):
 
     def _declare(self) -> Iterable[Variable]:
         n, plane = self.count, ("automaton", "direction")
-        yield from self.boundary.inputs()
+        yield from self.conditions.inputs()
         yield Variable("displacement", "output", "m", (n, 2), "displacement from the packing", state=True, axes=plane)
         yield Variable("velocity", "output", "m/s", (n, 2), "velocity", state=True, axes=plane)
         yield Variable("rotation", "output", "rad", (n,), "angle, counter-clockwise", state=True, axes=("automaton",))
@@ -127,7 +124,7 @@ class Automata(Component):
             yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        steps = self._steps
+        steps = self.steps
         found: dict[str, Callable[[], Any]] = {
             **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
             "angular_velocity": lambda: self._block["spin"],
@@ -147,19 +144,19 @@ class Automata(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
             self._block["spin" if name == "angular_velocity" else name][...] = value
-        self._steps.start()
+        self.steps.start()
         sums = self._sums()
-        self._block["start"][:] = sums[3] + sums[4] + sum(self._steps.stored().values()), *sums[:3]
+        self._block["start"][:] = sums[3] + sums[4] + sum(self._stored().values()), *sums[:3]
         return {}
 
     def _advance(self, ticks: int) -> int:
         held = self._held
         if not any(isinstance(value, CompiledProfile) for value in held.values()):
-            self.boundary.apply(held, self._tick)
-            return self._steps.advance(self._tick, ticks)
+            self.conditions.apply(held, self._tick)
+            return self.steps.advance(self._tick, ticks)
         for tick in range(self._tick, self._tick + ticks):
-            self.boundary.apply(held, tick)
-            status = self._steps.advance(tick, 1)
+            self.conditions.apply(held, tick)
+            status = self.steps.advance(tick, 1)
             if status:
                 return status
         return 0
@@ -197,13 +194,17 @@ class Automata(Component):
         motion.momenta(self.body, self.packing.reference, self.motion, sums)
         return sums
 
+    def _stored(self) -> dict[str, float]:
+        """Return the energies of links and contacts [J]: forces are those of the middle of the last internal step."""
+        return self.steps.stored(0.5 * self.step_size)
+
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (but of a periodic specimen) and mass, since the reset."""
         sums, start, (load, grip) = self._sums(), self._block["start"].copy(), self._block["tallies"].copy()
         stored = {
             "kinetic_energy": float(sums[3]),
             "rotational_energy": float(sums[4]),
-            **self._steps.stored(),
+            **self._stored(),
         }
         work = {"input_work": float(load[motion.WORK]), "boundary_work": float(grip[motion.WORK])}
         impulse = {"impulse": load[1:3], "boundary_impulse": grip[1:3]}
@@ -212,7 +213,7 @@ class Automata(Component):
             "boundary_angular_impulse": float(grip[motion.ANGULAR_IMPULSE]),
         }
         found = [
-            Balance("energy", "J", stored, work, self._steps.lost(), float(start[0])),
+            Balance("energy", "J", stored, work, self.steps.lost(), float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": sums[:2]}, impulse, initial=start[1:3]),
         ]
         if not any(self.parameters.periodic):

@@ -1,6 +1,8 @@
-"""Internal steps of a specimen whose links may yield and break, and whose pieces touch: as `advance`, in two parts.
+"""Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
-Between the parts lies what needs more room in lists: new contacts, and links that break.
+The forces of a position are computed in two parts, `judge_bonds` and `add_forces`: between them lies what needs more room in
+lists, links that break (`break_bonds`). A parent that moves the automata itself calls these three; `advance` puts them between
+the halves of a drift, as `advance.advance` does with the forces of linked automata.
 """
 
 from __future__ import annotations
@@ -56,18 +58,17 @@ class Medium(NamedTuple):
 
 
 @jit
-def begin_tick(medium, motion, scratch, judgement, contacts, count, losses, time, tick):
-    """Move to the middle of an internal step and let links weaken, yield and be judged.
+def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tick):
+    """Let links weaken and yield in the positions as they are, and judge which have to break.
 
     Args:
         medium: a `Medium`; its bonds are updated in place.
-        motion: a `Motion`, updated in place.
+        motion: a `Motion`.
         scratch: a `Scratch`, overwritten.
         judgement: a `Judgement`, overwritten.
         contacts: `Contacts`.
         count: how many contacts there are.
         losses: see FRACTURE, shape (4,), updated in place.
-        time: length of a step [s].
         tick: number of the step.
 
     Returns:
@@ -75,7 +76,6 @@ def begin_tick(medium, motion, scratch, judgement, contacts, count, losses, time
     """
     body, ground, bonds, law = medium.body, medium.ground, medium.bonds, medium.law
     automata = body.kind.size
-    drift(motion, 0.5 * time, 0, automata)
     orient(motion.rotation, scratch.half, 0, automata)
     u = motion.displacement
     losses[FRACTURE] += release_bonds(body, ground, bonds, law, motion, scratch.half, contacts, count, tick)
@@ -135,37 +135,48 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
 
 
 @jit
-def finish_tick(
-    medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time, tick
-):
-    """Kick, and move to the end of an internal step.
+def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
+    """Write the forces and torques of links and contacts, and end what `judge_bonds` began.
+
+    Args:
+        medium: a `Medium`.
+        motion: a `Motion`; its velocities are those since the forces were computed last.
+        scratch: a `Scratch`, overwritten.
+        contacts: `Contacts`, updated in place.
+        count: how many contacts there are.
+        losses: see FRACTURE, shape (4,), updated in place.
+        time: since the forces were computed last [s].
+        tick: number of the step.
+    """
+    body, u, half = medium.body, motion.displacement, scratch.half
+    bond_forces(body, medium.bonds, u, half, scratch.dilation, scratch.force, scratch.torque, 0, body.kind.size)
+    losses[FRICTION] += add_contacts(
+        body, medium.ground, medium.bonds, motion, contacts, count, time, scratch.force, scratch.torque
+    )
+    settle_weights(body, medium.bonds, medium.law, contacts, count, tick)
+
+
+@jit
+def move(medium, reference, motion, scratch, load, load_before, grip, grip_before, tallies, losses, time):
+    """Kick with the forces that there are and with the loads, and drift to the end of an internal step.
 
     Args:
         medium: a `Medium`.
         reference: centres before anything moved, shape (n, 2) [m].
         motion: a `Motion`, updated in place.
-        scratch: a `Scratch`, overwritten.
-        contacts: `Contacts`, updated in place.
-        count: how many contacts there are.
+        scratch: a `Scratch`, its forces updated in place.
         load: a `Load`.
         load_before: scratch, shape (loads, 2).
         grip: a `Grip`.
         grip_before: scratch, shape (grips, 3).
         tallies: of the loads and of the grip, see `motion`, shape (2, 4), updated in place.
-        losses: see FRACTURE, shape (4,), updated in place; TRAVEL grows by the way of the fastest automaton.
+        losses: see FRACTURE, shape (4,); TRAVEL grows by the way of the fastest automaton.
         time: length of a step [s].
-        tick: number of the step.
 
     Returns:
         The largest squared speed [m^2/s^2]; NaN where one is not a number any more.
     """
     body, automata = medium.body, medium.body.kind.size
-    u, half = motion.displacement, scratch.half
-    bond_forces(body, medium.bonds, u, half, scratch.dilation, scratch.force, scratch.torque, 0, automata)
-    losses[FRICTION] += add_contacts(
-        body, medium.ground, medium.bonds, motion, contacts, count, time, scratch.force, scratch.torque
-    )
-    settle_weights(body, medium.bonds, medium.law, contacts, count, tick)
     add_loads(load, reference, motion, scratch.force, time, load_before, tallies[0])
     keep_velocities(grip, motion, grip_before)
     fastest = kick(body, motion, scratch.force, scratch.torque, time, 0, automata)
@@ -179,19 +190,19 @@ def finish_tick(
 @jit
 def advance(
     medium, reference, motion, scratch, judgement, contacts, count, load, load_before, grip, grip_before, tallies, losses, time,
-    tick, ticks, speed_limit, most_travel,
+    tick, ticks, judged, speed_limit, most_travel,
 ):  # fmt: skip
     """Advance by so many internal steps, or up to where links break or contacts have to be found anew.
 
     Args:
-        medium: as for `begin_tick`, as the next ones.
-        reference: as for `finish_tick`.
+        medium: as for `judge_bonds`, as the next ones.
+        reference: as for `move`.
         motion: see there.
         scratch: see there.
-        judgement: as for `begin_tick`.
+        judgement: as for `judge_bonds`.
         contacts: see there.
         count: see there.
-        load: as for `finish_tick`, as the next ones.
+        load: as for `move`, as the next ones.
         load_before: see there.
         grip: see there.
         grip_before: see there.
@@ -200,6 +211,7 @@ def advance(
         time: see there.
         tick: number of the first step.
         ticks: how many.
+        judged: whether the first step goes on after its links have been judged, and broken.
         speed_limit: no automaton may be faster [m/s].
         most_travel: how far the fastest automaton may move before contacts are found anew [m].
 
@@ -207,26 +219,14 @@ def advance(
         DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And how many steps were done.
     """
     for done in range(ticks):
-        if losses[TRAVEL] > most_travel:
-            return SEARCH, done
-        if begin_tick(medium, motion, scratch, judgement, contacts, count, losses, time, tick + done):
-            return BREAK, done
-        fastest = finish_tick(
-            medium,
-            reference,
-            motion,
-            scratch,
-            contacts,
-            count,
-            load,
-            load_before,
-            grip,
-            grip_before,
-            tallies,
-            losses,
-            time,
-            tick + done,
-        )
+        if not (judged and done == 0):
+            if losses[TRAVEL] > most_travel:
+                return SEARCH, done
+            drift(motion, 0.5 * time, 0, medium.body.kind.size)
+            if judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tick + done):
+                return BREAK, done
+        add_forces(medium, motion, scratch, contacts, count, losses, time, tick + done)
+        fastest = move(medium, reference, motion, scratch, load, load_before, grip, grip_before, tallies, losses, time)
         if not fastest <= speed_limit * speed_limit:
             return TOO_FAST, done
     return DONE, ticks

@@ -46,7 +46,7 @@ class CrackingSteps(LinkedSteps):
         response, strength = np.array(p.response.constants()), np.array(p.criterion.constants())
         self._law = Law(p.response.elastic, response, p.criterion.code, strength, 1.0 + spread, p.release_ticks)
         self._ground = _make_ground(self.packing, self.body, p)
-        self._judgement = Judgement(np.zeros((n, 3)), np.zeros((n, half)))
+        self.judgement = Judgement(np.zeros((n, 3)), np.zeros((n, half)))
         self._pairs = self.packing.pairs()
         self._numbers = np.zeros((n, half), np.int64)
         self._numbers[self._pairs[:, 0], self._pairs[:, 2]] = np.arange(len(self._pairs))
@@ -55,64 +55,59 @@ class CrackingSteps(LinkedSteps):
     def bind(self, block: Block) -> None:
         """Take the state."""
         super().bind(block)
-        self._block, self._losses = block, block["losses"]
+        self._block, self.losses = block, block["losses"]
         self.medium = Medium(self.body, self._ground, Bonds(*(block[name] for name in Bonds._fields)), self._law)
 
     def start(self) -> None:
         """Link all pairs, and have contacts found before the first step."""
         self._block["weight"][:] = 1.0
-        self._losses[TRAVEL] = _NEVER
+        self.losses[TRAVEL] = _NEVER
 
     # -- steps ------------------------------------------------------------------------------------------------------
 
     def advance(self, tick: int, ticks: int) -> int:
-        """Advance from a tick with the loads and velocities that the boundary has now; 0, or a status."""
-        if not self._is_sound():
+        """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
+        if not self.is_sound():
             return UNSOUND
-        last = tick + ticks
+        last, judged = tick + ticks, False
         while tick < last:
-            code, done = self._run(tick, last - tick)
-            tick += done
+            code, done = self._run(tick, last - tick, judged)
+            tick, judged = tick + done, code == cracking.BREAK
             if code == cracking.TOO_FAST:
                 return cracking.TOO_FAST
             if code == cracking.SEARCH:
-                status = self._find_contacts()
+                status = self.find_contacts()
                 if status:
                     return status
-            if code == cracking.BREAK:
-                self._break_links(tick)
-                if not self._finish(tick) <= self.speed_limit**2:
-                    return cracking.TOO_FAST
-                tick += 1
+            if judged:
+                self.break_links(tick)
         return 0
 
-    def _run(self, tick: int, ticks: int) -> tuple[int, int]:
-        contacts, edge = self._contacts(), self.boundary
+    def _run(self, tick: int, ticks: int, judged: bool) -> tuple[int, int]:
+        contacts, edge = self.contacts(), self.conditions
         return cracking.advance(
-            self.medium, self.packing.reference, self.motion, self.scratch, self._judgement, contacts, self._count(), edge.load,
-            edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size, tick, ticks,
-            self.speed_limit, _MOST_TRAVEL * self.packing.diameter,
+            self.medium, self.packing.reference, self.motion, self.scratch, self.judgement, contacts, self.count_contacts(),
+            edge.load, edge.load_before, edge.grip, edge.grip_before, self.tallies, self.losses, self.step_size, tick, ticks,
+            judged, self.speed_limit, self.most_travel,
         )  # fmt: skip
 
-    def _finish(self, tick: int) -> float:
-        edge = self.boundary
-        return cracking.finish_tick(
-            self.medium, self.packing.reference, self.motion, self.scratch, self._contacts(), self._count(), edge.load,
-            edge.load_before, edge.grip, edge.grip_before, self.tallies, self._losses, self.step_size, tick,
-        )  # fmt: skip
+    @property
+    def most_travel(self) -> float:
+        """Return how far the fastest automaton may move before contacts are found anew [m]."""
+        return _MOST_TRAVEL * self.packing.diameter
 
-    def _break_links(self, tick: int) -> None:
-        """Break the links that are marked, with room for all of them."""
-        marked = int(np.count_nonzero(self._judgement.mark))
-        contacts, events = self._contacts(marked), self._block.room("events", marked)
+    def break_links(self, tick: int) -> None:
+        """Break the links that are marked, with room for all of them, in the internal step of that number."""
+        marked = int(np.count_nonzero(self.judgement.mark))
+        contacts, events = self.contacts(marked), self._block.room("events", marked)
         count, known = cracking.break_bonds(
-            self.medium, self.motion, self.scratch, self._judgement, self._numbers, contacts, self._count(), events,
-            self._block.count("events"), self._losses, tick,
+            self.medium, self.motion, self.scratch, self.judgement, self._numbers, contacts, self.count_contacts(), events,
+            self._block.count("events"), self.losses, tick,
         )  # fmt: skip
         self._set_count(count)
         self._block.set_count("events", known)
 
-    def _find_contacts(self) -> int:
+    def find_contacts(self) -> int:
         """Find anew which pairs may touch; a status where automata are too far out or too fast."""
         reach = (1.0 + SKIN) * self.packing.diameter
         positions = self.packing.reference + self.motion.displacement
@@ -131,24 +126,25 @@ class CrackingSteps(LinkedSteps):
         held = np.where(old[:, SLOT] >= 0, weight[old[:, FIRST], old[:, SLOT]], 0.0)
         rows, slid = merge(old, slid, pairs, slots, (held > 0.0) & (held < 1.0), self.count)
         self._set_count(0)
-        contacts = self._contacts(len(rows))
+        contacts = self.contacts(len(rows))
         contacts.pairs[: len(rows)], contacts.slid[: len(rows)] = rows, slid
         self._set_count(len(rows))
-        self._losses[TRAVEL] = 0.5 * self.step_size * fastest
+        self.losses[TRAVEL] = 0.5 * self.step_size * fastest
         return 0
 
-    def _contacts(self, more: int = 0) -> Contacts:
+    def contacts(self, more: int = 0) -> Contacts:
         """Return the lists of contacts, with room for so many more."""
         return Contacts(self._block.room("contacts", more), self._block.room("slid", more))
 
-    def _count(self) -> int:
+    def count_contacts(self) -> int:
+        """Return how many contacts there are."""
         return self._block.count("contacts")
 
     def _set_count(self, count: int) -> None:
         self._block.set_count("contacts", count)
         self._block.set_count("slid", count)
 
-    def _is_sound(self) -> bool:
+    def is_sound(self) -> bool:
         """Return whether the contacts name automata and slots that exist: a snapshot may come from anywhere."""
         pairs = self._block["contacts"]
         ends, slots = pairs[:, : SECOND + 1], pairs[:, SLOT]
@@ -191,23 +187,23 @@ class CrackingSteps(LinkedSteps):
 
     def touching(self) -> float:
         """Return how many contacts press."""
-        contacts = self._contacts()
-        return float(count_touching(self.body, self._ground, self.medium.bonds, self.motion, contacts, self._count()))
+        contacts = self.contacts()
+        return float(count_touching(self.body, self._ground, self.medium.bonds, self.motion, contacts, self.count_contacts()))
 
-    def stored(self) -> dict[str, float]:
-        """Return the energies that are stored, but those of motion [J]."""
+    def stored(self, since: float) -> dict[str, float]:
+        """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
         self.dilation()
         elastic = bond_energy(self.body, self.medium.bonds, self.motion.displacement, self.scratch.half)
-        # Contacts were let slide up to the middle of the last internal step.
+        # Contacts were let slide when the forces were computed.
         contact = all_contact_energy(
-            self.body, self._ground, self.medium.bonds, self.motion, self._contacts(), self._count(), 0.5 * self.step_size
+            self.body, self._ground, self.medium.bonds, self.motion, self.contacts(), self.count_contacts(), since
         )
         return {"elastic_energy": elastic, "contact_energy": contact}
 
     def lost(self) -> dict[str, float]:
         """Return the energies that were lost [J]."""
         names = "fracture_energy", "friction_energy", "inelastic_energy"
-        return dict(zip(names, self._losses[:TRAVEL].tolist(), strict=True))
+        return dict(zip(names, self.losses[:TRAVEL].tolist(), strict=True))
 
 
 def _refuse_double_links(packing: Packing) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from ..snapshot import Block
 from ..support.arrays import FloatArray
 from .advance import advance
-from .boundary import Boundary
+from .conditions import Conditions
 from .linked import dilations, elastic_energy
 from .packing import Packing
 from .pair import orient
@@ -30,9 +30,11 @@ class LinkedSteps:
     growing: Mapping[str, tuple[str, tuple[int, ...]]] = {}
     event_kinds: Mapping[str, str] = {}
 
-    def __init__(self, packing: Packing, body: Body, boundary: Boundary, scratch: Scratch, step: float, limit: float) -> None:
+    def __init__(
+        self, packing: Packing, body: Body, conditions: Conditions, scratch: Scratch, step: float, limit: float
+    ) -> None:
         """Take what there is: the packing, what it is made of, inputs, scratch, the step [s] and the speed limit [m/s]."""
-        self.packing, self.body, self.boundary, self.scratch = packing, body, boundary, scratch
+        self.packing, self.body, self.conditions, self.scratch = packing, body, conditions, scratch
         self.step_size, self.speed_limit = step, limit
         self.count = len(packing.kind)
         self._links = len(packing.pairs())
@@ -46,8 +48,8 @@ class LinkedSteps:
         """Write the start of its own parts of the state."""
 
     def advance(self, tick: int, ticks: int) -> int:
-        """Advance from a tick with the loads and velocities that the boundary has now; 0, or a status."""
-        edge = self.boundary
+        """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
+        edge = self.conditions
         forces = edge.load, edge.load_before, edge.grip, edge.grip_before, self.tallies
         return advance(
             self.body, self.packing.reference, self.motion, self.scratch, *forces, self.step_size, ticks, self.speed_limit
@@ -69,8 +71,8 @@ class LinkedSteps:
         """Return the weight of each link."""
         return np.ones(self._links)
 
-    def stored(self) -> dict[str, float]:
-        """Return the energies that are stored, but those of motion [J]."""
+    def stored(self, since: float) -> dict[str, float]:
+        """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
         theta = self.dilation()
         found = elastic_energy(self.body, self.motion.displacement, self.scratch.half, theta, 0, self.count)
         return {"elastic_energy": found}

@@ -117,6 +117,10 @@ class Packing:
             found.append(np.stack([first, self.neighbours[first, slot], np.full(len(first), slot)], axis=1))
         return np.concatenate(found).astype(np.int64)
 
+    def nearest(self, x: float, y: float) -> int:
+        """Return the automaton whose centre is nearest to a point [m]; the first of several."""
+        return int(np.argmin((self.reference[:, 0] - x) ** 2 + (self.reference[:, 1] - y) ** 2))
+
 
 def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] = (False, False)) -> Packing:
     """Return the automata that fill a shape.

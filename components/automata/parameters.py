@@ -6,24 +6,23 @@ from typing import Literal
 
 from pydantic import model_validator
 
+from ..boundaries import OPPOSITE
+from ..errors import nearest
 from ..materials.elastic import Material, Preset, preset_list
-from ..support.fields import Index, field
+from ..support.fields import Index, Pair, field
 from ..support.validation import Parameters
+from .boundaries import ChosenBoundary, Periodic, Traction
 from .breaking import ChosenCriterion, Unbreakable
 from .responses import ChosenResponse, Linear
 from .shapes import ChosenShape, Rectangle
-from .sides import SIDES, SideKind
 
-__all__ = ["AutomataParameters"]
+__all__ = ["AutomataParameters", "Place"]
 
-
-_SIDE = (
-    "free, fixed, symmetry, platen (smooth, moves with {0}_speed), velocity ({0}_velocity), traction ({0}_traction), periodic"
-)
+Place = Index | Pair
 
 
 class AutomataParameters(Parameters):
-    """A specimen that is packed with equal automata, its material and its four sides; plane strain."""
+    """A specimen that is packed with equal automata, its material and its four edges; plane strain."""
 
     shape: ChosenShape = field(
         ...,
@@ -47,24 +46,23 @@ class AutomataParameters(Parameters):
     strength_seed: int = field(0, "which draw of strengths", "1", ge=0, lt=2**63)
     release_ticks: int = field(20, "over how many internal steps a broken pair is released", "1", ge=1, le=1_000_000)
     friction: float = field(0.5, "coefficient of friction of pairs that touch and are not linked", "1", ge=0.0)
-    left: SideKind = field("free", f"left side: {_SIDE.format('left')}", "1")
-    right: SideKind = field("free", f"right side: {_SIDE.format('right')}", "1")
-    bottom: SideKind = field("free", f"lower side: {_SIDE.format('bottom')}", "1")
-    top: SideKind = field("free", f"upper side: {_SIDE.format('top')}", "1")
-    grip_depth: float = field(0.0, "how far from the outermost automaton a side reaches", "m", ge=0.0)
-    loaded: list[Index] | Literal["all"] = field([], "automata that the input `force` acts on: their numbers, or all", "1")
+    boundaries: dict[str, ChosenBoundary] = field(
+        {}, "what left, right, bottom and top do: free (the default), fixed, symmetry, periodic, velocity, traction", "1"
+    )
+    forced_automata: list[Place] | Literal["all"] = field(
+        [], "automata with a force of their own, the input `force`: numbers, or points [x, y] in the shape; or all", "1"
+    )
     step_size: float | None = field(None, "internal step; default 0.7 of the largest stable one, rounded down", "s", gt=0.0)
 
     @model_validator(mode="after")
-    def _validate_sides(self) -> AutomataParameters:
-        for one, other in (("left", "right"), ("bottom", "top")):
-            kinds = getattr(self, one), getattr(self, other)
-            if kinds.count("periodic") == 1:
-                raise ValueError(f"{one}: got {kinds[0]!r} and {other} = {kinds[1]!r}, expected both or none to be periodic")
-        if not isinstance(self.shape, Rectangle):
-            for side in SIDES:
-                if getattr(self, side) in ("periodic", "traction"):
-                    raise ValueError(f"{side}: {getattr(self, side)!r} needs a straight side; expected shape = rectangle")
+    def _validate_edges(self) -> AutomataParameters:
+        for name, boundary in self.boundaries.items():
+            if name not in OPPOSITE:
+                raise ValueError(f"boundaries.{name}: is no edge of a specimen; {nearest(name, OPPOSITE)}")
+            if isinstance(boundary, Periodic) and not isinstance(self.boundaries.get(OPPOSITE[name]), Periodic):
+                raise ValueError(f"boundaries.{name}: is periodic, so {OPPOSITE[name]} has to be periodic too")
+            if isinstance(boundary, (Periodic, Traction)) and not isinstance(self.shape, Rectangle):
+                raise ValueError(f"boundaries.{name}: {boundary.name!r} needs a straight edge; expected shape = rectangle")
         return self
 
     @property
@@ -75,4 +73,5 @@ class AutomataParameters(Parameters):
     @property
     def periodic(self) -> tuple[bool, bool]:
         """Return whether left and right are one, and bottom and top."""
-        return self.left == "periodic", self.bottom == "periodic"
+        left, bottom = (isinstance(self.boundaries.get(name), Periodic) for name in ("left", "bottom"))
+        return left, bottom

@@ -14,7 +14,7 @@ from ..support.jit import jit
 
 
 class Edges(NamedTuple):
-    """Inputs and sides of the automata, as a coupled medium applies them.
+    """Inputs and edges of the automata, as a coupled medium applies them.
 
     Attributes:
         load: forces on automata that do not belong to the interface; 0 along what the grip holds.

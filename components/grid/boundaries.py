@@ -2,63 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import SerializeAsAny
 
+from .. import boundaries
+from ..boundaries import Boundary, Fixed, Free, Symmetry
 from ..support.fields import field
-from ..support.tagged_union import ByName, Named
+from ..support.tagged_union import ByName
+
+__all__ = [
+    "BOUNDARIES", "Absorbing", "Boundary", "ChosenBoundary", "Fixed", "Free", "Periodic", "PrescribedVelocity", "Symmetry",
+    "Traction",
+]  # fmt: skip
 
 Along = Literal["edge", "nodes"]
 
 
-class Boundary(Named):
-    """A condition of an edge of the domain, chosen by its `name`."""
-
-    precedence: ClassVar[int] = 0
-    """Of two edges that prescribe one component of the velocity of their common node, the one with more wins."""
-
-
-class Free(Boundary):
-    """No traction."""
-
-    name: Literal["free"] = field("free", "no traction", "1")
-
-
-class Fixed(Boundary):
-    """Nodes that do not move."""
-
-    precedence: ClassVar[int] = 3
-    name: Literal["fixed"] = field("fixed", "nodes that do not move", "1")
-
-
-class Symmetry(Boundary):
-    """A mirror: nodes slide along the edge, which lies along x or along y."""
-
-    precedence: ClassVar[int] = 1
-    name: Literal["symmetry"] = field("symmetry", "a mirror: nodes slide along the edge", "1")
-
-
-class Periodic(Boundary):
+class Periodic(boundaries.Periodic):
     """A joined edge: what leaves here enters at the opposite edge, which is periodic too; their nodes move as one."""
 
-    name: Literal["periodic"] = field("periodic", "joined to the opposite edge", "1")
     partner: str = field("", "the opposite edge; may be left out for left, right, bottom and top", "1")
 
 
-class PrescribedVelocity(Boundary):
+class PrescribedVelocity(boundaries.PrescribedVelocity):
     """Nodes move with the velocity that the input `<edge>_velocity` gives."""
 
-    precedence: ClassVar[int] = 2
-    name: Literal["velocity"] = field("velocity", "prescribed velocity, an input", "1")
-    components: Literal["both", "x", "y"] = field("both", "which components are prescribed; the other one is free", "1")
     along: Along = field("edge", "edge: one velocity for the edge; nodes: one for each of its nodes", "1")
 
 
-class Traction(Boundary):
+class Traction(boundaries.Traction):
     """A force per area, the input `<edge>_traction`: of the area before anything moved, in fixed directions x and y."""
 
-    name: Literal["traction"] = field("traction", "prescribed traction, an input", "1")
     along: Along = field("edge", "edge: one traction for the edge; nodes: one for each of its nodes, linear between", "1")
 
 

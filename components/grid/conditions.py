@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import boundaries as shared
+from ..boundaries import OPPOSITE, edge_variable
 from ..contract import Variable
 from ..support.arrays import FloatArray
 from .boundaries import Absorbing, Boundary, Fixed, Periodic, PrescribedVelocity, Symmetry, Traction
 from .mesh import IntArray, Mesh
 
-_OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
 # Coordinates of joined nodes may differ by this part of the edge's length.
 _MISFIT = 1e-9
 
@@ -64,9 +65,9 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
     pairs: list[IntArray] = []
     for name, boundary in boundaries.items():
         if isinstance(boundary, Periodic):
-            partner = boundary.partner or _OPPOSITE.get(name, "")
+            partner = boundary.partner or OPPOSITE.get(name, "")
             other = boundaries.get(partner)
-            if not isinstance(other, Periodic) or (other.partner or _OPPOSITE.get(partner, "")) != name:
+            if not isinstance(other, Periodic) or (other.partner or OPPOSITE.get(partner, "")) != name:
                 raise ValueError(f"boundaries.{name}: is periodic, so its partner {partner!r} has to be periodic too")
             if name < partner:
                 pairs.append(_opposite_nodes(mesh, name, partner))
@@ -115,11 +116,11 @@ def edge_inputs(
             sides = np.searchsorted(np.sort(mesh.edge_nodes(name)), mesh.edges[name])
             sides = np.argsort(mesh.edge_nodes(name), kind="stable")[sides]
             lengths = np.array([_length(mesh, first, second) for first, second in mesh.edges[name].tolist()])
-            variable = _edge_variable(mesh, name, boundary, "traction", "Pa", "force per area on")
+            variable = _edge_variable(mesh, name, boundary)
             found.append(EdgeInput(variable, mesh.edge_nodes(name), sides=sides, lengths=lengths))
         elif isinstance(boundary, PrescribedVelocity):
             nodes, own = held[name]
-            variable = _edge_variable(mesh, name, boundary, "velocity", "m/s", "velocity of")
+            variable = _edge_variable(mesh, name, boundary)
             found.append(EdgeInput(variable, nodes, velocity=True, own=own))
     if len(forced):
         text = "force on each of the `forced_nodes`, along x and y"
@@ -128,16 +129,14 @@ def edge_inputs(
     return found
 
 
-def _edge_variable(
-    mesh: Mesh, name: str, boundary: Traction | PrescribedVelocity, quantity: str, unit: str, what: str
-) -> Variable:
+def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocity) -> Variable:
     """Return the declaration of an edge's input: one vector, or one for each node."""
-    text = f"{what} the {name} edge, along x and y"
+    variable = edge_variable(name, boundary)
     if boundary.along == "edge":
-        return Variable(f"{name}_{quantity}", "input", unit, (2,), text, start=0.0, axes=("direction",))
-    shape = (len(mesh.edge_nodes(name)), 2)
-    text += ", for each of its nodes in the order of x, then y"
-    return Variable(f"{name}_{quantity}", "input", unit, shape, text, start=0.0, axes=(f"{name}_node", "direction"))
+        return variable
+    shape, axes = (len(mesh.edge_nodes(name)), 2), (f"{name}_node", "direction")
+    text = f"{variable.description}, for each of its nodes in the order of x, then y"
+    return replace(variable, shape=shape, description=text, axes=axes)
 
 
 def _length(mesh: Mesh, first: int, second: int) -> float:
@@ -151,15 +150,7 @@ def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dic
     Raises:
         ValueError: a symmetry edge does not lie along an axis.
     """
-    found: dict[int, dict[int, str]] = {}
-    order = sorted(boundaries, key=lambda name: boundaries[name].precedence)
-    for name in order:
-        boundary = boundaries[name]
-        if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
-            for node in mesh.edge_nodes(name).tolist():
-                for component in _components(mesh, name, boundary):
-                    found.setdefault(node, {})[component] = name
-    return found
+    return shared.prescribed_components(boundaries, mesh.edge_nodes, lambda name, one: _components(mesh, name, one))
 
 
 def held_edges(
@@ -181,9 +172,7 @@ def _components(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
         if extent.min() > _MISFIT * extent.max():
             raise ValueError(f"boundaries.{name}: a symmetry edge has to lie along x or y; this one does not")
         return (int(np.argmin(extent)),)
-    if isinstance(boundary, PrescribedVelocity) and boundary.components != "both":
-        return (("x", "y").index(boundary.components),)
-    return 0, 1
+    return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 
 
 def dashpots(

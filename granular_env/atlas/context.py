@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.component import Component
-from granular_env.components.contract import Observer
 from granular_env.components.errors import GranularWarning, ParameterError
+from granular_env.components.observer import Observer
 from granular_env.domains import domain_of
 from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment

@@ -45,9 +45,9 @@ def template(name: str, new_name: str | None = None) -> str:
             raise
         known = [*catalogue.names(), *shipped_experiments()]
         advice = nearest_names(name, known)
-        raise ExperimentError(f"{name!r} is no component, no shipped experiment and no file; {advice}") from error
+        raise ExperimentError(f"{name!r} is no component, no shipped experiment and no file", hint=advice) from error
     except (OSError, UnicodeDecodeError) as error:
-        raise ExperimentError(f"{name}: cannot be read as text: {error}") from error
+        raise ExperimentError(f"cannot be read as text: {error}", at=name) from error
     return text if new_name is None else edit(text, "name", new_name)
 
 
@@ -80,7 +80,7 @@ def of_log(path: str, new_name: str | None = None) -> str:
         content = log.metadata.get("experiment")
     if not isinstance(content, dict):
         raise ExperimentError(
-            f"{path}: a script recorded this log, it holds no experiment; `granular-env new chain` begins one"
+            "a script recorded this log, it holds no experiment", hint="`granular-env new chain` begins one", source=str(path)
         )
     return to_toml({**content, "name": new_name} if new_name else content)
 
@@ -109,7 +109,9 @@ def _content(original: Path) -> bytes:
     except (OSError, ValueError) as error:
         if isinstance(error, ExperimentError):
             raise
-        raise ExperimentError(f"{original}: the CSV file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        raise ExperimentError(
+            f"the CSV file cannot be read: {getattr(error, 'strerror', None) or error}", source=str(original)
+        ) from None
 
 
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:

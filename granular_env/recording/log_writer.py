@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from mcap.writer import CompressionType, IndexType, Writer
 
 from ..components.errors import LogError, ParameterError
 from ..output_files import advice_for
 from . import schemas
 from .log_file import LogFile
+from .mcap_writer import McapWriter, Part
 from .metadata import METADATA_NAME
 from .preview import PreviewMessage, Topic
 from .records import COLUMNS, HEADER, KINDS, PROFILE, TOPICS, Record, encode, log_identity
@@ -24,8 +22,6 @@ CHUNK_BYTES = 1 << 20
 # The first chunks are smaller, so that of a short log of which the end is lost not all is lost [bytes]; then an eighth of
 # what has been written.
 _FIRST_CHUNK_BYTES, _CHUNK_SHARE = 1 << 16, 8
-# There are no attachments.
-_INDICES = IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA
 # Writers whose files are open. The garbage collector, which closes files in any order, must not come to one before the dropped
 # recorder that closes it properly.
 _OPEN: set[LogWriter] = set()
@@ -53,13 +49,9 @@ class LogWriter:
             raise
 
     def _start(self) -> None:
-        # A chunk ends where `flush` is called, and nowhere else.
-        stream: Any = self._file
-        writer = Writer(stream, chunk_size=sys.maxsize, compression=CompressionType.LZ4, index_types=_INDICES)
-        self._writer = writer
-        writer.start(PROFILE, PROFILE)
-        block = writer.register_schema("granular.Block", "protobuf", schemas.block_schema())
-        self._channels = {topic: writer.register_channel(topic, "protobuf", block) for topic in TOPICS}
+        self._writer = writer = McapWriter(self._file, PROFILE, PROFILE)
+        block = writer.add_schema("granular.Block", "protobuf", schemas.block_schema())
+        self._channels = {topic: writer.add_channel(topic, "protobuf", block) for topic in TOPICS}
         self._schemas: dict[str, int] = {}
 
     def number(self, kind: int) -> int:
@@ -99,20 +91,18 @@ class LogWriter:
 
     def _add_channel(self, topic: Topic) -> None:
         if topic.schema not in self._schemas:
-            self._schemas[topic.schema] = self._writer.register_schema(topic.schema, topic.encoding, topic.definition)
+            self._schemas[topic.schema] = self._writer.add_schema(topic.schema, topic.encoding, topic.definition)
         schema = self._schemas[topic.schema]
-        self._channels[topic.name] = self._writer.register_channel(topic.name, topic.message_encoding, schema)
+        self._channels[topic.name] = self._writer.add_channel(topic.name, topic.message_encoding, schema)
 
-    def _add_message(
-        self, topic: str, parts: Sequence[bytes | memoryview], nanoseconds: int, publish_time: int | None = None
-    ) -> None:
+    def _add_message(self, topic: str, parts: Sequence[Part], nanoseconds: int, publish_time: int | None = None) -> None:
         sequence = self._sequences.get(topic, 0)
         self._sequences[topic] = sequence + 1
-        data, published = b"".join(parts), nanoseconds if publish_time is None else publish_time
-        self._unfinished_bytes += len(data)
-        self._bytes += len(data)
-        place = self._channels[topic], nanoseconds, data, published, sequence & 0xFFFFFFFF
-        self._run_guarded(lambda: self._writer.add_message(*place))
+        size = sum(map(len, parts))
+        self._unfinished_bytes += size
+        self._bytes += size
+        place = self._channels[topic], sequence & 0xFFFFFFFF, nanoseconds
+        self._run_guarded(lambda: self._writer.add_message(*place, parts, publish_time))
         if self._unfinished_bytes >= min(CHUNK_BYTES, max(_FIRST_CHUNK_BYTES, self._bytes // _CHUNK_SHARE)):
             self.flush()
 
@@ -162,7 +152,7 @@ class LogWriter:
             reason = getattr(error, "strerror", None) or str(error)
             ending = self._advice if self.published else "The log that stood there is kept"
             self._failed = LogError(
-                f"log {str(self.path)!r} cannot be written any more: {reason}; {advice_for(error)}. {ending}"
+                f"log {str(self.path)!r} cannot be written any more: {reason}", hint=f"{advice_for(error)}. {ending}"
             )
             raise self._failed from error
 
@@ -172,4 +162,4 @@ def as_path(path: str | os.PathLike[str]) -> Path:
     try:
         return Path(path)
     except TypeError:
-        raise ParameterError(f"path: got {path!r}, expected the name of a file") from None
+        raise ParameterError(f"got {path!r}", expected="the name of a file", at="path") from None

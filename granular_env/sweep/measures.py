@@ -24,7 +24,7 @@ from pydantic import PlainValidator
 from granular_env.components.component import Component
 from granular_env.components.elements import ELEMENT, Element, parse_element
 from granular_env.components.errors import ParameterError, nearest, shortened
-from granular_env.components.support.validation import refusal
+from granular_env.components.support.validation import as_refusal, refusal
 from granular_env.domains import DOMAINS, load
 
 # Columns that every table may have; no measure is called so.
@@ -56,11 +56,12 @@ class Reading:
 
     def check(self, component: Component) -> None:
         """`ParameterError` where this component has no such variable, or no such element."""
-        variable = self.element.find(component.variables, f"output of {component.name!r}", "output", "input")
+        variable = self.element.find(component.variables, f"an output of component {component.name!r}", "output", "input")
         size = math.prod(variable.shape)
         if not self.element.index and variable.shape and (self.kind not in ("max", "min") or not size):
             example = Element(self.name, (-1,) * len(variable.shape))
-            raise ParameterError(f"{self.name!r} has {size} elements; name one, such as {example}, or take max or min")
+            hint = f"name one, such as {example}, or take max or min"
+            raise ParameterError(f"{self.name!r} has {size} elements", hint=hint)
 
     def unit(self, component: Component) -> str:
         """Return the unit of the number."""
@@ -96,7 +97,8 @@ class Figure:
         found = self.name if self.name in report else fitting[0] if len(fitting) == 1 else None
         if found is None:
             advice = f"several begin so: {', '.join(fitting)}" if fitting else nearest(self.name, report)
-            raise ParameterError(f"report {self.name!r}: {advice}")
+            received = f"got 'report {self.name}'"
+            raise ParameterError(received, expected="the beginning of one figure of the run's report", hint=advice)
         return found
 
 
@@ -140,7 +142,7 @@ def parse_measure(given: Any) -> Measure:
         try:
             return Reading(match["kind"], parse_element(match["element"]), bool(match["bar"]))
         except ParameterError as error:
-            raise refusal(str(error)) from None
+            raise as_refusal(error) from None
     if (match := _REPORT.fullmatch(words)) is not None:
         return Figure(match["name"])
     raise refusal(

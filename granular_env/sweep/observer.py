@@ -62,7 +62,7 @@ class RunObserver:
         watch = domain_of(component.name).load("watch")
         if watch is None:
             raise ParameterError(
-                f"measure: a {component.name!r} has no measurements; take its variables, such as 'max NAME[0]'"
+                f"a {component.name!r} has no measurements", hint="take its variables, such as 'max NAME[0]'", at="measure"
             )
         self._watch = watch(every)
         self._watch.on_reset(component)

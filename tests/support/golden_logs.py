@@ -120,11 +120,12 @@ def yielding_grid(component: ge.Component) -> None:
 AUTOMATA = {"diameter": 0.01, "material": {"density": 2500.0, "young": 5e10, "poisson": 0.25}}
 AUTOMATA_PULLED = {
     **AUTOMATA, "packing": "square", "shape": {"name": "polygon", "corners": [[0, 0], [0.03, 0], [0.03, 0.03], [0, 0.04]]},
-    "bottom": "symmetry", "loaded": [9, 12],
+    "boundaries": {"bottom": "symmetry"}, "forced_automata": [9, 12],
 }  # fmt: skip
 AUTOMATA_CRUSHED = {
-    **AUTOMATA, "shape": {"name": "rectangle", "width": 0.03, "height": 4 * 0.01 * 0.5 * 3.0**0.5}, "bottom": "fixed",
-    "top": "velocity", "response": {"name": "plastic_degrading", "yield_stress": 2e7, "hardening": 5e9},
+    **AUTOMATA, "shape": {"name": "rectangle", "width": 0.03, "height": 4 * 0.01 * 0.5 * 3.0**0.5},
+    "boundaries": {"bottom": "fixed", "top": "velocity"},
+    "response": {"name": "plastic_degrading", "yield_stress": 2e7, "hardening": 5e9},
     "strength_scatter": 0.2, "criterion": {"name": "drucker_prager", "compressive": 4e7, "tensile": 1e7},
 }  # fmt: skip
 
@@ -154,7 +155,7 @@ COUPLED_INCLUSION = {
     },
     "automata": {
         "shape": {"name": "rectangle", "width": 0.03, "height": 0.02}, "diameter": 5e-3, "packing": "square",
-        "material": "steel", "loaded": [3, 20],
+        "material": "steel", "forced_automata": [3, 20],
     },
     "origin": [0.01, 0.01],
     "micro_steps": 3,
@@ -167,12 +168,38 @@ COUPLED_LAYERS = {
         "forced_nodes": [2],
     },
     "automata": {
-        "shape": {"name": "rectangle", "width": 0.04, "height": 0.034641016151377546}, "diameter": 0.01, "left": "periodic",
-        "right": "periodic", "top": "platen",
+        "shape": {"name": "rectangle", "width": 0.04, "height": 0.034641016151377546}, "diameter": 0.01,
+        "boundaries": {"left": "periodic", "right": "periodic", "top": {"name": "velocity", "components": "y"}},
     },
     "origin": [0.0, 0.03],
     "scheme": "momentum",
 }  # fmt: skip
+
+
+# A core of automata that breaks and rubs between soft layers of cells that yield, with micro-steps.
+COUPLED_CRACKING = {
+    "grid": {
+        "mesh": {
+            "name": "rectangle", "columns": 4, "rows": 6, "cell_size": 0.01,
+            "holes": [{"name": "box", "x": [-0.01, 0.05], "y": [0.02, 0.04]}],
+        },
+        "boundaries": {"bottom": "fixed", "top": "velocity"}, "material": {"density": 7800.0, "young": 5e10, "poisson": 0.3},
+        "plasticity": {"name": "von_mises", "yield_stress": 4e7, "hardening": 5e9},
+    },
+    "automata": {
+        "shape": {"name": "rectangle", "width": 0.04, "height": 0.02}, "diameter": 0.005, "packing": "square",
+        "criterion": {"name": "mohr_coulomb", "cohesion": 2e7, "internal_friction": 0.5, "tensile": 1e7},
+        "strength_scatter": 0.2,
+    },
+    "origin": [0.0, 0.02],
+    "micro_steps": 3,
+}  # fmt: skip
+
+
+def sheared_core(component: ge.Component) -> None:
+    """A moving edge that shears and presses, then pulls."""
+    component.step(6e-5, grid_top_velocity=ge.Profile.half_sine(1.0, 1.2e-4) * [4.0, -2.0])
+    component.step(4e-5, grid_top_velocity=[-2.0, 4.0])
 
 
 def driven_inclusion(component: ge.Component) -> None:
@@ -184,10 +211,10 @@ def driven_inclusion(component: ge.Component) -> None:
 
 
 def driven_layers(component: ge.Component) -> None:
-    """A platen from above, a force from below."""
+    """A smooth plate from above, a force from below."""
     component.reset(grid_velocity=(0.1, 0.0), automata_velocity=(0.1, 0.0), automata_rotation={8: 1e-3})
-    component.step(4e-5, automata_top_speed=ge.Profile.half_sine(-1.0, 2e-5), grid_force=[[1e4, 2e4]])
-    component.step(2e-5, automata_top_speed=0.25, grid_force=0.0)
+    component.step(4e-5, automata_top_velocity=ge.Profile.half_sine(-1.0, 2e-5) * [0.0, 1.0], grid_force=[[1e4, 2e4]])
+    component.step(2e-5, automata_top_velocity=[0.0, 0.25], grid_force=0.0)
 
 
 def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
@@ -269,6 +296,7 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "automata-cracking": (make("automata", **AUTOMATA_CRUSHED), crushed_automata, 1e-5),
     "coupled-inclusion": (make("coupled", **COUPLED_INCLUSION), driven_inclusion, 3e-5),
     "coupled-layers": (make("coupled", **COUPLED_LAYERS), driven_layers, 3e-5),
+    "coupled-cracking": (make("coupled", **COUPLED_CRACKING), sheared_core, 5e-5),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")

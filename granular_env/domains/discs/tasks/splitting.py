@@ -125,7 +125,7 @@ def make_splitting(
     component = Discs(**{**parameters, **(discs or {})})
     links = len(component.get("linked"))
     if isinstance(target, bool) or not isinstance(target, int) or not 0 <= target < links or component.parameters.rows != 1:
-        raise ParameterError(f"target: got {shortened(target)}, expected a link of a single row, 0 to {links - 1}")
+        raise ParameterError(f"got {shortened(target)}", expected=f"a link of a single row, 0 to {links - 1}", at="target")
     settings: dict[str, Any] = {"deadline": 60, "internal_steps": 4, **options}
     control_step = settings["internal_steps"] * component.step_size
     scale, price = positive_number("force_scale", force_scale), finite_number("work_price", work_price)

@@ -1,0 +1,51 @@
+"""Conditions of a specimen's edges, by name: free, fixed, symmetry, periodic, velocity, traction.
+
+They are those of the grid; automata also turn: what is fixed, mirrored, or moved along both directions does not.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import SerializeAsAny
+
+from .. import boundaries
+from ..boundaries import Boundary, Free, Periodic, Symmetry, Traction
+from ..support.fields import field
+from ..support.tagged_union import ByName
+
+__all__ = [
+    "BOUNDARIES",
+    "Boundary",
+    "ChosenBoundary",
+    "Fixed",
+    "Free",
+    "Periodic",
+    "PrescribedVelocity",
+    "Symmetry",
+    "Traction",
+]
+
+
+class Fixed(boundaries.Fixed):
+    """Automata that neither move nor turn."""
+
+    depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
+
+
+class PrescribedVelocity(boundaries.PrescribedVelocity):
+    """Automata move with the velocity that the input `<edge>_velocity` gives; with one component they slide and turn freely."""
+
+    depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
+
+
+BOUNDARIES: dict[str, type[Boundary]] = {
+    "free": Free,
+    "fixed": Fixed,
+    "symmetry": Symmetry,
+    "periodic": Periodic,
+    "velocity": PrescribedVelocity,
+    "traction": Traction,
+}
+
+ChosenBoundary = Annotated[SerializeAsAny[Boundary], ByName(BOUNDARIES)]

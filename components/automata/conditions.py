@@ -1,0 +1,150 @@
+"""Loads and grips: inputs as forces and tractions on a specimen (`Load`), and as prescribed velocities (`Grip`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..boundaries import Boundary, edge_variable, prescribed_components
+from ..contract import Variable
+from ..errors import ParameterError
+from ..inputs import Held
+from ..profiles import CompiledProfile
+from ..support.arrays import FloatArray
+from .boundaries import Fixed, PrescribedVelocity, Symmetry, Traction
+from .edges import EDGES, edge_automata, shared_areas
+from .motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, Grip, Load
+from .packing import Packing
+from .parameters import AutomataParameters, Place
+from .shapes import Rectangle
+
+
+@dataclass(frozen=True)
+class _Pull:
+    """A traction: the input, the rows of the load that it fills, and their areas, shape (m,) [m^2]."""
+
+    name: str
+    rows: slice
+    areas: FloatArray
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """A velocity: the input, its component, and the rows of the grip that it fills, shape (m,)."""
+
+    name: str
+    axis: int
+    rows: npt.NDArray[np.int64]
+
+
+class Conditions:
+    """The inputs of a specimen, and the loads and grips that they fill.
+
+    Attributes:
+        load: forces, with the values of the inputs that were applied last.
+        grip: prescribed velocities, likewise.
+        load_before: memory for `motion.add_loads`.
+        grip_before: memory for `motion.hold`.
+    """
+
+    def __init__(self, parameters: AutomataParameters, packing: Packing) -> None:
+        """Find the automata that inputs act on; raises `ParameterError` where a forced one does not exist."""
+        self._parameters, self._packing = parameters, packing
+        # In one order, whatever that of the table is: sums have the same bits.
+        self._boundaries = {name: parameters.boundaries[name] for name in EDGES if name in parameters.boundaries}
+        self._forced = _forced_automata(parameters.forced_automata, packing)
+        self._edges = {
+            name: edge_automata(packing, name, getattr(boundary, "depth", 0.0)) for name, boundary in self._boundaries.items()
+        }
+        self._fill_load()
+        self._fill_grip()
+
+    def _fill_load(self) -> None:
+        p, start = self._parameters, len(self._forced)
+        groups, self._pulls = [self._forced], []
+        for name in self._of_kind(Traction):
+            assert isinstance(p.shape, Rectangle)
+            automata = self._edges[name]
+            area = p.thickness * (p.shape.height if EDGES[name][0] == 0 else p.shape.width)
+            areas = shared_areas(self._packing, name, automata, area)
+            self._pulls.append(_Pull(f"{name}_traction", slice(start, start + len(automata)), areas))
+            groups.append(automata)
+            start += len(automata)
+        automata = np.concatenate(groups).astype(np.int64)
+        self.load = Load(automata, np.zeros((len(automata), 2)))
+        self.load_before = np.zeros((len(automata), 2))
+
+    def _fill_grip(self) -> None:
+        boundaries = self._boundaries
+        owners = prescribed_components(boundaries, self._edges.__getitem__, _held_axes)
+        automata = np.array(sorted(owners), np.int64)
+        turning = {i for name, boundary in boundaries.items() if _holds_rotation(boundary) for i in self._edges[name].tolist()}
+        held = [
+            HOLDS_X * (0 in owners[i]) | HOLDS_Y * (1 in owners[i]) | HOLDS_ROTATION * (i in turning) for i in automata.tolist()
+        ]
+        self.grip = Grip(automata, np.array(held, np.int64), np.zeros((len(automata), 2)))
+        self.grip_before = np.zeros((len(automata), 3))
+        self._drives: list[_Drive] = []
+        for name in self._of_kind(PrescribedVelocity):
+            for axis in (0, 1):
+                rows = [row for row, i in enumerate(automata.tolist()) if owners[i].get(axis) == name]
+                if rows:
+                    self._drives.append(_Drive(f"{name}_velocity", axis, np.array(rows, np.int64)))
+
+    def _of_kind(self, kind: type[Boundary]) -> list[str]:
+        return [name for name, boundary in self._boundaries.items() if isinstance(boundary, kind)]
+
+    def inputs(self) -> Iterable[Variable]:
+        """Declare the inputs."""
+        if self._forced.size:
+            shape, axes = (len(self._forced), 2), ("forced_automaton", "direction")
+            text = "force on each of the `forced_automata`, along x and y"
+            yield Variable("force", "input", "N", shape, text, start=0.0, axes=axes)
+        for name, boundary in self._boundaries.items():
+            if isinstance(boundary, (PrescribedVelocity, Traction)):
+                yield edge_variable(name, boundary)
+
+    def apply(self, held: Mapping[str, Held], tick: int, part: float = 1.0) -> None:
+        """Fill loads and grips for the internal step that begins at a tick: forces at its middle, velocities at a part."""
+        if self._forced.size:
+            self.load.force[: len(self._forced)] = _value(held["force"], tick, 0.5)
+        for pull in self._pulls:
+            self.load.force[pull.rows] = pull.areas[:, np.newaxis] * _value(held[pull.name], tick, 0.5)
+        for drive in self._drives:
+            self.grip.velocity[drive.rows, drive.axis] = _value(held[drive.name], tick, part)[drive.axis]
+
+
+def _held_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
+    """Return which components of the velocity a boundary prescribes on an edge."""
+    if isinstance(boundary, Symmetry):
+        return (EDGES[edge][0],)
+    return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
+
+
+def _holds_rotation(boundary: Boundary) -> bool:
+    """Return whether automata on an edge do not turn."""
+    both = isinstance(boundary, PrescribedVelocity) and len(boundary.axes) == 2
+    return both or isinstance(boundary, (Fixed, Symmetry))
+
+
+def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray[np.int64]:
+    """Return the automata that are meant by numbers, points, or "all"."""
+    count = len(packing.kind)
+    if isinstance(places, str):
+        return np.arange(count)
+    found: list[int] = []
+    for index, place in enumerate(places):
+        if isinstance(place, int) and place >= count:
+            raise ParameterError(f"forced_automata[{index}]: got automaton {place}, expected 0 to {count - 1}")
+        found.append(place if isinstance(place, int) else packing.nearest(place[0], place[1]))
+        if found[-1] in found[:-1]:
+            raise ParameterError(f"forced_automata[{index}]: automaton {found[-1]} is there already; give each automaton once")
+    return np.array(found, np.int64)
+
+
+def _value(held: Held, tick: int, part: float) -> Any:
+    return held.value(tick, part) if isinstance(held, CompiledProfile) else held

@@ -1,0 +1,34 @@
+"""The four edges of a specimen: which automata belong to each, and how a traction is shared out."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..support.arrays import FloatArray
+from .packing import Packing
+from .shapes import ON_THE_OUTLINE
+
+# Edge -> axis across it, and whether it is at the far end of that axis.
+EDGES = {"left": (0, False), "right": (0, True), "bottom": (1, False), "top": (1, True)}
+
+
+def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArray[np.int64]:
+    """Return the automata within a depth [m] of the outermost one of an edge, shape (m,); of a zigzag both rows."""
+    axis, far = EDGES[name]
+    place = packing.reference[:, axis] * (1.0 if far else -1.0)
+    zigzag = 0.5 * packing.diameter if packing.lattice.name == "hexagonal" and axis == 0 else 0.0
+    reach = max(depth, zigzag) + ON_THE_OUTLINE * packing.diameter
+    return np.flatnonzero(place >= place.max() - reach).astype(np.int64)
+
+
+def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:
+    """Return what part of the area of a straight edge belongs to each of its automata, shape (m,) [m^2].
+
+    On a zigzag the half cells that stand out have twice the length of the whole cells between them.
+    """
+    kinds = packing.kind[automata]
+    part = packing.classes.volume[kinds].copy()
+    if packing.lattice.name == "hexagonal" and EDGES[name][0] == 0:
+        part[packing.classes.missing[kinds] == 0.0] *= 4.0
+    return area * part / part.sum()

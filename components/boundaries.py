@@ -1,0 +1,101 @@
+"""Conditions of the edges of a body in the plane that several components share, by name.
+
+A component adds those that it alone has, and what it alone can say about one; see `grid.boundaries`, `automata.boundaries`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .contract import Variable
+from .support.fields import field
+from .support.tagged_union import Named
+
+OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
+
+
+class Boundary(Named):
+    """A condition of an edge, chosen by its `name`."""
+
+    precedence: ClassVar[int] = 0
+    """Of two edges that prescribe one component of the velocity where they meet, the one with more wins."""
+
+
+class Free(Boundary):
+    """No traction."""
+
+    name: Literal["free"] = field("free", "no traction", "1")
+
+
+class Fixed(Boundary):
+    """An edge that does not move."""
+
+    precedence: ClassVar[int] = 3
+    name: Literal["fixed"] = field("fixed", "the edge does not move", "1")
+
+
+class Symmetry(Boundary):
+    """A mirror: what lies on the edge slides along it; the edge lies along x or along y."""
+
+    precedence: ClassVar[int] = 1
+    name: Literal["symmetry"] = field("symmetry", "a mirror: what lies on the edge slides along it", "1")
+
+
+class Periodic(Boundary):
+    """A joined edge: what leaves here enters at the opposite edge, which is periodic too."""
+
+    name: Literal["periodic"] = field("periodic", "joined to the opposite edge", "1")
+
+
+class PrescribedVelocity(Boundary):
+    """The edge moves with the velocity that the input `<edge>_velocity` gives."""
+
+    precedence: ClassVar[int] = 2
+    name: Literal["velocity"] = field("velocity", "prescribed velocity, an input", "1")
+    components: Literal["both", "x", "y"] = field("both", "which components are prescribed; the other one is free", "1")
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Return which components are prescribed, as numbers."""
+        return (0, 1) if self.components == "both" else (("x", "y").index(self.components),)
+
+
+class Traction(Boundary):
+    """A force per area, the input `<edge>_traction`: of the area before anything moved, in fixed directions x and y."""
+
+    name: Literal["traction"] = field("traction", "prescribed traction, an input", "1")
+
+
+def edge_variable(edge: str, boundary: Traction | PrescribedVelocity) -> Variable:
+    """Return the declaration of the input of an edge, one vector for all of it."""
+    quantity, unit, text = ("traction", "Pa", "force per area on")
+    if isinstance(boundary, PrescribedVelocity):
+        quantity, unit, text = ("velocity", "m/s", "velocity of")
+    text = f"{text} the {edge} edge, along x and y"
+    return Variable(f"{edge}_{quantity}", "input", unit, (2,), text, start=0.0, axes=("direction",))
+
+
+def prescribed_components(
+    boundaries: Mapping[str, Boundary],
+    members: Callable[[str], npt.NDArray[np.int64]],
+    components: Callable[[str, Boundary], tuple[int, ...]],
+) -> dict[int, dict[int, str]]:
+    """Return member -> component of its velocity -> edge whose boundary prescribes it.
+
+    Args:
+        boundaries: of the edges, by name.
+        members: the numbers of the nodes or automata on an edge.
+        components: what a boundary prescribes on an edge.
+    """
+    found: dict[int, dict[int, str]] = {}
+    for name in sorted(boundaries, key=lambda name: boundaries[name].precedence):
+        boundary = boundaries[name]
+        if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
+            given = components(name, boundary)
+            for member in members(name).tolist():
+                found.setdefault(member, {}).update(dict.fromkeys(given, name))
+    return found
