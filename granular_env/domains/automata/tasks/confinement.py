@@ -48,6 +48,7 @@ class ConfinementTask(Task):
         strain: axial, at the deadline.
         control_step: its length [s].
         deadline: control steps.
+        grip: how deep the held ends are [m].
         price: what the largest pressure costs, held from the start to the deadline.
         lost: part of the pairs that may break before the specimen counts as lost.
     """
@@ -55,7 +56,15 @@ class ConfinementTask(Task):
     name = "confinement"
 
     def __init__(
-        self, specimen: Automata, pressure: float, strain: float, control_step: float, deadline: int, price: float, lost: float
+        self,
+        specimen: Automata,
+        pressure: float,
+        strain: float,
+        control_step: float,
+        deadline: int,
+        grip: float,
+        price: float,
+        lost: float,
     ) -> None:
         super().__init__()
         self.actions = {"left_traction[0]": pressure}
@@ -63,7 +72,6 @@ class ConfinementTask(Task):
         self.strain, self.deadline, self.price, self.lost = strain, deadline, price, lost
         self._pairs = len(specimen.get("linked"))
         height = specimen.packing.reference[:, 1]
-        grip = specimen.parameters.grip_depth
         # The held rows move as a whole; between them the start velocity is that of an even compression.
         part = np.clip((height - height.min() - grip) / (np.ptp(height) - 2.0 * grip), 0.0, 1.0)
         self.speed = strain * (float(np.ptp(height)) - 2.0 * grip) / (deadline * control_step)
@@ -173,14 +181,16 @@ def make_confinement(
     * v1: first version.
     """
     row = 0.5 * math.sqrt(3.0) * _DIAMETER
+    grip = _GRIP * row
     specimen = Automata(
         shape={"name": "rectangle", "width": _WIDTH, "height": _ROWS * row}, diameter=_DIAMETER, packing="hexagonal",
-        material=_ROCK, criterion=_CRITERION, strength_scatter=0.2, strength_seed=strength_seed, friction=0.4, left="traction",
-        right="traction", bottom="fixed", top="velocity", grip_depth=_GRIP * row, step_size=1e-7,
+        material=_ROCK, criterion=_CRITERION, strength_scatter=0.2, strength_seed=strength_seed, friction=0.4,
+        boundaries={"left": "traction", "right": "traction", "bottom": {"name": "fixed", "depth": grip},
+                    "top": {"name": "velocity", "depth": grip}}, step_size=1e-7,
     )  # fmt: skip
     internal_steps, deadline = whole_number("internal_steps", internal_steps), whole_number("deadline", deadline)
     task = ConfinementTask(
         specimen, positive_number("pressure", pressure), positive_number("strain", strain),
-        internal_steps * specimen.step_size, deadline, finite_number("price", price), positive_number("lost", lost),
+        internal_steps * specimen.step_size, deadline, grip, finite_number("price", price), positive_number("lost", lost),
     )  # fmt: skip
     return ConfinementEnv(specimen, task, internal_steps=internal_steps, deadline=deadline, **{"clock": 2, **options})
