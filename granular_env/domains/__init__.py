@@ -63,6 +63,7 @@ class Domain:
 
 
 DOMAINS: dict[str, Domain] = {
+    "automata": Domain(environments="granular_env.domains.automata.tasks:ENVIRONMENTS"),
     "chain": Domain(
         environments="granular_env.domains.chain.tasks:ENVIRONMENTS",
         batch="granular_env.domains.chain.envs.vector_env:ChainVectorEnv",
