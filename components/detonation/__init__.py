@@ -1,0 +1,1 @@
+"""A reactive gas in a tube, in one dimension."""
