@@ -91,11 +91,14 @@ def gas_at(value: str | Gas, pressure: float, temperature: float) -> Gas:
     advice = "or give the gas as gamma, gas_constant and heat_release"
     low, high = mixture.rows[0][0], mixture.rows[-1][0]
     if not low <= pressure <= high:
-        raise ValueError(f"pressure: got {pressure:g} Pa, expected {low:g} to {high:g} Pa for the mixture {value!r}; {advice}")
+        raise ValueError(
+            f"initial_pressure: got {pressure:g} Pa, expected {low:g} to {high:g} Pa for the mixture {value!r}; {advice}"
+        )
     if abs(temperature - mixture.temperature) > _TEMPERATURE_RANGE:
         coldest, warmest = mixture.temperature - _TEMPERATURE_RANGE, mixture.temperature + _TEMPERATURE_RANGE
         raise ValueError(
-            f"temperature: got {temperature:g} K, expected {coldest:g} to {warmest:g} K for the mixture {value!r}; {advice}"
+            f"initial_temperature: got {temperature:g} K, expected {coldest:g} to {warmest:g} K for the mixture "
+            f"{value!r}; {advice}"
         )
     place = max(1, next(place for place, row in enumerate(mixture.rows) if pressure <= row[0]))
     below, above = mixture.rows[place - 1], mixture.rows[place]
