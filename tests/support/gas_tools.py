@@ -39,7 +39,9 @@ def sod_tube(cells: int) -> DetonationTube:
 
 def detonating_tube(cells: int = 760, length: float = 1.52, **parameters: Any) -> DetonationTube:
     """Return C2H4 + 3 O2 that is ignited at the closed end by two hot cells, so weakly that they leave no trace."""
-    hot = {"x": [0.0, 2.0 * length / cells], "pressure": 1e6, "temperature": 2950.0}
+    times = 12.0
+    initial = parameters.get("initial_pressure", 1e5)
+    hot = {"x": [0.0, 2.0 * length / cells], "pressure": times * initial, "temperature": times * 295.0}
     return DetonationTube(cells=cells, length=length, **{"regions": [hot], **parameters})
 
 
