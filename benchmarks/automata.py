@@ -38,7 +38,7 @@ def bytes_of_tick(automata: Any) -> int:
 def bytes_of_memory(automata: Any) -> int:
     """What the automata take while they step."""
     arrays = (automata.body.neighbours, automata.body.kind, *automata.motion, *automata.scratch)
-    rings = [array for part in automata._steps.parts for array in part if isinstance(array, np.ndarray)]
+    rings = [array for part in automata.steps.parts for array in part if isinstance(array, np.ndarray)]
     return sum(array.nbytes for array in (*arrays, *rings))
 
 
@@ -64,7 +64,7 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
 
 def _two_threads(automata: Any, rounds: int) -> Figure:
     """Two parts of one specimen by two threads, against the whole by one."""
-    steps = automata._steps
+    steps = automata.steps
     arguments = steps.arguments(repeats_for(lambda: automata._advance(1), _SAMPLE_SECONDS))
     if len(steps.parts) == 1:
         return Figure("one thread / two, automata", 1.0, at_least=LEAST_GAIN, note="too small for two threads")
@@ -83,8 +83,8 @@ def _two_threads(automata: Any, rounds: int) -> Figure:
 def search_part(duration: float) -> float:
     """Return what part of the time of the shipped sample under compression finding contacts takes."""
     automata: Any = ge.run("psakhie-2003/uniaxial-compression", overrides={"duration": 2.2e-4}).component
-    steps, spent = automata._steps, [0.0]
-    find = steps._find_contacts
+    steps, spent = automata.steps, [0.0]
+    find = steps.find_contacts
 
     def timed() -> int:
         begin = perf_counter()
@@ -92,7 +92,7 @@ def search_part(duration: float) -> float:
         spent[0] += perf_counter() - begin
         return status
 
-    steps._find_contacts = timed
+    steps.find_contacts = timed
     begin = perf_counter()
     automata.step(round((duration - automata.time) / automata.step_size) * automata.step_size)
     return spent[0] / (perf_counter() - begin)

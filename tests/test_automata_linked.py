@@ -36,7 +36,7 @@ def residual(automata: Automata, gradient: np.ndarray) -> tuple[np.ndarray, np.n
     """Forces and torques on all automata under a homogeneous displacement gradient and the rotation that belongs to it."""
     turn = 0.5 * (gradient[1, 0] - gradient[0, 1])
     automata.reset(displacement=automata.packing.reference @ gradient.T, rotation=turn)
-    automata._steps.dilation()
+    automata.steps.dilation()
     return automata.scratch.force.copy(), automata.scratch.torque.copy()
 
 
@@ -390,7 +390,7 @@ def test_the_bits_do_not_depend_on_the_number_of_threads(packing: str, rows: int
         automata = block(
             packing, 6, rows + rows % 2 * (packing == "hexagonal"), boundaries=edges, forced_automata=[[3.0, 20.0]]
         )
-        assert len(automata._steps.parts) == (1 if least > 1 else 2)
+        assert len(automata.steps.parts) == (1 if least > 1 else 2)
         generator = np.random.default_rng(1)
         automata.reset(velocity=1e-3 * generator.standard_normal((automata.count, 2)), rotation={50: 0.05, 51: -0.02})
         automata.step(40 * automata.step_size, top_velocity=[1e-3, -2e-3], force=[[1e-3, 2e-3]])

@@ -21,7 +21,7 @@ from numba.core import config as numba_config
 from granular_env.components.errors import ParameterError
 from granular_env.components.support import kernel_cache
 from granular_env.components.support.addresses import address
-from granular_env.components.support.cache_folder import cache_folder
+from granular_env.components.support.cache_folder import cache_base, cache_folder
 from granular_env.components.support.fingerprint import fingerprint
 from granular_env.components.support.jit import JIT, entry_point, jit
 
@@ -121,7 +121,7 @@ print(value, slopes["drive"][0, 0])
 @pytest.mark.parametrize("made_by", ["jit", "numba.njit(cache=True)"])
 def test_an_objective_is_compiled_anew_for_another_weight(made_by: str, tmp_path: Path) -> None:
     """Twice the weight is twice the value and twice the slope, to the last bit. The package's own kernels are not compiled."""
-    cache = Path(os.environ.get("GRANULAR_ENV_CACHE") or kernel_cache._base())
+    cache = cache_base()
     said = []
     for weight in ("1.0", "2.0"):
         text = OBJECTIVE.replace("@jit", f"@{made_by}")

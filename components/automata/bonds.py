@@ -20,8 +20,9 @@ import numpy as np
 from ..support.arrays import FloatArray
 from ..support.jit import inlined, jit
 from .breaking.functions import failure
-from .pair import mirrored_slots, strains, turned
+from .pair import mirrored_slots, orient, strains, turned
 from .responses.functions import respond
+from .state import Body, Motion, Scratch
 from .stress import virial
 
 
@@ -174,6 +175,20 @@ def _pull(body, bonds, displacement, half, dilation, i, kind, slot):
     fn, ft = area * normal, area * tangential
     fx, fy = turned(fn, ft, body.directions[slot, 0], body.directions[slot, 1], less, sine)
     return fx, fy, (0.5 * body.diameter) * ((1.0 + eps) * ft - gamma * fn)
+
+
+def intact_bonds(body: Body) -> Bonds:
+    """Return links that all hold."""
+    shape = body.neighbours.shape
+    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape))
+
+
+def update_intact_forces(body: Body, bonds: Bonds, motion: Motion, scratch: Scratch) -> None:
+    """Write the volumetric strains of the positions as they are, and the forces and torques of the links."""
+    u, half, count = motion.displacement, scratch.half, len(body.kind)
+    orient(motion.rotation, half, 0, count)
+    bond_dilations(body, bonds, u, half, scratch.dilation, 0, count)
+    bond_forces(body, bonds, u, half, scratch.dilation, scratch.force, scratch.torque, 0, count)
 
 
 @jit

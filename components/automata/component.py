@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import motion
+from .advance import update_forces
+from .bonds import intact_bonds, update_intact_forces
 from .conditions import Conditions
 from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
 from .linked_steps import LinkedSteps
@@ -64,18 +67,21 @@ class Automata(Component):
         self.mass: FloatArray = self.body.mass[self.body.kind]
         self.scratch: Scratch = make_scratch(self.count)
         self.conditions = Conditions(p, self.packing)
-        self.largest_frequency = largest_frequency(self.body, make_parts(self.body)[0])
+        # Kernels that the steps of this specimen take too: none is compiled for this alone.
+        forces = update_intact_forces if p.has_history else update_forces
+        links = intact_bonds(self.body) if p.has_history else make_parts(self.body)[0]
+        self.largest_frequency = largest_frequency(self.body, partial(forces, self.body, links))
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
-        self._steps = self._make_steps()
-        vars(self)["event_kinds"] = self._steps.event_kinds  # of this specimen's criterion
+        self.steps = self._make_steps()
+        vars(self)["event_kinds"] = self.steps.event_kinds  # of this specimen's criterion
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
-            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self._steps.growing, **self._steps.fields,
+            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
         )  # fmt: skip
-        self._steps.bind(self._block)
-        self.motion = self._steps.motion
+        self.steps.bind(self._block)
+        self.motion = self.steps.motion
 
     def _make_steps(self) -> LinkedSteps:
         kind = CrackingSteps if self.parameters.has_history else LinkedSteps
@@ -125,7 +131,7 @@ class Automata(Component):
             yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        steps = self._steps
+        steps = self.steps
         found: dict[str, Callable[[], Any]] = {
             **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
             "angular_velocity": lambda: self._block["spin"],
@@ -145,7 +151,7 @@ class Automata(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
             self._block["spin" if name == "angular_velocity" else name][...] = value
-        self._steps.start()
+        self.steps.start()
         sums = self._sums()
         self._block["start"][:] = sums[3] + sums[4] + sum(self._stored().values()), *sums[:3]
         return {}
@@ -154,10 +160,10 @@ class Automata(Component):
         held = self._held
         if not any(isinstance(value, CompiledProfile) for value in held.values()):
             self.conditions.apply(held, self._tick)
-            return self._steps.advance(self._tick, ticks)
+            return self.steps.advance(self._tick, ticks)
         for tick in range(self._tick, self._tick + ticks):
             self.conditions.apply(held, tick)
-            status = self._steps.advance(tick, 1)
+            status = self.steps.advance(tick, 1)
             if status:
                 return status
         return 0
@@ -197,7 +203,7 @@ class Automata(Component):
 
     def _stored(self) -> dict[str, float]:
         """Return the energies of links and contacts [J]: forces are those of the middle of the last internal step."""
-        return self._steps.stored(0.5 * self.step_size)
+        return self.steps.stored(0.5 * self.step_size)
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (but of a periodic specimen) and mass, since the reset."""
@@ -214,7 +220,7 @@ class Automata(Component):
             "boundary_angular_impulse": float(grip[motion.ANGULAR_IMPULSE]),
         }
         found = [
-            Balance("energy", "J", stored, work, self._steps.lost(), float(start[0])),
+            Balance("energy", "J", stored, work, self.steps.lost(), float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": sums[:2]}, impulse, initial=start[1:3]),
         ]
         if not any(self.parameters.periodic):

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from ..support.counter_random import uniform
 from ..support.jit import jit
-from .advance import update_forces
-from .schedule import Part
-from .state import Body, Motion, make_scratch
+from .state import Body, Motion, Scratch, make_scratch
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.
 _AMPLITUDE = 1e-9
@@ -20,8 +19,13 @@ _ROUNDS, _CHANGE, _MOST_ROUNDS, _MOST_WORK = 20, 1e-5, 1000, 30_000_000
 ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 
 
-def largest_frequency(body: Body, part: Part) -> float:
-    """Return the largest frequency of small motions of a linked packing, as one part, from below [rad/s]."""
+def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:
+    """Return the largest frequency of small motions of a linked packing, from below [rad/s].
+
+    Args:
+        body: the packing.
+        update: writes the forces and torques of a motion to a scratch.
+    """
     count = len(body.kind)
     scratch, motion = make_scratch(count), Motion(np.zeros((count, 2)), np.zeros((count, 2)), np.zeros(count), np.zeros(count))
     vector = uniform(1, 1, 3 * count).reshape(count, 3) - 0.5
@@ -30,7 +34,7 @@ def largest_frequency(body: Body, part: Part) -> float:
         before = square
         for _ in range(_ROUNDS):
             size = _displace(body, vector, motion)
-            update_forces(body, part, motion, scratch)
+            update(motion, scratch)
             square = _iterate(body, motion, scratch, vector, size)
         rounds += _ROUNDS
         if square - before <= _CHANGE * square or rounds * count > _MOST_WORK:

@@ -19,14 +19,17 @@ LEAST_AUTOMATA = 50_000
 def advance(body: Any, parts: list[Part], reference: Any, motion: Any, scratch: Any, *inputs: Any) -> int:
     """Advance a packing of two parts as `advance.advance` does, whose arguments it takes."""
     *acting, time, ticks, speed_limit = inputs
-    marked, kept, *others = acting
+    marked, kept, load, load_before, grip, grip_before, tallies = acting
     moved = motion.displacement.reshape(-1), motion.velocity.reshape(-1), motion.rotation, motion.spin
     first, second = ((body, part, reference, motion, scratch, *acting, time, 1, speed_limit) for part in parts)
     for _ in range(ticks):
         for part in parts:
             copy_ghosts(part, *moved)
         statuses = call_both(advance_part, first, second)
-        fastest = settle(body, reference, motion, marked, kept, scratch.force, scratch.torque, *others, time)
+        fastest = settle(
+            body, reference, motion, marked, kept, scratch.force, scratch.torque, load, load_before, grip, grip_before, tallies,
+            time,
+        )  # fmt: skip
         if any(statuses) or not fastest <= speed_limit * speed_limit:
             return TOO_FAST
     return DONE

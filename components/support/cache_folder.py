@@ -14,7 +14,7 @@ from .notice import tell
 def cache_folder() -> Path | None:
     """Return where compiled kernels are kept, in ``GRANULAR_ENV_CACHE`` or the user's cache; None if they cannot be."""
     try:
-        base = _base()
+        base = cache_base()
         folder = base / "kernels"
         for path in (base, folder):
             if not path.is_dir():
@@ -34,7 +34,8 @@ def cache_folder() -> Path | None:
     return folder
 
 
-def _base() -> Path:
+def cache_base() -> Path:
+    """Return ``GRANULAR_ENV_CACHE``, else the package's folder in the user's cache."""
     given = os.environ.get("GRANULAR_ENV_CACHE")
     if given:
         return Path(given)

@@ -138,8 +138,10 @@ def _refuse_stale(found: Fingerprint) -> None:
         changed = None if before is None else before.change()
         if changed is not None:
             raise ParameterError(
-                f"{changed.function}: {changed.name} has another value than when {changed.function} was compiled, and compiled "
-                "code keeps the first one; hand numbers that change over as constants, or define the function anew"
+                f"{changed.name} has another value than when {changed.function} was compiled, and compiled code keeps "
+                "the first one",
+                hint="hand numbers that change over as constants, or define the function anew",
+                at=changed.function,
             )
 
 

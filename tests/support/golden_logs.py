@@ -176,6 +176,32 @@ COUPLED_LAYERS = {
 }  # fmt: skip
 
 
+# A core of automata that breaks and rubs between soft layers of cells that yield, with micro-steps.
+COUPLED_CRACKING = {
+    "grid": {
+        "mesh": {
+            "name": "rectangle", "columns": 4, "rows": 6, "cell_size": 0.01,
+            "holes": [{"name": "box", "x": [-0.01, 0.05], "y": [0.02, 0.04]}],
+        },
+        "boundaries": {"bottom": "fixed", "top": "velocity"}, "material": {"density": 7800.0, "young": 5e10, "poisson": 0.3},
+        "plasticity": {"name": "von_mises", "yield_stress": 4e7, "hardening": 5e9},
+    },
+    "automata": {
+        "shape": {"name": "rectangle", "width": 0.04, "height": 0.02}, "diameter": 0.005, "packing": "square",
+        "criterion": {"name": "mohr_coulomb", "cohesion": 2e7, "internal_friction": 0.5, "tensile": 1e7},
+        "strength_scatter": 0.2,
+    },
+    "origin": [0.0, 0.02],
+    "micro_steps": 3,
+}  # fmt: skip
+
+
+def sheared_core(component: ge.Component) -> None:
+    """A moving edge that shears and presses, then pulls."""
+    component.step(6e-5, grid_top_velocity=ge.Profile.half_sine(1.0, 1.2e-4) * [4.0, -2.0])
+    component.step(4e-5, grid_top_velocity=[-2.0, 4.0])
+
+
 def driven_inclusion(component: ge.Component) -> None:
     """A moving edge and forces on two automata, one of them on the interface, first as profiles, then as numbers."""
     component.reset(automata_velocity={10: (1.0, -2.0)}, grid_velocity={30: (0.5, 0.0)})
@@ -193,6 +219,32 @@ def driven_layers(component: ge.Component) -> None:
 
 def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
     return lambda: ge.make(name, **parameters)
+
+
+BURSTING = {
+    "length": 0.08, "cells": 40, "initial_pressure": 130e3, "gauges": [0.04], "step_size": 1e-7, "ignition_zone": [0.0, 0.01],
+    "right": {"name": "diaphragm", "burst_pressure": 1e6},
+}  # fmt: skip
+NOZZLE = {
+    "length": 0.08, "cells": 40, "cross_section": [1e-3 + 1e-5 * (number % 17) for number in range(40)], "left": "open",
+    "right": "absorbing", "limiter": "minmod", "step_size": 1e-7,
+    "gas": {"gamma": 1.3, "gas_constant": 300.0, "heat_release": 2e6},
+    "reaction": {"name": "arrhenius", "activation": 2.0, "half_reaction_length": 0.01},
+    "regions": [{"x": [0.0, 0.03], "pressure": 3e6, "temperature": 3000.0, "progress": 1.0}],
+}  # fmt: skip
+
+
+def bursting_tube(component: ge.Component) -> None:
+    """Ignited by a pulse of heat in walls that bulge; the diaphragm bursts, and the gas leaves."""
+    bulge = 1.2254e-3 * (1.0 + 1e-3 * (np.arange(40.0) % 7))
+    component.step(1e-5, ignition_power=ge.Profile.half_sine(3e7, 8e-6), area=ge.Profile.constant(1.0) * bulge)
+    component.step(4e-5, ignition_power=0.0, right_pressure=2e5)
+
+
+def driven_nozzle(component: ge.Component) -> None:
+    """Hot gas lights a mixture ahead of it in a rough tube, open behind."""
+    component.step(2e-5, left_pressure=1e6)
+    component.step(2e-5, left_pressure=ge.Profile.triangle(5e5, 1e-5))
 
 
 # Name -> (component, what is done, seconds between frames).
@@ -270,6 +322,9 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "automata-cracking": (make("automata", **AUTOMATA_CRUSHED), crushed_automata, 1e-5),
     "coupled-inclusion": (make("coupled", **COUPLED_INCLUSION), driven_inclusion, 3e-5),
     "coupled-layers": (make("coupled", **COUPLED_LAYERS), driven_layers, 3e-5),
+    "coupled-cracking": (make("coupled", **COUPLED_CRACKING), sheared_core, 5e-5),
+    "detonation-bursting": (make("detonation", **BURSTING), bursting_tube, 1e-5),
+    "detonation-nozzle": (make("detonation", **NOZZLE), driven_nozzle, 1e-5),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")
