@@ -328,3 +328,25 @@ def bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot
     normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
     factor = law.factors[i, slot]
     return failure(law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, factor)
+
+
+@jit
+def criterion_ratios(body, bonds, law, displacement, half, dilation, stress, pairs, ratio_out):
+    """Write how near links are to breaking: what decides over its limit, 0 of those that are broken or far from it.
+
+    Args:
+        body: a `Body`.
+        bonds: `Bonds`.
+        law: a `Law` with a criterion.
+        displacement: shape (n, 2) [m].
+        half: see `pair.orient`, shape (n, 2).
+        dilation: see `bond_dilations`, shape (n,).
+        stress: see `bond_stresses`, shape (n, 3) [Pa].
+        pairs: see `packing.Packing.pairs`, shape (m, 3).
+        ratio_out: shape (m,).
+    """
+    for row in range(pairs.shape[0]):
+        i, slot, ratio_out[row] = pairs[row, 0], pairs[row, 2], 0.0
+        if bonds.weight[i, slot] == 1.0:
+            value, limit, _ = bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot)
+            ratio_out[row] = max(value / limit, 0.0)

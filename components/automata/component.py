@@ -127,6 +127,9 @@ class Automata(Component):
             yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
             yield Variable("broken_links", "output", "1", (), "number of broken links")
             yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
+        if self.parameters.criterion.causes:
+            text = "what decides whether a pair breaks over its limit: 1 breaks it; 0 for a broken or an unloaded pair"
+            yield Variable("criterion_ratio", "output", "1", (links,), text, minimum=0.0, axes=("link",))
         if not self.parameters.response.elastic:
             yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
@@ -142,6 +145,8 @@ class Automata(Component):
         }
         if isinstance(steps, CrackingSteps):
             found |= {"damage": steps.damage, "broken_links": steps.broken_links, "touching": steps.touching}
+            if self.parameters.criterion.causes:
+                found["criterion_ratio"] = steps.criterion_ratio
             if not self.parameters.response.elastic:
                 found["inelastic_strain"] = steps.inelastic
         return found
