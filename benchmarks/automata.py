@@ -61,7 +61,7 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
 def search_part(duration: float) -> float:
     """Return what part of the time of the shipped sample under compression finding contacts takes."""
     automata: Any = ge.run("psakhie-2003/uniaxial-compression", overrides={"duration": 2.2e-4}).component
-    steps, spent = automata._steps, [0.0]
+    steps, spent = automata.steps, [0.0]
     find = steps._find_contacts
 
     def timed() -> int:

@@ -21,8 +21,9 @@ from .inputs import Held, input_value
 from .snapshot import Block, FloatArray, Snapshot
 from .stepping import Stepping
 from .support.memory_limits import refuse_beyond
+from .support.number_arrays import start_array
 from .support.serialization import canonical_json
-from .support.validation import start_array, validate_parameters
+from .support.validation import validate_parameters, whole_number
 
 _LARGEST = sys.float_info.max
 
@@ -49,8 +50,8 @@ class Component(Stepping, metaclass=_Fixed):
     """True where the same run may give other bits on another CPU."""
 
     _closed: bool = False
-    # Parts in this component's memory, the number of the first of their kinds of events, their ticks in one of this.
-    _included: tuple[tuple[Component, int, int], ...] = ()
+    # Parts in this component's memory, the prefix of their events, their ticks in one of this.
+    _included: tuple[tuple[Component, str, int], ...] = ()
 
     def __init__(self, *, memory: FloatArray | None = None, **parameters: Any) -> None:
         """Check the parameters, allocate everything once, and reset.
@@ -69,7 +70,7 @@ class Component(Stepping, metaclass=_Fixed):
         try:
             self._build()
         except MemoryError as error:
-            raise ParameterError(f"component {self.name!r}: this size does not fit into memory: {error}") from None
+            raise ParameterError(f"this size does not fit into memory: {error}", source=f"component {self.name!r}") from None
         # Parameters at their default do not count: one that is added later leaves the logs of today as they are.
         told = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
@@ -83,7 +84,7 @@ class Component(Stepping, metaclass=_Fixed):
         # The entries of balances are known once there is a state, of zeros.
         for balance in self.balances():
             if not balance.stored:
-                raise ParameterError(f"balance {balance.quantity!r}: stored: got no entry, expected at least one")
+                raise ParameterError(f"balance {balance.quantity!r}: stored: got no entry", expected="at least one")
             for variable in balance_variables(balance):
                 known = self.variables.setdefault(variable.name, variable)
                 if (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape):
@@ -104,8 +105,8 @@ class Component(Stepping, metaclass=_Fixed):
     def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
         """Take a part, which was made in the memory of this component, into its snapshots and events.
 
-        Call it in `_build`, after `_lay_out`. The lists that grow in the part belong to this component's snapshots then, and
-        its events are events of this component, their kinds named `<prefix>_<kind>`.
+        Call it in `_build`, after `_lay_out`. Lists that grow in the part then belong to this component's snapshots, and its
+        events are events of this component, their kinds named `<prefix>_<kind>`.
 
         Args:
             part: lies in the memory of this component's block.
@@ -120,7 +121,7 @@ class Component(Stepping, metaclass=_Fixed):
             if kind in self.event_kinds:
                 raise ParameterError(f"event {kind!r} is there already; include the part with another prefix than {prefix!r}")
         self._block.include(part._block)
-        self._included = (*self._included, (part, len(self.event_kinds), ticks))
+        self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
@@ -132,7 +133,7 @@ class Component(Stepping, metaclass=_Fixed):
         sound = isinstance(memory, np.ndarray) and memory.dtype == np.float64 and memory.flags.c_contiguous
         if not sound or not memory.flags.writeable or memory.size != math.prod(shape):
             came = f"{memory.dtype} of shape {memory.shape}" if isinstance(memory, np.ndarray) else shortened(memory)
-            raise ParameterError(f"memory: got {came}, expected writable C-ordered float64 of shape {shape}")
+            raise ParameterError(f"got {came}", expected=f"writable C-ordered float64 of shape {shape}", at="memory")
         memory[...] = 0.0
         self._memory: FloatArray = memory.reshape(shape)
         return self._memory
@@ -153,12 +154,12 @@ class Component(Stepping, metaclass=_Fixed):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if self._closed and not name.startswith("_"):
-            raise ParameterError(f"{name}: {self._assignment_advice(name)}")
+            raise ParameterError(self._assignment_advice(name), at=name)
         object.__setattr__(self, name, value)
 
     def __delattr__(self, name: str) -> None:
         if self._closed and not name.startswith("_"):
-            raise ParameterError(f"{name}: {self._assignment_advice(name)}")
+            raise ParameterError(self._assignment_advice(name), at=name)
         object.__delattr__(self, name)
 
     @property
@@ -191,14 +192,17 @@ class Component(Stepping, metaclass=_Fixed):
             ParameterError: an unknown variable, a wrong shape, a value that is not finite; the state is unharmed.
         """
         if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64):
-            raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number from 0 to 2^64 - 1, or None")
+            raise ParameterError(f"got {shortened(seed)}", expected="a whole number from 0 to 2^64 - 1, or None", at="seed")
         self._refuse_while_stepping("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick = self._block.to_bytes(), self._tick
         self._block.clear()
         self._tick, self._failure = 0, -1
         try:
-            given = self._start(seed, values)
+            with np.errstate(all="ignore"):  # what is not finite is refused
+                given = self._start(seed, values)
+                if start:
+                    self._refuse_infinite_balances()
         except BaseException:
             self._block.load(before)
             self._tick = tick
@@ -212,6 +216,14 @@ class Component(Stepping, metaclass=_Fixed):
         for name, value in values.items():
             self._block.views[name][...] = value
         return {}
+
+    def _refuse_infinite_balances(self) -> None:
+        """Refuse a start whose energy, or another balance, is beyond what a float holds."""
+        for balance in self.balances():
+            for name, amount in balance.entries.items():
+                if not np.isfinite(amount).all():
+                    came = f"a {name} of {shortened(amount)} {balance.unit} follows from these values"
+                    raise ParameterError(came, expected="a finite one", hint="give smaller values", at="start")
 
     def get(self, name: str) -> Any:
         """Return the present value of any variable: a number, or a fresh array of its shape."""
@@ -229,7 +241,9 @@ class Component(Stepping, metaclass=_Fixed):
             return input_value(self._held[name], self._tick)
         variable = self.variables.get(name) if isinstance(name, str) else None
         if variable is None:
-            raise ParameterError(f"variable {name!r} is unknown to {self.name!r}; {nearest(name, self.variables)}")
+            hint = nearest(name, self.variables)
+            expected = f"the name of a variable of {self._full_name}"
+            raise ParameterError(f"got {shortened(name)}", expected=expected, hint=hint, at="variable")
         if variable.causality == "parameter":
             return copy.deepcopy(getattr(self.parameters, name))
         return self.balance_values()[name]
@@ -238,12 +252,22 @@ class Component(Stepping, metaclass=_Fixed):
         """Return all entries of the balances by name, the residuals among them."""
         return {name: amount for balance in self.balances() for name, amount in balance.entries.items()}
 
-    def events(self) -> list[Event]:
-        """Return what has happened since the reset, in the order of time."""
-        kinds = list(self.event_kinds)
+    def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
+        """Return what has happened since the reset, in the order of time.
+
+        Args:
+            kind: only of this kind; see `event_kinds`.
+            index: only of this link, grain, ...
+
+        Raises:
+            ParameterError: there is no such kind, or the index is none.
+        """
+        refuse_unknown_events(self.event_kinds, kind, index, self._full_name)
+        kinds = sorted(self.event_kinds)
         return [
-            Event(int(tick), kinds[int(kind)], None if index < 0 else int(index), value, limit)
-            for tick, kind, index, value, limit in self.event_rows().tolist()
+            Event(int(tick), kinds[int(number)], None if place < 0 else int(place), value, limit)
+            for tick, number, place, value, limit in self.event_rows().tolist()
+            if kind in (None, kinds[int(number)]) and index in (None, int(place))
         ]
 
     @property
@@ -252,9 +276,19 @@ class Component(Stepping, metaclass=_Fixed):
         return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
-        """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says."""
-        own = self._block["events"] if self._block.count("events") else np.zeros((0, 5))
-        return self._merge_events(own)[since:] if self._included else own[since:].copy()
+        """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says.
+
+        Kinds are numbered in alphabetical order, as the headers of logs hold them; in the state in the order of `event_kinds`.
+        """
+        own = self._block["events"].copy() if self._block.count("events") else np.zeros((0, 5))
+        names, inherited = list(self.event_kinds), sum(len(part.event_kinds) for part, _, _ in self._included)
+        self._renumber_kinds(own, names[: len(names) - inherited])
+        return self._merge_events(own)[since:] if self._included else own[since:]
+
+    def _renumber_kinds(self, rows: FloatArray, names: list[str]) -> None:
+        """Give events whose kinds are numbered in the order of these names the numbers of the alphabetical order of all."""
+        order = sorted(self.event_kinds)
+        rows[:, 1] = np.array([order.index(name) for name in names], dtype=np.float64)[rows[:, 1].astype(np.int64)]
 
     def _merge_events(self, own: FloatArray) -> FloatArray:
         """Return own events and those of the parts, by tick; in a tick the own ones first, then those of the first part.
@@ -262,10 +296,10 @@ class Component(Stepping, metaclass=_Fixed):
         Who reads between two ticks finds later events behind all earlier ones, whichever part they belong to.
         """
         tables = [own]
-        for part, first, ticks in self._included:
+        for part, prefix, ticks in self._included:
             rows = part.event_rows()
             rows[:, 0] = np.ceil(rows[:, 0] / ticks)
-            rows[:, 1] += first
+            self._renumber_kinds(rows, [f"{prefix}_{kind}" for kind in sorted(part.event_kinds)])
             tables.append(rows)
         found = np.concatenate(tables)
         return found[np.argsort(found[:, 0], kind="stable")]
@@ -274,10 +308,10 @@ class Component(Stepping, metaclass=_Fixed):
         """Note an event; `tick` is that at the end of the internal step in which it happened."""
         if kind not in self.event_kinds or (index is not None and not 0 <= operator.index(index) < 2**53):
             raise ParameterError(
-                f"event: got {kind!r} of {index}, expected a kind of `event_kinds`, and a whole number or None"
+                f"got {kind!r} of {index}", expected="a kind of `event_kinds`, and a whole number or None", at="event"
             )
         if not (math.isfinite(value) and math.isfinite(limit)):
-            raise ParameterError(f"event {kind!r}: got the value {value} and the limit {limit}, expected finite numbers")
+            raise ParameterError(f"event {kind!r}: got the value {value} and the limit {limit}", expected="finite numbers")
         number = list(self.event_kinds).index(kind)
         self._block.append("events", (tick, number, -1 if index is None else index, value, limit))
 
@@ -330,22 +364,25 @@ class Component(Stepping, metaclass=_Fixed):
     def refuse_foreign(self, snapshot: Snapshot) -> None:
         """Raise what `restore` would raise for this snapshot, and change nothing."""
         if snapshot.__class__ is not Snapshot:
-            raise ParameterError(f"snapshot: got {shortened(snapshot)}, expected what save() or Snapshot.from_bytes() gave")
+            expected = "what save() or Snapshot.from_bytes() gave"
+            raise ParameterError(f"got {shortened(snapshot)}", expected=expected, at="snapshot")
         if snapshot.identity != self.identity:
             raise ParameterError(
-                f"snapshot: it belongs to a component with identity {str(snapshot.identity)[:12]}..., this one has "
-                f"{self.identity[:12]}...; restore it into one of the same parameters and version"
+                f"got one of a component with identity {str(snapshot.identity)[:12]}...",
+                expected=f"one with {self.identity[:12]}..., as this {self._full_name} has",
+                hint="restore it into one of the same parameters and version",
+                at="snapshot",
             )
         if self._block.sizes_in(snapshot.data) is None:
-            raise ParameterError(f"snapshot: its state has {len(snapshot.data)} bytes, this component's has {self.state_bytes}")
+            came = f"got a state of {len(snapshot.data)} bytes, whose sizes do not agree"
+            raise ParameterError(came, expected=f"a state of this {self._full_name}", at="snapshot")
         if snapshot.inputs is not self._held:
             self._inputs_of(snapshot)
 
     def _inputs_of(self, snapshot: Snapshot) -> Mapping[str, Held]:
         if snapshot.inputs.keys() != self._inputs.keys():
-            raise ParameterError(
-                f"snapshot: it holds the inputs {sorted(snapshot.inputs)}, this component has {sorted(self._inputs)}"
-            )
+            expected = f"those of this {self._full_name}, {sorted(self._inputs)}"
+            raise ParameterError(f"got one with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
         held = self.hold(snapshot.inputs)
         # The snapshot's own, where they are as this component holds them: then going back to it again checks nothing.
         return snapshot.inputs if all(held[name] is value for name, value in snapshot.inputs.items()) else held
@@ -362,10 +399,9 @@ class Component(Stepping, metaclass=_Fixed):
         variable = self.variables.get(name)
         if variable is None or not variable.state:
             known = [v.name for v in self.variables.values() if v.state]
-            raise ParameterError(
-                f"start value {name!r} is no state variable of component {self.name!r}; {nearest(name, known)}"
-            )
-        return start_array(f"start.{name}", value, variable.shape)
+            came = "an output, but not of the state" if variable is not None else "unknown"
+            raise ParameterError(came, hint=nearest(name, known), at=("start", name), source=self._full_name)
+        return start_array(("start", name), value, variable.shape)
 
     def declared(self) -> list[Variable]:
         """Return its own inputs and outputs: all variables but the parameters and the entries of balances."""
@@ -378,6 +414,17 @@ class Component(Stepping, metaclass=_Fixed):
 
 def _reader_of(view: np.ndarray) -> Callable[[], Any]:
     return (lambda: view) if view.ndim else lambda: float(view)
+
+
+def refuse_unknown_events(kinds: Iterable[str], kind: Any, index: Any, source: str) -> None:
+    """Raise `ParameterError` where events are asked for of a kind that cannot happen, or of what is no index."""
+    known = list(kinds)
+    if kind is not None and kind not in known:
+        raise ParameterError(
+            f"got {shortened(kind)}", expected="a kind of event", hint=nearest(str(kind), known), at="kind", source=source
+        )
+    if index is not None:
+        whole_number("index", index, 0)
 
 
 def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:

@@ -95,12 +95,16 @@ def read_history(
     _check_choices(delimiter=(delimiter, _DELIMITERS), decimal=(decimal, (".", ",")), gaps=(gaps, ("refuse", "bridge")))
     for name, given in (("time_unit", time_unit), ("value_unit", value_unit), ("unit", unit)):
         if given is not None and not isinstance(given, str):
-            raise ParameterError(f"{name}: got {shortened(given)}, expected a unit such as 'us' or 'kN'")
+            raise ParameterError(f"got {shortened(given)}", expected="a unit such as 'us' or 'kN'", at=name)
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
-        raise ParameterError(f"skip: got {shortened(skip)}, expected how many lines to leave out, a whole number from 0 on")
+        raise ParameterError(
+            f"got {shortened(skip)}", expected="how many lines to leave out, a whole number from 0 on", at="skip"
+        )
     rows = list(_rows(path, _content(opened), delimiter, decimal, skip))
     if not rows:
-        raise ParameterError(f"{path}: it holds no rows; expected a header such as 'time [us],force [kN]' and samples")
+        raise ParameterError(
+            "it holds no rows", hint="expected a header such as 'time [us],force [kN]' and samples", source=str(path)
+        )
     try:
         samples, width, places, conversions = _understand_header(
             path, rows, (time_column, value_column), (time_unit, value_unit), unit, delimiter, decimal, scale is not None
@@ -117,7 +121,7 @@ def read_history(
         _refuse_holes(path, samples, times)
     if not np.isfinite(values).all():
         where = int(np.argmin(np.isfinite(values)))
-        raise ParameterError(f"{path}: line {samples[where][0]}: the value overflows{f' in {unit}' if unit else ''}")
+        raise ParameterError(f"line {samples[where][0]}: the value overflows{f' in {unit}' if unit else ''}", source=str(path))
     return times, values
 
 
@@ -125,13 +129,13 @@ def _as_path(path: str | os.PathLike[str]) -> Path:
     try:
         return Path(path)
     except TypeError:
-        raise ParameterError(f"path: got {shortened(path)}, expected the path of a CSV file") from None
+        raise ParameterError(f"got {shortened(path)}", expected="the path of a CSV file", at="path") from None
 
 
 def _check_choices(**choices: tuple[str, Sequence[str]]) -> None:
     for name, (chosen, known) in choices.items():
         if chosen not in known:
-            raise ParameterError(f"{name}: got {shortened(chosen)}, expected {' or '.join(map(json.dumps, known))}")
+            raise ParameterError(f"got {shortened(chosen)}", expected=" or ".join(map(json.dumps, known)), at=name)
 
 
 def _understand_header(
@@ -152,7 +156,9 @@ def _understand_header(
         for key, column in zip(("time_column", "value_column"), columns, strict=True)
     )
     if first == second:
-        raise ParameterError(f"{path}: time_column and value_column both name column {first}; give two different ones")
+        raise ParameterError(
+            f"time_column and value_column both name column {first}", hint="give two different ones", source=str(path)
+        )
     line, written = rows[0][0], [header[place][1] if header else None for place in (first, second)]
     conversions = [
         _conversion(path, line, "time_unit", units[0], written[0], "s", False),
@@ -160,7 +166,7 @@ def _understand_header(
     ]
     samples = rows[1:] if header else rows
     if len(samples) < 2:
-        raise ParameterError(f"{path}: it holds {len(samples)} samples, expected at least 2")
+        raise ParameterError(f"it holds {len(samples)} samples", expected="at least 2", source=str(path))
     return samples, len(rows[0][1]), (first, second), conversions
 
 
@@ -203,9 +209,10 @@ def _refuse_holes(path: Path, samples: Sequence[Row], times: FloatArray) -> None
         before = int(holes[0])
         more = f"; it is the first of {len(holes)} holes" if len(holes) > 1 else ""
         raise ParameterError(
-            f"{path}: line {samples[before + 1][0]}: a hole from {times[before]:g} s (line {samples[before][0]}) to "
-            f'{times[before + 1]:g} s, where the median step is {usual:g} s{more}; fill it in, or set gaps = "bridge" '
-            "to go across in a straight line"
+            f"line {samples[before + 1][0]}: a hole from {times[before]:g} s (line {samples[before][0]}) to "
+            f"{times[before + 1]:g} s, where the median step is {usual:g} s{more}",
+            hint='fill it in, or set gaps = "bridge" to go across in a straight line',
+            source=str(path),
         )
 
 
@@ -214,7 +221,9 @@ def _check_delimiter(path: Path, line: int, cells: list[str], delimiter: str) ->
         return
     other = next((mark for mark in _DELIMITERS if mark != delimiter and mark in cells[0]), None)
     advice = "the columns are to be separated by commas, semicolons or tabs" if other is None else _set_delimiter(other)
-    raise ParameterError(f"{path}: line {line}: there is one column only, with delimiter = {json.dumps(delimiter)}; {advice}")
+    raise ParameterError(
+        f"line {line}: there is one column only, with delimiter = {json.dumps(delimiter)}", hint=advice, source=str(path)
+    )
 
 
 def _set_delimiter(mark: str) -> str:
@@ -238,9 +247,9 @@ def _rows(path: Path, content: bytes, delimiter: str, decimal: str, skip: int) -
         except csv.Error:
             long = len(text) > csv.field_size_limit()
             fault = "a cell is too long" if long else "a quotation mark is not closed, or does not enclose a whole cell"
-            raise ParameterError(f"{path}: line {number}: {fault}") from None
+            raise ParameterError(f"line {number}: {fault}", source=str(path)) from None
         if gap and begun:
-            raise ParameterError(f"{path}: line {gap}: it is empty, between samples; a gap is not filled in")
+            raise ParameterError(f"line {gap}: it is empty, between samples", hint="a gap is not filled in", source=str(path))
         gap, begun = 0, begun or bool(_DECIMALS[decimal].fullmatch(cells[0]))
         yield number, cells
 
@@ -252,7 +261,9 @@ def _decode(path: Path, number: int, line: bytes, begun: bool) -> str:
     except UnicodeDecodeError:
         if b"\0" not in line and (not begun or line.lstrip().startswith(b"#")):
             return line.decode("latin-1")
-        raise ParameterError(f"{path}: line {number}: it is not UTF-8 text; save the file as plain CSV") from None
+        raise ParameterError(
+            f"line {number}: it is not UTF-8 text", hint="save the file as plain CSV", source=str(path)
+        ) from None
 
 
 def _content(path: Path) -> bytes:
@@ -263,8 +274,9 @@ def _content(path: Path) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise ParameterError(
-            f"{path}: the CSV file cannot be read: {reason}; paths are relative to the experiment file, from Python to the "
-            "current folder"
+            f"the CSV file cannot be read: {reason}",
+            hint="paths are relative to the experiment file, from Python to the current folder",
+            source=str(path),
         ) from None
     # Some programs end lines by a carriage return alone.
     return data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -291,19 +303,22 @@ def _column(path: Path, row: Row, header: Header | None, key: str, column: str |
     line, cells = row
     if isinstance(column, int):
         if not 0 <= column < len(cells):
-            raise ParameterError(f"{path}: line {line}: {key} = {column}, and there are columns 0 to {len(cells) - 1}")
+            raise ParameterError(
+                f"line {line}: {key} = {column}, and there are columns 0 to {len(cells) - 1}", source=str(path)
+            )
         return column
     if header is None:
         raise ParameterError(
-            f"{path}: line {line}: {key} = {column!r}, and the file has no header line; "
-            f"give the column's number from 0, or write a header such as 'time [us],force [kN]'"
+            f"line {line}: {key} = {column!r}, and the file has no header line",
+            hint="give the column's number from 0, or write a header such as 'time [us],force [kN]'",
+            source=str(path),
         )
     names = [name for name, _ in header]
     if column not in names and column in cells:
         names = cells
     if names.count(column) != 1:
         advice = "it stands there more than once" if column in names else nearest(column, names)
-        raise ParameterError(f"{path}: line {line}: {key} = {column!r} is no column of the header; {advice}")
+        raise ParameterError(f"line {line}: {key} = {column!r} is no column of the header", hint=advice, source=str(path))
     return names.index(column)
 
 
@@ -313,18 +328,22 @@ def _conversion(
     """(multiply by, divide by) to get to the SI unit that is wanted, or to volts where these are scaled."""
     spoken = [_plain_unit(unit) for unit in (declared, written) if unit is not None]
     if not spoken:
-        raise ParameterError(f"{path}: line {line}: no unit; set {key}, or write the header like 'time [us],force [kN]'")
+        raise ParameterError(
+            f"line {line}: no unit", hint=f"set {key}, or write the header like 'time [us],force [kN]'", source=str(path)
+        )
     if len(set(spoken)) > 1:
-        raise ParameterError(f"{path}: line {line}: the header says {spoken[1]!r}, and {key} = {spoken[0]!r} was given")
+        raise ParameterError(
+            f"line {line}: the header says {spoken[1]!r}, and {key} = {spoken[0]!r} was given", source=str(path)
+        )
     base, multiply, divide = UNITS.get(spoken[0], (spoken[0] if spoken[0] == wanted else "", 1.0, 1.0))
     if base == wanted or (base and wanted is None and base != _SIGNAL) or (base == _SIGNAL and scaled):
         return multiply, divide
     fitting = [name for name, (of, _, _) in UNITS.items() if of == wanted or (wanted is None and of != _SIGNAL)]
     if base == _SIGNAL and key == "value_unit":
         came = f"{spoken[0]!r} is a sensor's signal; set scale, in {wanted or 'the SI unit of the quantity'} for each volt, or"
-        raise ParameterError(f"{path}: line {line}: {key}: {came} give {', '.join(fitting) or wanted}")
+        raise ParameterError(f"line {line}: {key}: {came} give {', '.join(fitting) or wanted}", source=str(path))
     came = f"{spoken[0]!r} measures something else" if base else f"{spoken[0]!r} is unknown"
-    raise ParameterError(f"{path}: line {line}: {key}: {came}, expected {', '.join(fitting) or wanted}")
+    raise ParameterError(f"line {line}: {key}: {came}", expected=", ".join(fitting) or wanted or "", source=str(path))
 
 
 def _numbers(
@@ -333,7 +352,9 @@ def _numbers(
     times, values = np.empty(len(samples)), np.empty(len(samples))
     for place, (line, cells) in enumerate(samples):
         if len(cells) != width:
-            raise ParameterError(f"{path}: line {line}: it has {len(cells)} cells, expected {width} as in the first row")
+            raise ParameterError(
+                f"line {line}: it has {len(cells)} cells", expected=f"{width} as in the first row", source=str(path)
+            )
         times[place] = _number(path, line, "time", cells[places[0]], decimal)
         values[place] = _number(path, line, "value", cells[places[1]], decimal)
     return times, values
@@ -341,13 +362,13 @@ def _numbers(
 
 def _number(path: Path, line: int, what: str, cell: str, decimal: str) -> float:
     if not cell:
-        raise ParameterError(f"{path}: line {line}: the {what} is empty; a gap is not filled in")
+        raise ParameterError(f"line {line}: the {what} is empty", hint="a gap is not filled in", source=str(path))
     if _DECIMALS[decimal].fullmatch(cell):
         number = float(cell.replace(decimal, "."))
         if math.isfinite(number):
             return number
     expected = f"expected a finite number such as 1{decimal}5e-3{_mark_advice(cell, decimal)}"
-    raise ParameterError(f"{path}: line {line}: the {what} is {cell[:40]!r}, {expected}")
+    raise ParameterError(f"line {line}: the {what} is {cell[:40]!r}, {expected}", source=str(path))
 
 
 def _mark_advice(cell: str, decimal: str) -> str:
@@ -365,6 +386,8 @@ def _check_order(path: Path, samples: list[Row], times: FloatArray) -> None:
         place = int(late[0]) + 1
         how = "repeats" if times[place] == times[place - 1] else "goes back behind"
         raise ParameterError(
-            f"{path}: line {samples[place][0]}: the time {times[place]:g} s {how} that of line {samples[place - 1][0]} "
-            f"({times[place - 1]:g} s); times must increase"
+            f"line {samples[place][0]}: the time {times[place]:g} s {how} that of line {samples[place - 1][0]} ("
+            f"{times[place - 1]:g} s)",
+            hint="times must increase",
+            source=str(path),
         )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .errors import ParameterError, nearest, shortened
+from .errors import Location, ParameterError, nearest, shortened
 
 if TYPE_CHECKING:
     from .contract import Variable
@@ -42,7 +42,7 @@ class Element:
 
         Args:
             variables: of the component, by name.
-            what: what messages call what is looked for, such as "output of 'chain'".
+            what: what is expected, for messages, such as "an output of component 'chain'".
             *causalities: those that may be meant.
 
         Raises:
@@ -51,7 +51,7 @@ class Element:
         variable = variables.get(self.name)
         if variable is None or variable.causality not in causalities:
             known = [one.name for one in variables.values() if one.causality in causalities]
-            raise ParameterError(f"{self.name!r} is no {what}; {nearest(self.name, known)}")
+            raise ParameterError(f"got {self.name!r}", expected=what, hint=nearest(self.name, known))
         self.check(variable)
         return variable
 
@@ -60,10 +60,8 @@ class Element:
         if not self.index:
             return
         if not variable.shape:
-            raise ParameterError(
-                f"got the index {index_text(self.index)} of {self.name!r}, expected none: it is a single number"
-            )
-        check_index(self.index, variable.shape, f"got the index {index_text(self.index)} of {self.name!r}", variable.axes)
+            raise ParameterError(f"got {str(self)!r}", expected=f"no index: {self.name} is a single number")
+        check_index((), self.index, variable.shape, f"{str(self)!r}", variable.axes)
 
 
 def parse_element(text: Any) -> Element:
@@ -74,7 +72,8 @@ def parse_element(text: Any) -> Element:
     """
     match = _ELEMENT.fullmatch("".join(text.split())) if isinstance(text, str) else None
     if match is None:
-        raise ParameterError(f"got {shortened(text, 60)}, expected a variable, such as velocity, velocity[40] or velocity[3,1]")
+        expected = "a variable, or an element of one, such as velocity, velocity[40] or velocity[3,1]"
+        raise ParameterError(f"got {shortened(text)}", expected=expected)
     return Element(match["name"], () if match["index"] is None else parse_index(match["index"]))
 
 
@@ -91,9 +90,17 @@ def parse_index(given: Any) -> tuple[int, ...]:
     try:
         return tuple(_whole_number(part) for part in parts)
     except (TypeError, ValueError, OverflowError):
-        raise ParameterError(
-            f"got the index {shortened(given)}, expected a whole number for each axis, such as 3 or 3,1"
-        ) from None
+        expected = "a whole number for each axis, such as 3 or 3,1"
+        raise ParameterError(f"got the index {shortened(given)}", expected=expected) from None
+
+
+def is_index(given: Any) -> bool:
+    """Return whether that stands for an index."""
+    try:
+        parse_index(given)
+    except ParameterError:
+        return False
+    return True
 
 
 def _whole_number(part: Any) -> int:
@@ -103,14 +110,19 @@ def _whole_number(part: Any) -> int:
     return number
 
 
-def check_index(index: tuple[int, ...], shape: tuple[int, ...], received: str, axes: tuple[str, ...] = ()) -> None:
-    """Raise `ParameterError` where an array of that shape has no such element; `received` begins the message."""
+def check_index(
+    at: Location, index: tuple[int, ...], shape: tuple[int, ...], given: str = "", axes: tuple[str, ...] = ()
+) -> None:
+    """Raise `ParameterError` where an array of that shape has no such element; `given` is what messages call it."""
     if len(index) == len(shape) and all(-size <= number < size for number, size in zip(index, shape, strict=True)):
         return
     names = axes if len(axes) == len(shape) else ("",) * len(shape)
     limits = [f"{-size} to {size - 1}{f' ({name})' if name else ''}" for size, name in zip(shape, names, strict=True)]
     count = f"{len(shape)} numbers: " if len(shape) > 1 else ""
-    raise ParameterError(f"{received}, expected {count}{', '.join(limits)}")
+    expected = f"an index of {count}{', '.join(limits)}"
+    if given:
+        raise ParameterError(f"got {given}", expected=expected, at=at)
+    raise ParameterError("there is no such element", expected=expected, at=(*at, *index))
 
 
 def index_text(index: tuple[int, ...]) -> str:

@@ -7,13 +7,39 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import itertools
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 Location = tuple[str | int, ...]
+
+# A part of a location as people write it: a name, or an index with or without brackets.
+_PART = re.compile(r"\[\s*(-?\d+(?:\s*,\s*-?\d+)*)\s*\]|([^.\[\]]+)|[.\[\]]")
+
+
+def to_location(given: str | Location) -> Location:
+    """Return the location that a text such as "input.force[0,1]" stands for: ("input", "force", 0, 1)."""
+    if isinstance(given, tuple):
+        return given
+    parts: list[str | int] = []
+    for index, name in _PART.findall(given):
+        parts += map(int, index.split(",")) if index else [int(name) if name.isdecimal() else name] if name else []
+    return tuple(parts)
+
+
+def location_text(location: Location) -> str:
+    """Return a location as people write it: names with dots between, indices in brackets, such as "input.force[0,1]"."""
+    text = ""
+    for is_index, parts in itertools.groupby(location, lambda part: isinstance(part, int)):
+        if is_index:
+            text += f"[{','.join(map(str, parts))}]"
+        else:
+            text += ("." if text else "") + ".".join(_cut(str(part)) for part in parts)
+    return text
 
 
 @dataclass(frozen=True)
@@ -64,7 +90,7 @@ class Fault:
 
     Attributes:
         location: the keys and indices that lead to it.
-        received: what came, such as "got -1", "missing" or "unknown"; or the whole sentence.
+        received: what came, such as "got -1", "missing" or "unknown"; what is wrong in words, where no value is.
         expected: what would be right.
         hint: what to do.
         source: what holds it: a file, a component, an override.
@@ -83,8 +109,7 @@ class Fault:
         )
         said = ", ".join(filter(None, (received, f"expected {expected}" if expected else "")))
         said = "; ".join(filter(None, (said, hint)))
-        place = ".".join(_cut(str(part)) for part in self.location)
-        return ": ".join(filter(None, (source, place, said)))
+        return ": ".join(filter(None, (source, location_text(self.location), said)))
 
     __str__ = text
 
@@ -93,6 +118,12 @@ class Fault:
         if self.location[: len(location)] == location:
             return self
         return dataclasses.replace(self, location=(*location, *self.location))
+
+    def with_source_in_words(self) -> Fault:
+        """Return it with its source as the beginning of what came; another source can be given to it then."""
+        source, received = (part if isinstance(part, tuple) else (part,) for part in (self.source, self.received))
+        said = (*source, ": ", *received) if self.source else self.received
+        return dataclasses.replace(self, received=said, source="")
 
     def of(self, source: str) -> Fault:
         """Return it with one more source before its own."""
@@ -112,18 +143,45 @@ def _render(phrase: Phrase, words: Words) -> str:
 class GranularError(Exception):
     """Base of every error that this package raises on purpose.
 
+        raise ParameterError("got -1", expected="a number above 0", at="start.velocity[3]")
+
     Args:
-        faults: what is wrong; a plain sentence will do.
-        at: the location of what the sentences are about, with dots between its parts.
+        *faults: what is wrong; a text is what came, or the whole sentence.
+        expected: what would be right.
+        at: where that is: a text such as "input.force[0,1]", or its parts.
+        hint: what to do.
+        source: what holds it.
 
     Attributes:
         faults: what is wrong, as data; the error's text is rendered from them.
     """
 
-    def __init__(self, *faults: str | Fault, at: str = "") -> None:
+    def __init__(
+        self, *faults: Phrase | Fault, at: str | Location = (), expected: Phrase = "", hint: Phrase = "", source: Phrase = ""
+    ) -> None:
         super().__init__(*faults)
-        location = tuple(at.split(".")) if at else ()
-        self.faults = tuple(one if isinstance(one, Fault) else Fault(location, one) for one in faults)
+        self.faults = tuple(
+            one if isinstance(one, Fault) else Fault(to_location(at), one, expected, hint, source) for one in faults
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Support pickle: workers send errors to the process that shows them."""
+        return _recreate, (type(self), self.args, vars(self))
+
+    def within(self, *location: str | int) -> Self:
+        """Return the error with the location of what it was found in before its own; to be raised in its place."""
+        error = _recreate(type(self), self.args, vars(self))
+        error.faults = tuple(fault.within(*location) for fault in self.faults)
+        return error
+
+    def renamed(self, argument: str, name: str) -> Self:
+        """Return the error with an argument called by the name that it has for the caller; to be raised in its place."""
+        error = _recreate(type(self), self.args, vars(self))
+        error.faults = tuple(
+            dataclasses.replace(fault, location=(name, *fault.location[1:])) if fault.location[:1] == (argument,) else fault
+            for fault in self.faults
+        )
+        return error
 
     def text(self, words: Words = python_words) -> str:
         """Return all faults, one a line."""
@@ -131,6 +189,14 @@ class GranularError(Exception):
 
     def __str__(self) -> str:
         return self.text()
+
+
+def _recreate(kind: type[Any], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Any:
+    """Return an error again, whatever its class asks for when it is made."""
+    error: Any = kind.__new__(kind, *arguments)
+    error.args = arguments
+    error.__dict__.update(attributes)
+    return error
 
 
 class ParameterError(GranularError, ValueError):
@@ -178,12 +244,17 @@ class GranularWarning(UserWarning):
 
 
 def shortened(value: object, length: int = 80) -> str:
-    """Return a value for a message: its repr, cut where it is long."""
+    """Describe a value that came, in one line: its repr, cut where it is long; of an array the kind and the shape."""
+    dtype, shape = getattr(value, "dtype", None), getattr(value, "shape", None)
+    if dtype is not None and isinstance(shape, tuple):
+        if shape or hasattr(value, "mask"):
+            return f"{'a masked' if hasattr(value, 'mask') else 'an'} array of {dtype} of shape {shape}"
+        value = getattr(value, "item", lambda: value)()
     try:
-        text = repr(value)
+        text = " ".join(line.strip() for line in repr(value).splitlines())
     except Exception:  # an integer of more than 4300 digits has none
         text = f"a {type(value).__name__}"
-    return text if len(text) <= length else f"{text[: length - 3]}..."
+    return _cut(text, length)
 
 
 def caution(message: str) -> None:
@@ -195,10 +266,10 @@ def caution(message: str) -> None:
     warnings.warn(message, GranularWarning, stacklevel=level)
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """Advice for a name that is not known: the nearest right one, or the list of all of them."""
+def nearest(word: str, known: Iterable[str], others: str = "") -> str:
+    """Return advice for a name that is not known: the nearest right one, or the list of all; then what `others` says."""
     names = sorted(known)
     close = difflib.get_close_matches(str(word), names, n=1, cutoff=0.6)
     if close:
-        return f"did you mean {close[0]!r}?"
-    return f"known: {', '.join(names) or 'none'}"
+        return f"did you mean {close[0]!r}?{others and ' '}{others}"
+    return f"known: {', '.join(names) or 'none'}{others and '; '}{others}"

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from .errors import ParameterError, caution, shortened
 from .support.arrays import FloatArray
+from .support.number_arrays import number_array
 from .support.validation import finite_number, positive_number
 
 # Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.
@@ -52,7 +53,9 @@ class CompiledProfile:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.ticks, np.ndarray) and isinstance(self.coefficients, np.ndarray)):
-            raise ParameterError("a compiled profile needs two arrays; give a Profile to step() and it is compiled there")
+            raise ParameterError(
+                "a compiled profile needs two arrays", hint="give a Profile to step() and it is compiled there"
+            )
         if self.ticks.ndim != 1 or self.coefficients.ndim != 2 or len(self.ticks) != len(self.coefficients):
             raise ParameterError("a compiled profile needs ticks (pieces,) and coefficients (pieces, degree + 1)")
         if not 1 <= self.coefficients.shape[1] <= _MAXIMUM_DEGREE + 1 or len(self.ticks) < 1:
@@ -82,7 +85,9 @@ class CompiledProfile:
         if self.shape == shape:
             return self
         if self.pattern is not None:
-            raise ParameterError(f"got a profile of shape {self.shape}, expected one of shape {shape}, or one for all elements")
+            raise ParameterError(
+                f"got a profile of shape {self.shape}", expected=f"one of shape {shape}, or one for all elements"
+            )
         known = self._spread.get(shape)
         if known is None:
             known = self._spread[shape] = CompiledProfile(self.step_size, self.ticks, self.coefficients, np.ones(shape))
@@ -124,18 +129,23 @@ class Profile:
 
     def __post_init__(self) -> None:
         starts = _vector("starts", self.starts)
-        coefficients = _array("coefficients", self.coefficients, 2)
+        expected = "an array of numbers, a row for each piece"
+        coefficients = np.atleast_2d(number_array("coefficients", self.coefficients, expected))
+        if coefficients.ndim != 2:
+            raise ParameterError(f"got an array of shape {coefficients.shape}", expected=expected, at="coefficients")
         if coefficients.shape[0] != len(starts):
             raise ParameterError(
-                f"coefficients: got {coefficients.shape[0]} rows for {len(starts)} starts; give one row for each piece"
+                f"got {coefficients.shape[0]} rows for {len(starts)} starts",
+                hint="give one row for each piece",
+                at="coefficients",
             )
         if not 1 <= coefficients.shape[1] <= _MAXIMUM_DEGREE + 1:
-            raise ParameterError(f"coefficients: got degree {coefficients.shape[1] - 1}, at most {_MAXIMUM_DEGREE} fits")
-        if not np.isfinite(coefficients).all():
-            raise ParameterError("coefficients: got NaN or infinity, expected finite numbers")
+            raise ParameterError(f"got degree {coefficients.shape[1] - 1}, at most {_MAXIMUM_DEGREE} fits", at="coefficients")
         if np.any(np.diff(starts) <= 0):
             where = int(np.argmax(np.diff(starts) <= 0))
-            raise ParameterError(f"starts: {starts[where + 1]:g} s follows {starts[where]:g} s; times must increase")
+            raise ParameterError(
+                f"{starts[where + 1]:g} s follows {starts[where]:g} s", hint="times must increase", at="starts"
+            )
         starts.setflags(write=False)
         coefficients.setflags(write=False)
         object.__setattr__(self, "starts", starts)
@@ -162,7 +172,7 @@ class Profile:
             finite_number("start", start),
         )
         if not 0.0 <= rise <= duration:
-            raise ParameterError(f"got {rise:g} s, expected 0 to the duration {duration:g} s", at="rise")
+            raise ParameterError(f"got {rise:g} s", expected=f"0 to the duration {duration:g} s", at="rise")
         starts, rows = [], []
         if start + rise > start:
             starts.append(start)
@@ -207,16 +217,18 @@ class Profile:
         """
         instants, samples = _vector("times", times), _vector("values", values)
         if len(instants) != len(samples):
-            raise ParameterError(f"values: got {len(samples)} for {len(instants)} times; give one value for each time")
+            raise ParameterError(
+                f"got {len(samples)} for {len(instants)} times", hint="give one value for each time", at="values"
+            )
         if len(instants) < 2:
-            raise ParameterError(f"times: got {len(instants)} sample, expected at least 2")
+            raise ParameterError(f"got {len(instants)} sample", expected="at least 2", at="times")
         if np.any(np.diff(instants) <= 0):
             where = int(np.argmax(np.diff(instants) <= 0)) + 1
             raise ParameterError(
-                f"times[{where}]: {instants[where]:g} s follows {instants[where - 1]:g} s; times must increase"
+                f"{instants[where]:g} s follows {instants[where - 1]:g} s", hint="times must increase", at=f"times[{where}]"
             )
         if isinstance(after, str) and after != "hold":
-            raise ParameterError(f'after: got {after!r}, expected a number or "hold"')
+            raise ParameterError(f"got {after!r}", expected='a number or "hold"', at="after")
         last = float(samples[-1]) if isinstance(after, str) else finite_number("after", after)
         rows = np.zeros((len(instants), 2))
         rows[:, 0] = samples
@@ -287,14 +299,16 @@ class Profile:
         )
         times = times + offset if offset else times
         if times[-1] < 0.0:
-            raise ParameterError(f"offset_time: every sample lies before time 0 (the last at {times[-1]:g} s)")
+            raise ParameterError(f"every sample lies before time 0 (the last at {times[-1]:g} s)", at="offset_time")
         return Profile.table(times, values, after)
 
     @staticmethod
     def piecewise(starts: npt.ArrayLike, coefficients: npt.ArrayLike) -> Profile:
         """Polynomials by hand: see the attributes of this class."""
         if not isinstance(coefficients, (Sequence, np.ndarray)) or isinstance(coefficients, str):
-            raise ParameterError(f"coefficients: got {shortened(coefficients)}, expected one list of numbers for each piece")
+            raise ParameterError(
+                f"got {shortened(coefficients)}", expected="one list of numbers for each piece", at="coefficients"
+            )
         rows = [_vector("coefficients", row) for row in coefficients]
         padded = np.zeros((len(rows), max((len(row) for row in rows), default=1)))
         for row, target in zip(rows, padded, strict=True):
@@ -309,21 +323,22 @@ class Profile:
         their times are one.
         """
         if not isinstance(profiles, Iterable):
-            raise ParameterError(f"profiles: got {shortened(profiles)}, expected a list of profiles")
+            raise ParameterError(f"got {shortened(profiles)}", expected="a list of profiles", at="profiles")
         profiles = list(profiles)
         if not profiles:
-            raise ParameterError("profiles: got none, expected at least one to add up")
+            raise ParameterError("got none", expected="at least one to add up", at="profiles")
         for place, profile in enumerate(profiles):
             if not isinstance(profile, Profile):
-                raise ParameterError(f"profiles[{place}]: got {shortened(profile)}, expected a Profile")
+                raise ParameterError(f"got {shortened(profile)}", expected="a Profile", at=f"profiles[{place}]")
         if len(profiles) == 1:
             return profiles[0]
         pattern = profiles[0].pattern
         for place, profile in enumerate(profiles):
             if not _same_pattern(profile.pattern, pattern):
                 raise ParameterError(
-                    f"profiles[{place}]: its pattern is not that of the first one; add up the profiles of time first, then "
-                    "multiply the sum by one array"
+                    "its pattern is not that of the first one",
+                    hint="add up the profiles of time first, then multiply the sum by one array",
+                    at=f"profiles[{place}]",
                 )
         firsts, lasts = _common_breakpoints(np.concatenate([profile.starts for profile in profiles]))
         rows = np.zeros((len(firsts), max(profile.coefficients.shape[1] for profile in profiles)))
@@ -351,7 +366,7 @@ class Profile:
 
     def __mul__(self, factor: Any) -> Profile:
         """Return the profile times a number, or times an array: one signal for each element of an array input."""
-        if np.ndim(factor):
+        if isinstance(factor, list | tuple) or np.ndim(factor):
             pattern = _read_only_pattern(factor if self.pattern is None else _product(self.pattern, factor))
             return Profile(self.starts, self.coefficients, f"({self.description}) x array {pattern.shape}", pattern)
         rows = self.coefficients * finite_number("factor", factor)
@@ -402,7 +417,7 @@ class Profile:
         with np.errstate(over="ignore"):
             exact = self.starts / step_size
         if np.abs(exact).max() > 2.0**52:
-            raise ParameterError(f"{name}: a breakpoint lies more than 2^52 steps of {step_size:g} s from the start")
+            raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
         nearest = np.rint(exact)
         shift = nearest - exact
         moved = np.abs(shift) > _SAME_TICK
@@ -410,8 +425,9 @@ class Profile:
         keep = np.append(np.diff(nearest) > 0, True)
         if len(keep) > 1 and keep.sum() == 1 and np.any(self.coefficients[:-1] != 0.0):
             raise ParameterError(
-                f"{name}: every breakpoint falls on one tick of {step_size:g} s, so the signal would vanish; "
-                "give a smaller step_size"
+                f"every breakpoint falls on one tick of {step_size:g} s, so the signal would vanish",
+                hint="give a smaller step_size",
+                at=name,
             )
         self._tell_what_is_unused(step_size, name)
         powers = _powers(step_size, self.coefficients.shape[1])
@@ -502,16 +518,10 @@ def _shift_row(coefficients: FloatArray, offset: float) -> FloatArray:
 
 
 def _read_only_pattern(values: Any) -> FloatArray:
-    try:
-        given = np.array(values)
-    except ValueError as error:  # rows of unlike length
-        raise ParameterError(f"pattern: got {shortened(values)}, expected an array of numbers") from error
-    if given.dtype.kind not in "fiub" or not given.ndim or not given.size:
-        raise ParameterError(f"pattern: got {shortened(values)}, expected an array of numbers, of the input's shape")
-    pattern = given.astype(np.float64)
-    if not np.isfinite(pattern).all():
-        where = [int(index) for index in np.argwhere(~np.isfinite(pattern))[0]]
-        raise ParameterError(f"pattern{where}: got {pattern[tuple(where)]}, expected a finite number")
+    expected = "an array of numbers, of the input's shape"
+    pattern = number_array("pattern", values, expected)
+    if not pattern.size or not pattern.ndim:
+        raise ParameterError(f"got {shortened(values)}", expected=expected, at="pattern")
     pattern.setflags(write=False)
     return pattern
 
@@ -519,7 +529,9 @@ def _read_only_pattern(values: Any) -> FloatArray:
 def _product(pattern: FloatArray, factor: Any) -> FloatArray:
     other = _read_only_pattern(factor)
     if other.shape != pattern.shape:
-        raise ParameterError(f"factor: got shape {other.shape}, expected a number, or the profile's shape {pattern.shape}")
+        raise ParameterError(
+            f"got shape {other.shape}", expected=f"a number, or the profile's shape {pattern.shape}", at="factor"
+        )
     return pattern * other
 
 
@@ -529,23 +541,12 @@ def _same_pattern(first: FloatArray | None, second: FloatArray | None) -> bool:
     return first.shape == second.shape and first.tobytes() == second.tobytes()
 
 
-def _array(name: str, values: npt.ArrayLike, dimensions: int) -> FloatArray:
-    try:
-        given = np.array(values, ndmin=dimensions)
-    except ValueError as error:  # rows of unlike length
-        raise ParameterError(f"got {shortened(values)}, expected numbers in {dimensions} dimension(s)", at=name) from error
-    if given.dtype.kind not in "fiub" or given.ndim != dimensions:
-        raise ParameterError(
-            f"got {shortened(values)} (shape {given.shape}), expected real numbers in {dimensions} dimension(s)", at=name
-        )
-    return given.astype(np.float64)
-
-
 def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
-    vector = _array(name, values, 1)
+    """Return a list of at least one number; a single number is one of one."""
+    expected = "a list of at least one number"
+    vector = np.atleast_1d(number_array(name, values, expected))
+    if vector.ndim != 1:
+        raise ParameterError(f"got an array of shape {vector.shape}", expected=expected, at=name)
     if not len(vector):
-        raise ParameterError("got an empty list, expected a list of at least one number", at=name)
-    if not np.isfinite(vector).all():
-        where = int(np.argmin(np.isfinite(vector)))
-        raise ParameterError(f"got {vector[where]}, expected a finite number", at=f"{name}[{where}]")
+        raise ParameterError("got an empty list", expected=expected, at=name)
     return vector

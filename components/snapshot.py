@@ -206,13 +206,13 @@ class Snapshot:
         header, arrays = unpack(data, most_text)
         try:
             if header["kind"] != "snapshot":
-                raise LogError(f"these bytes hold a {header['kind']!r}, expected a snapshot")
+                raise LogError(f"these bytes hold a {header['kind']!r}", expected="a snapshot")
             inputs = _inputs_of(header, arrays)
             memory, tick, identity = arrays["memory"], header["tick"], header["identity"]
             if memory.dtype != np.int64 or memory.ndim != 1:
                 raise LogError("a snapshot's memory is not a list of 8-byte words")
             if not (isinstance(tick, int) and 0 <= tick < 2**62 and isinstance(identity, str)):
-                raise LogError(f"a snapshot has tick {tick!r}, expected a whole number from 0")
+                raise LogError(f"a snapshot has tick {tick!r}", expected="a whole number from 0")
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, GranularError) and not isinstance(error, ParameterError):
                 raise

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any, ClassVar
 
 from .contract import Physics, Variable
-from .errors import GranularError, ParameterError, caution, nearest
+from .errors import GranularError, Location, ParameterError, caution, nearest
 from .inputs import Held, hold_input
 from .observer import Observer
 from .profiles import CompiledProfile
@@ -143,8 +143,9 @@ class Stepping(Physics):
     def _refuse_while_stepping(self, call: str) -> None:
         if self._stepping:
             raise GranularError(
-                f"{call}: component {self.name!r} is in the middle of a step, of another thread or of an observer; "
-                "give each thread a component of its own"
+                f"component {self.name!r} is in the middle of a step, of another thread or of an observer",
+                hint="give each thread a component of its own",
+                at=call,
             )
 
     @property
@@ -175,21 +176,23 @@ class Stepping(Physics):
 
     # -- durations --------------------------------------------------------------------------------------------------
 
-    def ticks_in(self, duration: float, name: str = "duration") -> int:
+    def ticks_in(self, duration: float, name: str | Location = "duration") -> int:
         """Return the whole number of internal steps in a duration [s]; `ParameterError` where it is none."""
         duration = finite_number(name, duration, "seconds")
         exact = duration / self.step_size
         if not math.isfinite(exact) or exact <= 0.0:
-            raise ParameterError(f"got {duration!r} s, expected more than 0 and finite", at=name)
+            raise ParameterError(f"got {duration!r} s", expected="more than 0 and finite", at=name)
         ticks = round(exact)
         if ticks < 1 or abs(exact - ticks) > 1e-9 * ticks or ticks > 2**52:
             if ticks > 2**52:
-                raise ParameterError(f"{duration:.12g} s is {exact:.3g} internal steps, more than can be counted", at=name)
+                came = f"got {duration:.12g} s, which is {exact:.3g} internal steps"
+                raise ParameterError(came, expected="at most 2^52 of them", at=name)
             steps = sorted({max(math.floor(exact), 1), max(math.ceil(exact), 1)})
             choices = " or ".join(f"{count * self.step_size:.12g} s" for count in steps)
             raise ParameterError(
-                f"{duration:.12g} s is {exact:.9g} internal steps of {self.step_size:.12g} s, expected a whole number; "
-                f"use {choices}, or {self._fitting_step(duration)}",
+                f"got {duration:.12g} s, which is {exact:.9g} internal steps of {self.step_size:.12g} s",
+                expected="a whole number of them",
+                hint=f"use {choices}, or {self._fitting_step(duration)}",
                 at=name,
             )
         return ticks
@@ -225,7 +228,8 @@ class Stepping(Physics):
         for name, value in inputs.items():
             variable = self._inputs.get(name)
             if variable is None:
-                raise ParameterError(f"input {name!r} is unknown to component {self.name!r}; {self.input_advice(name)}")
+                where = f"component {self.name!r}"
+                raise ParameterError("unknown", hint=self.input_advice(name), at=("input", name), source=where)
             held[name] = hold_input(
                 name,
                 value,

@@ -55,12 +55,14 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
     """
     times, values = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
     if times.ndim != 1 or times.shape != values.shape or not len(times):
-        raise ParameterError(f"crests: got times {times.shape} and values {values.shape}, expected two equal, non-empty (T,)")
+        raise ParameterError(
+            f"got times {times.shape} and values {values.shape}", expected="two equal, non-empty (T,)", at="crests"
+        )
     for name, array in (("times", times), ("values", values)):
         if not np.isfinite(array).all():
-            raise ParameterError(f"{name}: got {array[~np.isfinite(array)][0]:g} among them, expected finite numbers")
+            raise ParameterError(f"got {array[~np.isfinite(array)][0]:g} among them", expected="finite numbers", at=name)
     if (np.diff(times) <= 0.0).any():
-        raise ParameterError("times: they do not increase; sort them, or give one run without a reset within it")
+        raise ParameterError("they do not increase", hint="sort them, or give one run without a reset within it", at="times")
     return [
         Crest(*top(times, values, peak), float(times[begin]), float(times[end]), _duration(times, values, begin, peak, end))
         for begin, peak, end in ridges(values, above, separation)
@@ -158,5 +160,5 @@ def fraction(name: str, value: Any) -> float:
     """Return a value that is above 0 and at most 1, or raise."""
     number = positive(name, value, "and at most 1")
     if number > 1.0:
-        raise ParameterError(f"{name}: got {number:g}, expected more than 0 and at most 1")
+        raise ParameterError(f"got {number:g}", expected="more than 0 and at most 1", at=name)
     return number

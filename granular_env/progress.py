@@ -79,7 +79,9 @@ class ProgressBars:
 
     def __init__(self, show: Progress = True, total: float | None = None, *, keep: bool = False) -> None:
         if not isinstance(show, bool) and not callable(show):
-            raise ParameterError(f"got {shortened(show)}, expected True, False, or a function of the part done", at="progress")
+            raise ParameterError(
+                f"got {shortened(show)}", expected="True, False, or a function of the part done", at="progress"
+            )
         self._call = show if callable(show) else None
         self._total, self._shares = total, list[float]()
         self._show, self._keep = show is True, keep

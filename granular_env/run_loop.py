@@ -199,7 +199,7 @@ def advance(
         for observer in observers if isinstance(observers, Iterable) else [observers]:
             if not hasattr(observer, "on_step"):
                 raise ParameterError(
-                    f"observers: got {shortened(observer)}, expected observers, such as measurement.Watch(1e-6)"
+                    f"got {shortened(observer)}", expected="observers, such as measurement.Watch(1e-6)", at="observers"
                 )
             component.observe(observer)
             stack.callback(component.ignore, observer)
@@ -327,7 +327,10 @@ def _record(
     from granular_env.recording.record import note_log_on_error
 
     refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
-    recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+    try:
+        recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+    except ParameterError as error:
+        raise error.renamed("path", "log") from None
     stack.enter_context(note_log_on_error(recorder))
     stack.enter_context(recorder)
 
@@ -345,7 +348,7 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     require_screen(("run without ", Option("live"), look))
     seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
     if seconds < 0.0:
-        raise ParameterError(f"pace: got {pace!r} s, expected 0 or more")
+        raise ParameterError(f"got {pace!r} s", expected="0 or more", at="pace")
     return seconds or None
 
 
@@ -383,6 +386,10 @@ def _progress_display(
     return show
 
 
+# Less energy than this is the rounding of a state at rest, of which nothing is a part [J].
+_LEAST_ENERGY = 1e-24
+
+
 def energy_residual(component: Component) -> str:
     """Return in words the energy that the numerics made or lost, beside the energy that was there."""
     residual, share = _energy_residual(component)
@@ -396,4 +403,4 @@ def _energy_residual(component: Component) -> tuple[float, float | None]:
         return 0.0, None
     scale = max(sum(map(float, energy.stored.values())), *(abs(float(amount)) for amount in energy.supplied.values()), 0.0)
     residual = float(energy.residual)
-    return residual, residual / scale if scale > 0.0 else None
+    return residual, residual / scale if scale > _LEAST_ENERGY else None

@@ -368,7 +368,7 @@ def test_more_contacts_than_memory_holds_are_refused_and_the_state_is_kept(monke
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [
-        ({"criterion": "tresca"}, "criterion: name: 'tresca' is unknown; known: drucker_prager, mohr_coulomb"),
+        ({"criterion": "tresca"}, "criterion: got 'tresca', expected a known name; known: drucker_prager, mohr_coulomb"),
         ({"criterion": "strain"}, "tensile: missing"),
         ({"criterion": {"name": "drucker_prager", "compressive": 1.0, "tensile": 2.0}}, "expected at least tensile = 2 Pa"),
         ({"response": {"name": "plastic", "yield_stress": -1.0}}, "yield_stress: got -1"),
@@ -383,3 +383,17 @@ def test_laws_that_do_not_fit_are_refused(parameters: dict[str, object], words: 
 def test_a_closed_specimen_two_diameters_across_cannot_break() -> None:
     with pytest.raises(ParameterError, match="neighbours on two sides"):
         block(columns=2, boundaries={"left": "periodic", "right": "periodic"}, criterion={"name": "strain", "tensile": 0.1})
+
+
+def test_a_log_names_the_cause_of_each_break(tmp_path: Path) -> None:
+    """Kinds are declared in another order than that of the alphabet, in which headers of logs hold them."""
+    law = {"name": "strain", "tensile": 0.02, "shear": 0.021}
+    automata = block("hexagonal", 4, 4, boundaries={"bottom": "fixed", "top": "velocity"}, criterion=law, strength_scatter=0.3)
+    with ge.record(automata, tmp_path / "a.mcap", every=1.0):
+        automata.step(10.0, top_velocity=[0.02, 0.02])
+    assert {event.kind for event in automata.events()} == {"stretch_break", "angle_break"}
+    with ge.open_log(tmp_path / "a.mcap") as log:
+        assert log.events() == automata.events()
+    # One factor for each link, whichever way it breaks.
+    ratio = {"stretch_break": 0.02, "angle_break": 0.021}
+    assert all(0.7 <= event.limit / ratio[event.kind] <= 1.3 and event.value >= event.limit for event in automata.events())

@@ -83,7 +83,7 @@ def test_one_bad_element_of_an_array_is_named(moving: tuple[Component, Example],
             bad = np.array(good)
             place = tuple(extent - 1 for extent in bad.shape)
             bad[place] = value
-            said = f"input {name!r}{list(place)}: got {value:g} {component.variables[name].unit}, expected a finite number"
+            said = f"input.{name}[{','.join(map(str, place))}]: got {value:g}, expected a finite number"
             refused(component, lambda name=name, bad=bad: component.step(None, **{name: bad}), said)
 
 

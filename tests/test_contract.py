@@ -15,7 +15,7 @@ from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.snapshot import Block
-from granular_env.components.support.validation import start_array
+from granular_env.components.support.number_arrays import start_array
 
 
 def test_every_error_is_of_the_family() -> None:
@@ -158,7 +158,7 @@ def test_an_attribute_that_would_do_nothing_cannot_be_set(name: str, said: str) 
 
 
 def test_parameters_cannot_be_set_either() -> None:
-    with pytest.raises(ParameterError, match="^mass: got 1.0, but OscillatorParameters is fixed; make a new one"):
+    with pytest.raises(ParameterError, match="^mass: got 1.0; OscillatorParameters is fixed; make a new one"):
         Oscillator().parameters.mass = 1.0  # type: ignore[attr-defined]
 
 

@@ -19,10 +19,10 @@ from granular_env.cli import main
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
 from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.study import figures, load_study, runner, shipped_studies
-from granular_env.control.study.export import heads, verdicts
 from granular_env.control.study.methods.gradient import Gradient
 from granular_env.control.study.runner import run_study
 from granular_env.control.study.trial_record import PLAYED, RETURN, TrialRecord
+from granular_env.control.study.verdicts import headings, verdicts
 from granular_env.documents import parse_assignments, to_toml
 from granular_env.recording import verify
 
@@ -111,15 +111,15 @@ def test_the_identity_knows_what_changes_a_result():
     [
         (bowl_study(version=2), "study: version: got 2, expected 1"),
         ({"name": "a"}, "study: version: missing"),
-        (bowl_study({"type": "cmaes"}), "study: method.0.type: got 'cmaes'; did you mean 'cma'?"),
-        (bowl_study({"name": "a"}), "study: method.0.type: missing"),
-        (bowl_study({"type": "cma", "populaton": 3}), "study: method.0.populaton: unknown; did you mean 'population'?"),
+        (bowl_study({"type": "cmaes"}), "study: method[0].type: got 'cmaes'; did you mean 'cma'?"),
+        (bowl_study({"name": "a"}), "study: method[0].type: missing"),
+        (bowl_study({"type": "cma", "populaton": 3}), "study: method[0].populaton: unknown; did you mean 'population'?"),
         (
             bowl_study({"type": "cma", "population": 2}),
-            "study: method.0.population: got 2, expected greater",
+            "study: method[0].population: got 2, expected greater",
         ),
         (bowl_study({"type": "cma"}, {"type": "cma"}), "method: 'cma' more than once; give each a name of its own"),
-        (bowl_study({"type": "cma", "name": "../a"}), "study: method.0.name"),
+        (bowl_study({"type": "cma", "name": "../a"}), "study: method[0].name"),
         (bowl_study(drive={"knots": 0}), "study: drive.knots: got 0"),
         (bowl_study(drive={"between": "cubic"}), "study: drive.between: got 'cubic'"),
         (bowl_study(drive={"lowest": 0.5, "highest": 0.5}), "study: drive.highest: got 0.5, expected more than lowest, 0.5"),
@@ -144,7 +144,7 @@ def test_what_is_wrong_with_a_study_is_named(document, told):
         ("bugdet=3", "override 'bugdet=3': bugdet: unknown; did you mean 'budget'?"),
         ("drive.knot=3", "drive.knot: unknown; did you mean 'knots'?"),
         ("method.1.batch=3", "got the index '1', expected -1 to 0"),
-        ("method.0.bach=3", "method.0.bach: unknown; did you mean 'batch'?"),
+        ("method.0.bach=3", "method[0].bach: unknown; did you mean 'batch'?"),
         ("budget.a=3", "budget is 4000, so it has no 'a'"),
     ],
 )
@@ -157,9 +157,9 @@ def test_what_is_wrong_with_an_override_is_named(override, told):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ("task.name=protecton", "task: name: got 'protecton', which is no task; did you mean 'protection'?"),
-        ("task.grians=5", "task: grians: unknown; did you mean 'grains'?"),
-        ("task.noize=0.1", "task: noize: unknown; did you mean 'noise'?"),
+        ("task.name=protecton", "task.name: got 'protecton', expected the name of a task; did you mean 'protection'?"),
+        ("task.grians=5", "task.grians: unknown; did you mean 'grains'?"),
+        ("task.noize=0.1", "task.noize: unknown; did you mean 'noise'?"),
         ("task.grains=-5", "task.grains: got -5"),
         ("drive.knots=100", "drive.knots: got 100, expected at most 60"),
         ("drive.driven=100", "drive.driven: got 100, expected at most 60"),
@@ -222,7 +222,7 @@ def test_a_search_may_begin_at_a_baseline(method, tmp_path):
     if method == "gradient":
         assert track._values[2] == pytest.approx(theory, rel=1e-12)
         assert track.best_return > theory
-    with pytest.raises(ExperimentError, match="begin: got 'theroy', which is no baseline of this task; did you mean 'theory'"):
+    with pytest.raises(ExperimentError, match="begin: got 'theroy', expected a baseline of this task; did you mean 'theory'"):
         run_study(bowl_study({"type": method, "begin": "theroy"}), tmp_path / "b", problem=Bowl())
 
 
@@ -387,7 +387,7 @@ def test_a_folder_that_cannot_be_filled_is_not_left_behind(tmp_path, monkeypatch
 def test_several_seeds_are_told_by_their_lower_median_and_their_spread(tmp_path):
     result = run_study(bowl_study(seeds=[1, 2, 3, 4]), tmp_path, problem=Bowl())
     values = sorted(trial.score.value for trial in result.trials)
-    row = dict(zip(heads(result), verdicts(result)[0], strict=True))
+    row = dict(zip(headings(result), verdicts(result)[0], strict=True))
     assert row["return (lower median)"] == values[1]
     assert (row["worst seed"], row["best seed"]) == (values[0], values[3])
     assert row["beats theory"] == ("yes" if values[1] > result.baselines["theory"].value else "no")

@@ -296,7 +296,6 @@ SIDEWAYS = {"automata.packing": "hexagonal", "automata.shape": rectangle(8.0, 4 
         ({"scheme": "penalty"}, "scheme"),
         ({"automata.thickness": 0.5}, "automata.thickness: got 0.5 m"),
         ({"automata.step_size": 0.1}, "automata.step_size: the parts have one step_size"),
-        ({"grid.plasticity": {"name": "von_mises", "yield_stress": 1.0}}, "grid.plasticity"),
         ({"grid.mesh": mesh(4, 4), "automata.shape": HOOK, "origin": [0.0, 0.0]}, "the two parts touch in a point"),
         ({"automata.material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, "poisson"),
     ],

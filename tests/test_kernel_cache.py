@@ -21,6 +21,7 @@ from numba.core import config as numba_config
 from granular_env.components.errors import ParameterError
 from granular_env.components.support import kernel_cache
 from granular_env.components.support.addresses import address
+from granular_env.components.support.cache_folder import cache_base, cache_folder
 from granular_env.components.support.fingerprint import fingerprint
 from granular_env.components.support.jit import JIT, entry_point, jit
 
@@ -120,7 +121,7 @@ print(value, slopes["drive"][0, 0])
 @pytest.mark.parametrize("made_by", ["jit", "numba.njit(cache=True)"])
 def test_an_objective_is_compiled_anew_for_another_weight(made_by: str, tmp_path: Path) -> None:
     """Twice the weight is twice the value and twice the slope, to the last bit. The package's own kernels are not compiled."""
-    cache = Path(os.environ.get("GRANULAR_ENV_CACHE") or kernel_cache._base())
+    cache = cache_base()
     said = []
     for weight in ("1.0", "2.0"):
         text = OBJECTIVE.replace("@jit", f"@{made_by}")
@@ -335,9 +336,9 @@ def test_a_full_disk_is_said_once_and_stops_nothing(tmp_path: Path) -> None:
 def fresh(monkeypatch: pytest.MonkeyPatch) -> Any:
     """The cache's folder is looked for anew."""
     monkeypatch.setenv("GRANULAR_ENV_QUIET", "")
-    kernel_cache.cache_folder.cache_clear()
+    cache_folder.cache_clear()
     yield
-    kernel_cache.cache_folder.cache_clear()
+    cache_folder.cache_clear()
 
 
 @pytest.mark.usefixtures("fresh")
@@ -350,7 +351,7 @@ def test_without_a_home_nothing_is_kept_and_it_is_said(
     for name in ("GRANULAR_ENV_CACHE", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(Path, "home", no_home)
-    assert kernel_cache.cache_folder() is None
+    assert cache_folder() is None
     assert "Could not determine home directory" in capsys.readouterr().err
 
 
@@ -361,14 +362,14 @@ def test_a_folder_that_others_may_write_to_is_not_trusted(
     monkeypatch.setenv("GRANULAR_ENV_CACHE", str(tmp_path / "own"))
     before = os.umask(0)
     try:
-        folder = kernel_cache.cache_folder()
+        folder = cache_folder()
     finally:
         os.umask(before)
     assert folder is not None and folder.stat().st_mode & 0o777 == 0o700
     for path in (folder, folder.parent):
-        kernel_cache.cache_folder.cache_clear()
+        cache_folder.cache_clear()
         path.chmod(0o777)
-        assert kernel_cache.cache_folder() is None
+        assert cache_folder() is None
         assert str(path) in capsys.readouterr().err
         path.chmod(0o700)
 

@@ -205,7 +205,7 @@ def test_a_snapshot_whose_counts_lie_is_refused(count: int) -> None:
     first = 1 + rows.parts[0].memory.size  # after `told` and the first row
     words[first - 1] += count
     lying = ge.Snapshot(rows.identity, rows.tick, words.tobytes(), rows.held_inputs)
-    with pytest.raises(GranularError, match="state has"):
+    with pytest.raises(GranularError, match="sizes do not agree"):
         rows.restore(lying)
 
 

@@ -105,10 +105,10 @@ FAULTS = {
     "unknown experiment": (plan(experiment="nesterenko-1983/3.1-one-grian"), "did you mean 'nesterenko-1983/3.1-one-grain'"),
     "no measures": (plan(measure={}), "measure: missing"),
     "no such measure": (plan(measure={"a": "maximum velocity"}), "measure.a: got 'maximum velocity', expected such as"),
-    "unknown variable": (plan(measure={"a": "max velocty"}), "measure.a: 'velocty' .* did you mean 'velocity'"),
-    "unknown figure": (plan(measure={"a": "report peak pressures"}), "measure.a: report 'peak pressures'"),
-    "index": (plan(measure={"a": "max velocity[9]"}), r"measure.a: got the index 9 of 'velocity', expected -6 to 5"),
-    "index of a number": (plan(measure={"a": "final momentum[0]"}), "it is a single number"),
+    "unknown variable": (plan(measure={"a": "max velocty"}), "^plan: measure.a: got 'velocty'.* did you mean 'velocity'"),
+    "unknown figure": (plan(measure={"a": "report peak pressures"}), "measure.a: got 'report peak pressures'"),
+    "index": (plan(measure={"a": "max velocity[9]"}), r"measure.a: got 'velocity\[9\]', expected an index of -6 to 5"),
+    "index of a number": (plan(measure={"a": "final momentum[0]"}), "momentum is a single number"),
     "array": (plan(measure={"a": "final velocity"}), r"6 elements; name one, such as velocity\[-1\]"),
     "measurement": (plan(measure={"a": {"measurement": "wave_at"}}), "a.measurement: .*did you mean 'waves_at'"),
     "take": (plan(measure={"a": {"measurement": "waves_at", "take": "hight"}}), "a.take: got 'hight'"),
@@ -134,7 +134,7 @@ FAULTS = {
     "both logs": (plan(logs={"keep": "all", "every": 2}), "give keep or every, not both"),
     "seeds": (plan(seeds=0), "seeds.count: got 0"),
     "idle seeds": (plan(seeds=3), "seeds.keys: seed changes nothing in this chain"),
-    "every": (plan(every=1.7e-9), "every: 1.7e-09 s is .* internal steps"),
+    "every": (plan(every=1.7e-9), "every: got 1.7e-09 s, which is .* internal steps"),
 }
 
 

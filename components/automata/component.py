@@ -66,15 +66,15 @@ class Automata(Component):
         self.largest_frequency = largest_frequency(self.body)
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
-        self._steps = self._make_steps()
-        vars(self)["event_kinds"] = self._steps.event_kinds  # of this specimen's criterion
+        self.steps = self._make_steps()
+        vars(self)["event_kinds"] = self.steps.event_kinds  # of this specimen's criterion
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
-            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self._steps.growing, **self._steps.fields,
+            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
         )  # fmt: skip
-        self._steps.bind(self._block)
-        self.motion = self._steps.motion
+        self.steps.bind(self._block)
+        self.motion = self.steps.motion
 
     def _make_steps(self) -> LinkedSteps:
         kind = CrackingSteps if self.parameters.has_history else LinkedSteps
@@ -124,7 +124,7 @@ class Automata(Component):
             yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        steps = self._steps
+        steps = self.steps
         found: dict[str, Callable[[], Any]] = {
             **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
             "angular_velocity": lambda: self._block["spin"],
@@ -144,7 +144,7 @@ class Automata(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
             self._block["spin" if name == "angular_velocity" else name][...] = value
-        self._steps.start()
+        self.steps.start()
         sums = self._sums()
         self._block["start"][:] = sums[3] + sums[4] + sum(self._stored().values()), *sums[:3]
         return {}
@@ -153,10 +153,10 @@ class Automata(Component):
         held = self._held
         if not any(isinstance(value, CompiledProfile) for value in held.values()):
             self.conditions.apply(held, self._tick)
-            return self._steps.advance(self._tick, ticks)
+            return self.steps.advance(self._tick, ticks)
         for tick in range(self._tick, self._tick + ticks):
             self.conditions.apply(held, tick)
-            status = self._steps.advance(tick, 1)
+            status = self.steps.advance(tick, 1)
             if status:
                 return status
         return 0
@@ -196,7 +196,7 @@ class Automata(Component):
 
     def _stored(self) -> dict[str, float]:
         """Return the energies of links and contacts [J]: forces are those of the middle of the last internal step."""
-        return self._steps.stored(0.5 * self.step_size)
+        return self.steps.stored(0.5 * self.step_size)
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (but of a periodic specimen) and mass, since the reset."""
@@ -213,7 +213,7 @@ class Automata(Component):
             "boundary_angular_impulse": float(grip[motion.ANGULAR_IMPULSE]),
         }
         found = [
-            Balance("energy", "J", stored, work, self._steps.lost(), float(start[0])),
+            Balance("energy", "J", stored, work, self.steps.lost(), float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": sums[:2]}, impulse, initial=start[1:3]),
         ]
         if not any(self.parameters.periodic):

@@ -268,8 +268,7 @@ class Chain(Component):
         if np.any(self._overlap() > self._refused_overlap) or np.any(
             np.abs(self._table[layout.V, self._grains]) > self._table[layout.SCALARS, layout.SPEED_LIMIT]
         ):
-            error = self._explain(0)
-            raise ParameterError(f"start: {error}")
+            raise ParameterError(*self._explain(0).within("start").faults)
 
     def _apply(self, held: Mapping[str, Held]) -> None:
         """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""

@@ -35,8 +35,9 @@ def _upstream_force(p: ChainParameters, above: FloatArray) -> float:
     total = float(above[-1])
     if p.left == "free" and p.right == "free":
         raise ParameterError(
-            f"gravity: {p.gravity:g} m/s^2 pulls a chain whose both ends are free, so there is no equilibrium; "
-            "give one end a wall or a piston, or give the grains gaps to let them fall"
+            f"{p.gravity:g} m/s^2 pulls a chain whose both ends are free, so there is no equilibrium",
+            hint="give one end a wall or a piston, or give the grains gaps to let them fall",
+            at="gravity",
         )
     if p.left == "free":
         force, end = p.precompression, "right"
@@ -47,7 +48,9 @@ def _upstream_force(p: ChainParameters, above: FloatArray) -> float:
     lowest = force + float(above.min())
     if lowest < 0.0:
         raise ParameterError(
-            f"gravity: {p.gravity:g} m/s^2 would pull the grains away from the {end} end with {-lowest:.6g} N, and contacts "
-            f"carry no tension; reverse gravity, or give precompression of at least {p.precompression - lowest:.6g} N"
+            f"{p.gravity:g} m/s^2 would pull the grains away from the {end} end with {-lowest:.6g} N, and contacts "
+            "carry no tension",
+            hint=f"reverse gravity, or give precompression of at least {p.precompression - lowest:.6g} N",
+            at="gravity",
         )
     return force

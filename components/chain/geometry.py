@@ -124,12 +124,16 @@ def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray
         if wrong.any():
             where = int(np.argmax(wrong))
             raise ParameterError(
-                f"{name}[{where}]: radius, material and overrides give {values[where]:g} {unit}, "
-                f"expected {_SMALLEST:g} to {largest:g}; check their units, which are SI"
+                f"radius, material and overrides give {values[where]:g} {unit}",
+                expected=f"{_SMALLEST:g} to {largest:g}",
+                hint="check their units, which are SI",
+                at=f"{name}[{where}]",
             )
     if not abs(position[-1]) < _LARGEST:
         raise ParameterError(
-            f"gap: radius, gap and precompression make the chain {position[-1]:g} m long; check their units, which are SI"
+            f"radius, gap and precompression make the chain {position[-1]:g} m long",
+            hint="check their units, which are SI",
+            at="gap",
         )
 
 

@@ -62,14 +62,18 @@ class Objective:
             constants = np.ascontiguousarray(self.constants, dtype=np.float64).reshape(-1)
         except (TypeError, ValueError):
             raise ParameterError(
-                f"objective.constants: got {shortened(self.constants)}, expected an array of numbers"
+                f"got {shortened(self.constants)}", expected="an array of numbers", at="objective.constants"
             ) from None
         object.__setattr__(self, "constants", constants)
         for name in ("note", "value", "pullback"):
             if not callable(getattr(self, name)):
-                raise ParameterError(f"objective.{name}: got {shortened(getattr(self, name))}, expected a jitted function")
+                raise ParameterError(
+                    f"got {shortened(getattr(self, name))}", expected="a jitted function", at=f"objective.{name}"
+                )
         if isinstance(self.count, bool) or not isinstance(self.count, (int, np.integer)) or self.count < 1:
-            raise ParameterError(f"objective.count: got {shortened(self.count)}, expected the number of features, at least 1")
+            raise ParameterError(
+                f"got {shortened(self.count)}", expected="the number of features, at least 1", at="objective.count"
+            )
 
     def fit(self, grains: int, steps: int) -> None:
         """Return whether it can judge a run of `steps` control steps of a chain of so many grains.
@@ -78,6 +82,8 @@ class Objective:
             ParameterError: it cannot: compiled code would read what is not there.
         """
         if self.grains not in (None, grains):
-            raise ParameterError(f"objective: it is for chains of {self.grains} grains, this one has {grains}; build it anew")
+            raise ParameterError(
+                f"it is for chains of {self.grains} grains, this one has {grains}", hint="build it anew", at="objective"
+            )
         if steps < self.fewest_steps:
-            raise ParameterError(f"objective: it looks at control step {self.fewest_steps - 1}, but the drive has {steps}")
+            raise ParameterError(f"it looks at control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective")

@@ -5,13 +5,20 @@ masses of both: leapfrog for the whole, which conserves momentum and its discret
 the impulse scheme (reversible multiple time steps: M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990): the
 forces of the cells kick once before and once after the micro-steps of the automata, with which the interface nodes move; what
 passes is impulses W^T F and velocities W v of micro-steps, never a force that is held.
+
+A tick goes on in stages, so that `advance` can stop where the lists of contacts and of broken links need more room, and go on
+from there. What a run does not need is not compiled: arguments that are None take their branches with them.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ..automata import motion as automata_motion
+from ..automata.contact import Contacts
+from ..automata.cracking import TRAVEL, Judgement, Medium, add_forces, judge_bonds
 from ..automata.linked import dilations, forces
 from ..automata.pair import orient
 from ..automata.state import Body, Motion, Scratch
@@ -34,12 +41,16 @@ from .exchange import (
 )
 from .interface import Interface
 
-# What functions that advance return.
-DONE, INVERTED, TOO_FAST = 0, 1, 2
+# What `advance` returns: all ticks are done, one has failed, or what has to be done before it goes on.
+DONE, INVERTED, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3, 4
+# Entries of `progress`: the tick in the call, the step of the automata in it, and the stage of that.
+ROW, MICRO, STAGE, PROGRESS = 0, 1, 2, 3
+# Stages: before a tick, before a step of the automata, after its links have been judged.
+BEGIN, MOVE, ACT = 0, 1, 2
 
 
 class GridPart(NamedTuple):
-    """The grid, its state, nodes with conditions, scratch, tally, and room for events, of which there are none."""
+    """The grid, its state, nodes with conditions, scratch, tally, and room for events with their number."""
 
     grid: Grid
     state: State
@@ -61,6 +72,26 @@ class AutomataPart(NamedTuple):
     tallies: FloatArray
 
 
+class Cracking(NamedTuple):
+    """The histories and contacts of automata that break or yield; None stands for automata that stay linked and elastic.
+
+    Attributes:
+        medium: a `Medium`; its bonds are part of the state.
+        judgement: scratch.
+        contacts: part of the state.
+        contact_count: how many contacts there are.
+        losses: see `cracking.LOSSES`, part of the state.
+        most_travel: how far the fastest automaton may move before contacts are found anew [m].
+    """
+
+    medium: Medium
+    judgement: Judgement
+    contacts: Contacts
+    contact_count: int
+    losses: FloatArray
+    most_travel: float
+
+
 class Seam(NamedTuple):
     """The interface, for kernels."""
 
@@ -73,7 +104,7 @@ class Steps(NamedTuple):
 
     Attributes:
         step: internal step [s].
-        micro: micro-steps of the automata in it.
+        micro: steps of the automata in it.
         scheme: see `exchange.SCHEMES`.
         speed_limit: of automata [m/s].
     """
@@ -85,13 +116,62 @@ class Steps(NamedTuple):
 
 
 @jit
-def update_automata_forces(part, seam):
-    """Write the forces and torques of the links, and what of them acts on interface nodes."""
+def update_automata_forces(part, cracking, seam, time, tick):
+    """Write the forces and torques of links and contacts, and what of them acts on interface nodes.
+
+    Args:
+        part: an `AutomataPart`.
+        cracking: a `Cracking`, its links judged; None for automata that stay linked and elastic.
+        seam: a `Seam`.
+        time: since the forces were computed last [s].
+        tick: number of the step of the automata.
+    """
     body, motion, scratch, count = part.body, part.motion, part.scratch, part.body.kind.size
-    orient(motion.rotation, scratch.half, 0, count)
-    dilations(body, motion.displacement, scratch.half, scratch.dilation, 0, count)
-    forces(body, motion.displacement, scratch.half, scratch.dilation, scratch.force, scratch.torque, 0, count)
+    if cracking is None:
+        orient(motion.rotation, scratch.half, 0, count)
+        dilations(body, motion.displacement, scratch.half, scratch.dilation, 0, count)
+        forces(body, motion.displacement, scratch.half, scratch.dilation, scratch.force, scratch.torque, 0, count)
+    else:
+        add_forces(cracking.medium, motion, scratch, cracking.contacts, cracking.contact_count, cracking.losses, time, tick)
     gather_forces(seam.interface, scratch.force, seam.exchange.automata_force)
+
+
+@jit
+def must_search(cracking):
+    """Return whether contacts have to be found anew before automata move on."""
+    if cracking is None:
+        return False
+    return cracking.losses[TRAVEL] > cracking.most_travel
+
+
+@jit
+def must_break(part, cracking, tick):
+    """Let links weaken and yield; return whether some have to be broken before the forces are computed."""
+    if cracking is None:
+        return False
+    marked = judge_bonds(
+        cracking.medium,
+        part.motion,
+        part.scratch,
+        cracking.judgement,
+        cracking.contacts,
+        cracking.contact_count,
+        cracking.losses,
+        tick,
+    )
+    return marked > 0
+
+
+@jit
+def note_travel(part, cracking, time):
+    """Add the way of the fastest automaton in a drift of `time` [s] to what decides when contacts are found anew."""
+    if cracking is not None:
+        velocity, largest = part.motion.velocity, 0.0
+        for i in range(part.body.kind.size):
+            square = velocity[i, 0] * velocity[i, 0] + velocity[i, 1] * velocity[i, 1]
+            if square > largest:
+                largest = square
+        cracking.losses[TRAVEL] += time * np.sqrt(largest)
 
 
 @jit
@@ -114,52 +194,74 @@ def settle_edges(part, time):
 
 @jit
 def begin_grid(part, factors, row, step):
-    """Kick all nodes for half a step and drift them for a whole one."""
-    count = len(part.grid.reference)
-    grid_kernels.kick(part.grid, part.state, step, 0, count)
-    grid_kernels.drift(part.grid, part.state, step, 0, count)
+    """Kick all nodes for half a step and drift them for a whole one, where `finish_cells` has not yet."""
+    if row == 0:
+        count = len(part.grid.reference)
+        grid_kernels.kick(part.grid, part.state, step, 0, count)
+        grid_kernels.drift(part.grid, part.state, step, 0, count)
     grid_kernels.begin_conditions(part.grid, part.state, part.conditions, factors, row, step)
 
 
 @jit
-def update_grid_forces(part, seam, step, tick):
-    """Write the forces of the cells; return a cell that is inverted, or -1."""
-    failed = grid_kernels.forces(
-        part.grid, part.state, part.conditions.groups, part.corner, step, tick, part.events, part.counts
-    )
-    keep_grid_forces(seam.interface, seam.exchange, part.state)
+def finish_cells(part, seam, step, tick, again):
+    """Advance the cells, and kick the nodes without conditions; of the others write the forces.
+
+    Args:
+        part: a `GridPart`.
+        seam: a `Seam`.
+        step: internal step [s].
+        tick: at the end of this one.
+        again: whether the next tick follows in this call: then nodes without conditions begin it at once.
+
+    Returns:
+        A cell that is inverted, or -1.
+    """
+    grid, state, failed = part.grid, part.state, np.int64(-1)
+    for place in range(len(grid.parts) - 1):
+        bad = grid_kernels.advance_part(grid, state, part.corner, place, step, tick, again, part.events, part.counts)
+        failed = bad if failed < 0 else failed
+    grid_kernels.finish_tile(grid, state, part.corner, len(grid.tiles) - 2, step, again)
+    grid_kernels.join(state, part.conditions.groups)
+    keep_grid_forces(seam.interface, seam.exchange, state)
     return failed
 
 
-@jit
-def finish_grid(part, step):
-    """Kick all nodes for the second half of a step."""
-    grid_kernels.kick(part.grid, part.state, step, 0, len(part.grid.reference))
-    grid_kernels.finish_conditions(part.grid, part.state, part.conditions, step, part.tally)
+# -- one step of the automata in a tick: lockstep ---------------------------------------------------------------------------
 
 
 @jit
-def tick_together(grid, automata, seam, factors, row, steps, tick):
-    """Advance by a tick in lockstep; return a cell that is inverted, or -1, and the largest squared speed of automata."""
-    interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
-    scratch, half = automata.scratch, 0.5 * steps.step
-    keep_before(automata.edges, automata.motion, scratch.force, scratch.torque)
+def move_together(grid, automata, seam, factors, row, steps):
+    """Kick for half a step and drift."""
+    interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
+    keep_before(automata.edges, automata.motion, automata.scratch.force, automata.scratch.torque)
     keep_velocities(interface, exchange, state)
-    begin_grid(grid, factors, row, step)
+    begin_grid(grid, factors, row, steps.step)
     settle_kick(interface, exchange, state, grid.conditions, half, half)
     kick_automata(automata, half)
-    automata_motion.drift(automata.motion, step, 0, automata.body.kind.size)
+    automata_motion.drift(automata.motion, steps.step, 0, automata.body.kind.size)
     follow(interface, state, automata.motion)
-    update_automata_forces(automata, seam)
-    failed = update_grid_forces(grid, seam, step, tick)
+
+
+@jit
+def finish_together(grid, automata, seam, steps, tick, again):
+    """Advance the cells and kick for the second half of a step, the forces of the automata being there.
+
+    Returns:
+        A cell that is inverted, or -1, and the largest squared speed of automata.
+    """
+    interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
+    failed = finish_cells(grid, seam, steps.step, tick, again)
     assemble(interface, exchange, state, grid.conditions, half, steps.scheme)
     keep_velocities(interface, exchange, state)
-    finish_grid(grid, step)
+    grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
     settle_kick(interface, exchange, state, grid.conditions, half, half)
     fastest = kick_automata(automata, half)
     follow(interface, state, automata.motion)
-    settle_edges(automata, step)
+    settle_edges(automata, steps.step)
     return failed, fastest
+
+
+# -- several steps of the automata in a tick: impulses --------------------------------------------------------------------
 
 
 @jit
@@ -207,19 +309,35 @@ def drift_nodes(grid, seam, time):
 
 
 @jit
-def micro_step(grid, automata, seam, time, scheme):
-    """Advance automata and interface nodes by `time` [s]; return the largest squared speed of automata."""
-    state, motion = grid.state, automata.motion
+def begin_impulses(grid, automata, seam, factors, row, steps):
+    """Let the cells kick for half a step, and drift the nodes of the grid alone."""
+    interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
+    keep_displacements(grid, seam)
+    keep_velocities(interface, exchange, state)
+    begin_grid(grid, factors, row, step)
+    settle_kick(interface, exchange, state, grid.conditions, 0.5 * step, 0.0)
+    begin_micro_steps(grid, seam)
+    follow(interface, state, automata.motion)
+
+
+@jit
+def move_with_impulses(grid, automata, seam, time, scheme):
+    """Let the automata kick for half a micro-step of `time` [s], and drift."""
+    motion = automata.motion
     keep_before(automata.edges, motion, automata.scratch.force, automata.scratch.torque)
     kick_nodes(grid, seam, 0.5 * time, scheme)
     kick_automata(automata, 0.5 * time)
     drift_nodes(grid, seam, time)
     automata_motion.drift(motion, time, 0, automata.body.kind.size)
-    follow(seam.interface, state, motion)
-    update_automata_forces(automata, seam)
+    follow(seam.interface, grid.state, motion)
+
+
+@jit
+def act_with_impulses(grid, automata, seam, time, scheme):
+    """Let the automata kick for the second half of a micro-step; return their largest squared speed."""
     kick_nodes(grid, seam, 0.5 * time, scheme)
     fastest = kick_automata(automata, 0.5 * time)
-    follow(seam.interface, state, motion)
+    follow(seam.interface, grid.state, automata.motion)
     settle_edges(automata, time)
     return fastest
 
@@ -258,60 +376,67 @@ def end_micro_steps(grid, seam):
 
 
 @jit
-def tick_with_impulses(grid, automata, seam, factors, row, steps, tick):
-    """Advance by a tick with several micro-steps of the automata; see `tick_together`."""
+def finish_impulses(grid, automata, seam, steps, tick, again):
+    """Advance the cells and let them kick for the second half of a step; return a cell that is inverted, or -1."""
     interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
-    keep_displacements(grid, seam)
-    keep_velocities(interface, exchange, state)
-    begin_grid(grid, factors, row, step)
-    settle_kick(interface, exchange, state, grid.conditions, 0.5 * step, 0.0)
-    begin_micro_steps(grid, seam)
-    follow(interface, state, automata.motion)
-    fastest = 0.0
-    for _ in range(steps.micro):
-        fastest = micro_step(grid, automata, seam, step / steps.micro, steps.scheme)
     use_mean_velocities(grid, seam, step)
-    failed = update_grid_forces(grid, seam, step, tick)
+    failed = finish_cells(grid, seam, step, tick, again)
     end_micro_steps(grid, seam)
     keep_velocities(interface, exchange, state)
-    finish_grid(grid, step)
+    grid_kernels.finish_conditions(grid.grid, state, grid.conditions, step, grid.tally)
     settle_kick(interface, exchange, state, grid.conditions, 0.5 * step, 0.0)
     follow(interface, state, automata.motion)
-    return failed, fastest
+    return failed
+
+
+# -- the sub-steps of the paper -------------------------------------------------------------------------------------------
+#
+# Steps 2 to 4 of Psakhie et al., which are unstable: the automata make their steps first, those of the interface with the
+# velocity that the nodes had; then the nodes feel the mean of the forces of the automata, and take the automata along.
 
 
 @jit
-def tick_literally(grid, automata, seam, factors, row, steps, tick):
-    """Advance by a tick as steps 2 to 4 of Psakhie et al. say, which is unstable; see `tick_together`.
+def begin_literally(seam):
+    """Forget the forces of the last tick."""
+    for row in range(seam.interface.nodes.size):
+        seam.exchange.given[row, 0] = seam.exchange.given[row, 1] = 0.0
 
-    The automata make their steps first, those of the interface with the velocity that the nodes had; then the nodes feel the
-    mean of the forces of the automata, and take the automata with them to where they come.
-    """
-    interface, exchange, state, motion = seam.interface, seam.exchange, grid.state, automata.motion
-    time, fastest = steps.step / steps.micro, 0.0
-    for row_ in range(interface.nodes.size):
-        exchange.given[row_, 0] = exchange.given[row_, 1] = 0.0
-    for _ in range(steps.micro):
-        keep_before(automata.edges, motion, automata.scratch.force, automata.scratch.torque)
-        kick_automata(automata, 0.5 * time)
-        follow_velocities(interface, state, motion)
-        automata_motion.drift(motion, time, 0, automata.body.kind.size)
-        update_automata_forces(automata, seam)
-        for row_ in range(interface.nodes.size):
-            exchange.given[row_, 0] += exchange.automata_force[row_, 0] / steps.micro
-            exchange.given[row_, 1] += exchange.automata_force[row_, 1] / steps.micro
-        fastest = kick_automata(automata, 0.5 * time)
-        follow_velocities(interface, state, motion)
-        settle_edges(automata, time)
+
+@jit
+def move_literally(grid, automata, seam, time):
+    """Kick and drift the automata for `time` [s]; those of the interface with the velocities of their nodes."""
+    keep_before(automata.edges, automata.motion, automata.scratch.force, automata.scratch.torque)
+    kick_automata(automata, 0.5 * time)
+    follow_velocities(seam.interface, grid.state, automata.motion)
+    automata_motion.drift(automata.motion, time, 0, automata.body.kind.size)
+
+
+@jit
+def act_literally(grid, automata, seam, time, micro):
+    """Add to the mean of the forces, and kick the automata; return their largest squared speed."""
+    exchange = seam.exchange
+    for row in range(seam.interface.nodes.size):
+        exchange.given[row, 0] += exchange.automata_force[row, 0] / micro
+        exchange.given[row, 1] += exchange.automata_force[row, 1] / micro
+    fastest = kick_automata(automata, 0.5 * time)
+    follow_velocities(seam.interface, grid.state, automata.motion)
+    settle_edges(automata, time)
+    return fastest
+
+
+@jit
+def finish_literally(grid, automata, seam, factors, row, steps, tick, again):
+    """Advance the grid with the mean of the forces of the automata; return a cell that is inverted, or -1."""
+    interface, exchange, state = seam.interface, seam.exchange, grid.state
     exchange.automata_force[:] = exchange.given
     assemble(interface, exchange, state, grid.conditions, 0.5 * steps.step, steps.scheme)
     begin_grid(grid, factors, row, steps.step)
-    follow(interface, state, motion)
-    failed = update_grid_forces(grid, seam, steps.step, tick)
+    follow(interface, state, automata.motion)
+    failed = finish_cells(grid, seam, steps.step, tick, again)
     assemble(interface, exchange, state, grid.conditions, 0.5 * steps.step, steps.scheme)
-    finish_grid(grid, steps.step)
-    follow(interface, state, motion)
-    return failed, fastest
+    grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
+    follow(interface, state, automata.motion)
+    return failed
 
 
 @jit
@@ -320,62 +445,93 @@ def follow_velocities(interface, state, motion):
     hang(interface, state.velocity, motion.velocity)
 
 
-@jit
-def failure_of(failed, fastest, speed_limit, tick, failure_out):
-    """Return the status of a tick, and note where and when it failed."""
-    if failed >= 0:
-        failure_out[0], failure_out[1] = failed, tick
-        return INVERTED
-    if not fastest <= speed_limit * speed_limit:
-        failure_out[1] = tick
-        return TOO_FAST
-    return DONE
-
-
-# One function for each scheme, so that a run compiles its own alone.
+# -- the whole ------------------------------------------------------------------------------------------------------------
 
 
 @jit
-def advance_together(grid, automata, seam, factors, steps, tick, failure_out):
-    """Advance by whole ticks in lockstep.
+def begin(grid, automata, seam, factors, row, steps, impulses, literal):
+    """Begin a tick, before the first step of the automata."""
+    if impulses is not None:
+        begin_impulses(grid, automata, seam, factors, row, steps)
+    if literal is not None:
+        begin_literally(seam)
+
+
+@jit
+def move(grid, automata, seam, factors, row, steps, impulses, literal):
+    """Kick for half a step of the automata, and drift."""
+    if impulses is not None:
+        move_with_impulses(grid, automata, seam, steps.step / steps.micro, steps.scheme)
+    elif literal is not None:
+        move_literally(grid, automata, seam, steps.step / steps.micro)
+    else:
+        move_together(grid, automata, seam, factors, row, steps)
+
+
+@jit
+def act(grid, automata, seam, steps, tick, again, impulses, literal):
+    """Kick for the second half of a step of the automata; return a cell that is inverted, or -1, and their speed squared."""
+    if impulses is not None:
+        return np.int64(-1), act_with_impulses(grid, automata, seam, steps.step / steps.micro, steps.scheme)
+    if literal is not None:
+        return np.int64(-1), act_literally(grid, automata, seam, steps.step / steps.micro, steps.micro)
+    return finish_together(grid, automata, seam, steps, tick, again)
+
+
+@jit
+def finish(grid, automata, seam, factors, row, steps, tick, again, impulses, literal):
+    """Finish a tick after the last step of the automata; return a cell that is inverted, or -1."""
+    if impulses is not None:
+        return finish_impulses(grid, automata, seam, steps, tick, again)
+    if literal is not None:
+        return finish_literally(grid, automata, seam, factors, row, steps, tick, again)
+    return np.int64(-1)
+
+
+@jit
+def advance(grid, automata, cracking, seam, factors, steps, impulses, literal, tick, progress, failure_out):
+    """Advance by whole ticks, or up to where links break or contacts have to be found anew.
 
     Args:
         grid: a `GridPart`.
         automata: an `AutomataPart`.
+        cracking: a `Cracking`; None for automata that stay linked and elastic.
         seam: a `Seam`.
         factors: of the signals of the grid in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
         steps: a `Steps`.
-        tick: at the beginning.
+        impulses: 1 for several steps of the automata in a tick, else None.
+        literal: 1 for the sub-steps of the paper, else None; with neither, both parts advance in lockstep.
+        tick: at the beginning of the first row.
+        progress: where to go on, and where this has stopped, shape (PROGRESS,); zeros at the beginning of a call.
         failure_out: where a cell is inverted, its number; and the tick at which anything failed, shape (2,).
 
     Returns:
-        DONE, INVERTED or TOO_FAST.
+        DONE, INVERTED or TOO_FAST; SEARCH before a step of the automata, BREAK in the middle of one.
     """
-    for row in range(len(factors)):
-        failed, fastest = tick_together(grid, automata, seam, factors, row, steps, tick + row + 1)
-        status = failure_of(failed, fastest, steps.speed_limit, tick + row + 1, failure_out)
-        if status != DONE:
-            return status
-    return DONE
-
-
-@jit
-def advance_with_impulses(grid, automata, seam, factors, steps, tick, failure_out):
-    """Advance by whole ticks with several micro-steps in each; see `advance_together`."""
-    for row in range(len(factors)):
-        failed, fastest = tick_with_impulses(grid, automata, seam, factors, row, steps, tick + row + 1)
-        status = failure_of(failed, fastest, steps.speed_limit, tick + row + 1, failure_out)
-        if status != DONE:
-            return status
-    return DONE
-
-
-@jit
-def advance_literally(grid, automata, seam, factors, steps, tick, failure_out):
-    """Advance by whole ticks with the paper's sub-steps; see `advance_together`."""
-    for row in range(len(factors)):
-        failed, fastest = tick_literally(grid, automata, seam, factors, row, steps, tick + row + 1)
-        status = failure_of(failed, fastest, steps.speed_limit, tick + row + 1, failure_out)
-        if status != DONE:
-            return status
+    time, rows, fastest = steps.step / steps.micro, len(factors), 0.0
+    while progress[ROW] < rows:
+        row = progress[ROW]
+        now, again, failed = tick + row + 1, row + 1 < rows, np.int64(-1)
+        if progress[STAGE] == BEGIN:
+            begin(grid, automata, seam, factors, row, steps, impulses, literal)
+            progress[MICRO], progress[STAGE] = 0, MOVE
+        while progress[MICRO] < steps.micro:
+            own_tick = (now - 1) * steps.micro + progress[MICRO]
+            if progress[STAGE] == MOVE:
+                if must_search(cracking):
+                    return SEARCH
+                move(grid, automata, seam, factors, row, steps, impulses, literal)
+                note_travel(automata, cracking, time)
+                progress[STAGE] = ACT
+                if must_break(automata, cracking, own_tick):
+                    return BREAK
+            update_automata_forces(automata, cracking, seam, time, own_tick)
+            failed, fastest = act(grid, automata, seam, steps, now, again, impulses, literal)
+            progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE
+        bad = finish(grid, automata, seam, factors, row, steps, now, again, impulses, literal)
+        failed = bad if failed < 0 else failed
+        if failed >= 0 or not fastest <= steps.speed_limit * steps.speed_limit:
+            failure_out[0], failure_out[1] = failed, now
+            return INVERTED if failed >= 0 else TOO_FAST
+        progress[ROW], progress[STAGE] = row + 1, BEGIN
     return DONE

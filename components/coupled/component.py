@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ..automata.advance import TOO_FAST as TOO_FAST_ALONE
 from ..automata.component import Automata
+from ..automata.cracking_steps import UNSOUND, CrackingSteps
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
 from ..automata.state import Scratch
 from ..component import Component
@@ -23,14 +25,20 @@ from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import sums
 from .advance import (
+    BREAK,
+    DONE,
     INVERTED,
+    MICRO,
+    PROGRESS,
+    ROW,
+    SEARCH,
+    TOO_FAST,
     AutomataPart,
+    Cracking,
     GridPart,
     Seam,
     Steps,
-    advance_literally,
-    advance_together,
-    advance_with_impulses,
+    advance,
     update_automata_forces,
 )
 from .edges import Edges
@@ -57,13 +65,10 @@ _ALLOWED, _SUGGESTED = 0.9, 0.8
 _ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.5, 0.35
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
-# Energies of the parts that are outputs, and their place in the sums.
-_PART_ENERGIES = {
-    "grid_kinetic_energy": sums.KINETIC,
-    "grid_elastic_energy": sums.ELASTIC,
-    "automata_kinetic_energy": sums.AUTOMATA_KINETIC,
-    "automata_elastic_energy": sums.AUTOMATA_ELASTIC,
-}
+# Energies of the parts that are outputs.
+_PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
+# What `_advance` returns, beside `advance.INVERTED`, where the automata cannot go on: this and their own status.
+_AUTOMATA_FAILED = 16
 # Axes that do not count nodes, cells, automata or pairs: both parts have them.
 _ENTRIES = ("direction", "entry", "component")
 
@@ -139,11 +144,14 @@ class Coupled(Component):
         micro = self.step_size / self.micro_steps
         self.grid = Grid(**{**self._given["grid"], "step_size": self.step_size, "memory": self._block["grid"]})
         self.automata = Automata(**{**self._given["automata"], "step_size": micro, "memory": self._block["automata"]})
+        self._include(self.grid, "grid")
+        self._include(self.automata, "automata", self.micro_steps)
 
     def _make_parts(self) -> None:
-        n, rows, automata = self.automata.count, len(self.interface.nodes), self.automata
+        rows, automata = len(self.interface.nodes), self.automata
         nodes = self.grid.tables()[2].nodes.astype(np.int64)
-        scratch = Scratch(np.zeros((n, 2)), np.zeros(n), self._block["automata_force"], self._block["automata_torque"])
+        own = automata.scratch
+        scratch = Scratch(own.half, own.dilation, self._block["automata_force"], self._block["automata_torque"])
         self.reference: FloatArray = automata.packing.reference + np.array(self.parameters.origin)
         forces = self._block["exchanged_forces"]
         before, start, given = np.zeros((3, rows, 2))
@@ -154,12 +162,13 @@ class Coupled(Component):
         self._automata_part = AutomataPart(
             automata.body, self.reference, automata.motion, scratch, self._edges, self._block["tallies"]
         )
-        self._events, self._counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         self._steps = Steps(self.step_size, self.micro_steps, SCHEMES[self.parameters.scheme], limit)
-        self._advance_parts = advance_together if self.micro_steps == 1 else advance_with_impulses
-        if self._steps.scheme == LITERAL:
-            self._advance_parts = advance_literally
+        self._cracking = automata.steps if isinstance(automata.steps, CrackingSteps) else None
+        # The kinds of steps, as `advance` wants to know them.
+        self._literal = 1 if self._steps.scheme == LITERAL else None
+        self._impulses = 1 if self.micro_steps > 1 and not self._literal else None
+        self._progress = np.zeros(PROGRESS, dtype=np.int64)
         self._failed = np.zeros(2, dtype=np.int64)
         self._divided: Mapping[str, Held] | None = None
 
@@ -228,13 +237,24 @@ class Coupled(Component):
             "grid_step_part": lambda: self.grid_step_part,
             "automata_step_part": lambda: self.automata_step_part,
         }
-        for name, entry in _PART_ENERGIES.items():
-            found[name] = lambda entry=entry: float(self._sums()[entry])
+        for name in _PART_ENERGIES:
+            found[name] = lambda name=name: self._part_energies()[name]
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             for variable in part.declared():
                 if variable.causality == "output":
                     found[f"{prefix}_{variable.name}"] = lambda part=part, name=variable.name: part.peek(name)
         return found
+
+    def _part_energies(self) -> dict[str, float]:
+        found = self._sums()
+        links = self.automata.steps.stored(0.0)
+        amounts = (found[sums.KINETIC], self._grid_elastic(found), found[sums.AUTOMATA_KINETIC], links["elastic_energy"])
+        return dict(zip(_PART_ENERGIES, map(float, amounts), strict=True))
+
+    @staticmethod
+    def _grid_elastic(found: FloatArray) -> float:
+        """Return the elastic energy of the cells: what their stresses have done, less what has become plastic [J]."""
+        return float(found[sums.ELASTIC]) - float(found[sums.PLASTIC])
 
     def _mass_difference(self) -> float:
         """Return the mass of nodes and free automata less density times area of both parts."""
@@ -244,6 +264,19 @@ class Coupled(Component):
         own[conditions.nodes] = conditions.share * conditions.mass
         parts = self.grid.mass.sum() + self.automata.mass.sum()
         return float((own.sum() + free) - parts)
+
+    def report(self) -> dict[str, float]:
+        """Return how close the steps are to the largest stable ones, and what the grid has to say of its cells."""
+        own = {
+            "step over the largest stable one of the grid": self.grid_step_part,
+            "micro-step over the largest stable one of the automata": self.automata_step_part,
+        }
+        cells = self.grid.report()
+        return {**own, **{name: cells[name] for name in cells if "cell" in name}}
+
+    def cautions(self) -> list[str]:
+        """Return those of the parts."""
+        return [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the grid, the automata and their links."""
@@ -270,7 +303,13 @@ class Coupled(Component):
         grid, automata = self._grid_part(), self._automata_part
         follow(self.interface, grid.state, automata.motion)
         keep_grid_forces(self.interface, self._seam.exchange, grid.state)
-        update_automata_forces(automata, self._seam)
+        if self._cracking is not None:
+            # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
+            self._cracking.find_contacts()
+            self._cracking.dilation()
+            update_automata_forces(automata, self._cracking_part(), self._seam, 0.0, 0)
+        else:
+            update_automata_forces(automata, None, self._seam, 0.0, 0)
         if self._in_lockstep:
             half = 0.5 * self.step_size
             assemble(self.interface, self._seam.exchange, grid.state, grid.conditions, half, self._steps.scheme)
@@ -284,9 +323,20 @@ class Coupled(Component):
 
     def _grid_part(self) -> GridPart:
         grid, state, conditions, corner = self.grid.tables()
-        return GridPart(grid, state, conditions, corner, self.grid.tally, self._events, self._counts)
+        return GridPart(grid, state, conditions, corner, self.grid.tally, *self.grid.event_room())
+
+    def _cracking_part(self) -> Cracking | None:
+        """Return the histories and contacts of the automata; None where they have none."""
+        steps = self._cracking
+        if steps is None:
+            return None
+        return Cracking(
+            steps.medium, steps.judgement, steps.contacts(), steps.count_contacts(), steps.losses, steps.most_travel
+        )
 
     def _advance(self, ticks: int) -> int:
+        if self._cracking is not None and not self._cracking.is_sound():
+            return _AUTOMATA_FAILED + UNSOUND
         if self._held is not self._divided:
             self._divide_inputs()
         if not self._automata_follow_profile:
@@ -321,7 +371,27 @@ class Coupled(Component):
             drive = np.concatenate([grid.conditions.drive, loads[None]])
             grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
             factors = np.concatenate([factors, np.ones((ticks, 1))], axis=1)
-        return int(self._advance_parts(grid, self._automata_part, self._seam, factors, self._steps, tick, self._failed))
+        status = self._run(grid, factors, tick)
+        self.grid.keep_events(grid.counts)
+        return status
+
+    def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
+        """Advance by as many ticks as there are factors; 0, or a status."""
+        self._progress[:] = 0
+        while True:
+            status = advance(
+                grid, self._automata_part, self._cracking_part(), self._seam, factors, self._steps, self._impulses,
+                self._literal, tick, self._progress, self._failed,
+            )  # fmt: skip
+            if status in (DONE, INVERTED):
+                return int(status)
+            if status == TOO_FAST or self._cracking is None:
+                return _AUTOMATA_FAILED + TOO_FAST_ALONE
+            if status == SEARCH and (failed := self._cracking.find_contacts()):
+                self._failed[1] = tick + self._progress[ROW] + 1
+                return _AUTOMATA_FAILED + failed
+            if status == BREAK:
+                self._cracking.break_links((tick + int(self._progress[ROW])) * self.micro_steps + int(self._progress[MICRO]))
 
     def _interface_loads(self, conditions: layout.Conditions) -> FloatArray | None:
         """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without."""
@@ -342,14 +412,16 @@ class Coupled(Component):
             return StepError(
                 f"grid_{error}", time=error.time, variable="grid_displacement", index=error.index, value=error.value, limit=0.0
             )
-        velocity, limit = self.automata.motion.velocity, self._steps.speed_limit
-        with np.errstate(all="ignore"):
-            speed = np.sqrt((velocity * velocity).sum(axis=1))
-        index, time = int(np.argmax(~(speed <= limit))), float(self._failed[1]) * self.step_size
+        return self._explain_automata(status - _AUTOMATA_FAILED)
+
+    def _explain_automata(self, status: int) -> StepError:
+        """Return the error of the automata as one of the whole."""
+        begin = max(int(self._failed[1]) - 1, 0) if status != UNSOUND else self._tick
+        self.automata.adopt(begin * self.micro_steps, {})
+        error = self.automata._explain(status)
         return StepError(
-            f"automata_velocity[{index}] reached {speed[index]:g} m/s at {time:.9g} s, expected at most {limit:g} m/s, "
-            f"{_LARGEST_MOVE:g} of a diameter in a micro-step; take a smaller step_size, or load the body less",
-            time=time, variable="automata_velocity", index=index, value=float(speed[index]), limit=limit,
+            f"automata_{error}", time=error.time, variable=f"automata_{error.variable}", index=error.index, value=error.value,
+            limit=error.limit,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -366,16 +438,9 @@ class Coupled(Component):
 
     def _sums(self) -> FloatArray:
         found = np.zeros(sums.SUMS)
-        part = self._automata_part
-        self._deform()
         with np.errstate(all="ignore"):
-            sums.write_sums(self._grid_part(), part, self._seam, self.grid.mass, self._in_lockstep, found)
+            sums.write_sums(self._grid_part(), self._automata_part, self._seam, self.grid.mass, self._in_lockstep, found)
         return found
-
-    def _deform(self) -> None:
-        """Compute the volumetric strains of the automata as they are; forces stay, they belong to the state."""
-        part, count = self._automata_part, self.automata.count
-        sums.update_dilations(part.body, part.motion, part.scratch, count)
 
     def _leapfrog(self, found: FloatArray) -> float:
         micro = self.step_size / self.micro_steps
@@ -383,13 +448,21 @@ class Coupled(Component):
         return -0.125 * float(pulled)
 
     def _stored(self, found: FloatArray) -> dict[str, float]:
+        links = self.automata.steps.stored(0.0)
+        elastic = self._grid_elastic(found) + links.pop("elastic_energy")
         return {
             "kinetic_energy": float(found[sums.KINETIC] + found[sums.AUTOMATA_KINETIC]),
             "rotational_energy": float(found[sums.ROTATIONAL]),
-            "elastic_energy": float(found[sums.ELASTIC] + found[sums.AUTOMATA_ELASTIC]),
+            "elastic_energy": elastic,
             "hourglass_energy": float(found[sums.HOURGLASS]),
+            **links,
             "leapfrog_energy": self._leapfrog(found),
         }
+
+    def _lost(self, found: FloatArray) -> dict[str, float]:
+        absorbed = {"absorbed_energy": float(self.grid.tally[layout.ABSORBED])}
+        plastic = {"plastic_work": float(found[sums.PLASTIC])} if self.grid.event_kinds else {}
+        return {**absorbed, **plastic, **self.automata.steps.lost()}
 
     def _energy(self, found: FloatArray) -> float:
         return sum(self._stored(found).values())
@@ -415,14 +488,13 @@ class Coupled(Component):
             "input_work": float(tally[layout.WORK] + load[WORK]),
             "boundary_work": float(grip[WORK]),
         }
-        lost = {"absorbed_energy": float(tally[layout.ABSORBED])}
         impulse = {
             "impulse": tally[layout.IMPULSE : layout.IMPULSE + 2] + load[1:3],
             "boundary_impulse": tally[layout.BOUNDARY_IMPULSE : layout.BOUNDARY_IMPULSE + 2] + grip[1:3],
         }
         mass = float(self.mass.sum())
         balances = [
-            Balance("energy", "J", self._stored(found), work, lost, float(start[0])),
+            Balance("energy", "J", self._stored(found), work, self._lost(found), float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": self._momentum(found)}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]

@@ -50,10 +50,6 @@ class CoupledParameters(Parameters):
             raise ValueError(
                 f"automata.thickness: got {self.automata.thickness:g} m, expected 1 m, as thick as the slab of the grid"
             )
-        if any(law.code for law in self.grid.plastic_laws):
-            raise ValueError("grid.plasticity: a grid that is coupled to automata is elastic; leave the plastic law out")
-        if self.automata.has_history:
-            raise ValueError("automata.criterion: coupled automata neither break nor yield; leave criterion and response out")
         if self.scheme == "literal" and self.micro_steps is None:
             raise ValueError("micro_steps: scheme = literal needs their number")
         return self

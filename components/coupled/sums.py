@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-from ..automata.linked import dilations, elastic_energy
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y
-from ..automata.pair import orient
 from ..grid import kernels as grid_kernels
 from ..support.jit import jit
 
 # Entries of the sums: of the grid, then of the automata.
 KINETIC, HOURGLASS, PULLED, MOMENTUM, ANGULAR_MOMENTUM = 0, 1, 2, 3, 5
 AUTOMATA_KINETIC, ROTATIONAL, AUTOMATA_PULLED, AUTOMATA_MOMENTUM, AUTOMATA_ANGULAR_MOMENTUM = 6, 7, 8, 9, 11
-ELASTIC, AUTOMATA_ELASTIC, SUMS = 12, 13, 14
-
-
-@jit
-def update_dilations(body, motion, scratch, count):
-    """Write rotations and volumetric strains of the automata as they are, and leave the forces."""
-    orient(motion.rotation, scratch.half, 0, count)
-    dilations(body, motion.displacement, scratch.half, scratch.dilation, 0, count)
+ELASTIC, PLASTIC, SUMS = 12, 13, 14
 
 
 @jit
 def write_sums(grid, automata, seam, own_mass, together, sums_out):
     """Write energies [J], momenta [N s], their moments [N m s], and force^2 / mass of each part, shape (SUMS,).
 
+    Without the energies of links and contacts. ELASTIC is the work of the stresses of the cells, PLASTIC included.
+
     Args:
         grid: a `GridPart`.
-        automata: an `AutomataPart`, its dilations up to date.
+        automata: an `AutomataPart`.
         seam: a `Seam`.
         own_mass: of each node of the grid, without joined nodes and automata, shape (n,) [kg].
         together: whether the forces on interface nodes are those of both sides, as in lockstep.
@@ -42,13 +35,11 @@ def write_sums(grid, automata, seam, own_mass, together, sums_out):
                 sums_out[PULLED] += grid.conditions.share[i] * force * force / grid.conditions.mass[i]
     for c in range(len(grid.state.energy)):
         sums_out[ELASTIC] += grid.state.energy[c]
+    for c in range(len(grid.state.plastic_work)):
+        sums_out[PLASTIC] += grid.state.plastic_work[c]
     add_automata(automata, seam.interface, sums_out)
     leave_out_held(automata, seam.interface, sums_out)
     add_carried(grid, seam, together, sums_out)
-    body, motion, scratch = automata.body, automata.motion, automata.scratch
-    sums_out[AUTOMATA_ELASTIC] = elastic_energy(
-        body, motion.displacement, scratch.half, scratch.dilation, 0, automata.body.kind.size
-    )
 
 
 @jit

@@ -259,19 +259,26 @@ class Grid(Component):
         return signal_factors(self._signals, tick, ticks)
 
     def _advance(self, ticks: int) -> int:
-        factors = self.factors(self._tick, ticks)
-        events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
-        if self._plastic:
-            counts[0] = self._block.count("events")
-            events = self._block.room("events", len(self.mesh.cells) - int(counts[0]))
+        factors, (events, counts) = self.factors(self._tick, ticks), self.event_room()
         advance = threads.advance if len(self._grid.parts) > 2 and threads.available() else kernels.advance
         status = advance(
             self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
             events, counts, self._failed,
         )  # fmt: skip
+        self.keep_events(counts)
+        return int(status)
+
+    def event_room(self) -> tuple[FloatArray, IntArray]:
+        """Return room for an event of each cell that can yield, and how many rows of it are in use, shape (1,)."""
+        if not self._plastic:
+            return np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
+        count = self._block.count("events")
+        return self._block.room("events", len(self.mesh.cells) - count), np.array([count])
+
+    def keep_events(self, counts: IntArray) -> None:
+        """Note how many rows of `event_room` are in use now."""
         if self._plastic:
             self._block.set_count("events", int(counts[0]))
-        return int(status)
 
     def _explain(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self._failed)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError
 
-from ..errors import ParameterError, nearest
+from ..errors import ParameterError, nearest, shortened
 from ..support.validation import Fixed, faults_of
 
 _SYMBOLS = {"E": "young", "nu": "poisson", "rho": "density"}
@@ -41,11 +41,11 @@ class Material(Fixed):
         """
         for symbol, name in _SYMBOLS.items():
             if symbol in fields:
-                raise ParameterError(f"Material: {symbol}: unknown; it is called {name!r} here")
+                raise ParameterError("unknown", hint=f"it is called {name!r} here", at=symbol, source="Material")
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            raise ParameterError("Material: " + "; ".join(map(str, faults_of(error, fields, type(self))))) from None
+            raise ParameterError(*(fault.of("Material") for fault in faults_of(error, fields, type(self)))) from None
 
     @property
     def plane_compliance(self) -> float:
@@ -91,9 +91,14 @@ PRESETS = {
 }
 
 
+def _no_preset(name: object) -> ParameterError:
+    hint = nearest(str(name), PRESETS, "or give density, young and poisson")
+    return ParameterError(f"got {shortened(name)}", expected="the name of a preset", hint=hint)
+
+
 def _validate_preset(name: str) -> str:
     if name not in PRESETS:
-        raise ValueError(f"{name!r} is no preset; {nearest(name, PRESETS)}; or give density, young and poisson")
+        raise _no_preset(name)
     return name
 
 
@@ -114,6 +119,6 @@ def material(value: str | Material) -> Material:
     """Return a preset by name, or the material itself."""
     if isinstance(value, Material):
         return value
-    if value not in PRESETS:
-        raise ParameterError(f"material {value!r} is no preset; {nearest(value, PRESETS)}; or give density, young, poisson")
+    if not isinstance(value, str) or value not in PRESETS:
+        raise _no_preset(value).within("material")
     return PRESETS[value]

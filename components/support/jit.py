@@ -19,7 +19,7 @@ from numba.core.bytecode import FunctionIdentity
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
-from . import notice
+from . import compilation_notice
 from .fingerprint import is_of_package
 from .kernel_cache import KernelCache
 
@@ -87,7 +87,7 @@ class _UniqueNumbers:
 if JIT:
     identity: Any = FunctionIdentity
     identity._unique_ids = _UniqueNumbers()
-    notice.listen()
+    compilation_notice.listen()
 
 
 def refuse_stale(function: Callable[..., Any]) -> None:

@@ -75,17 +75,19 @@ def unpack(data: bytes | memoryview, most_text: int | None = None) -> tuple[dict
 
 def _unpack(view: memoryview, most_text: int | None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     if len(view) < _HEAD.size + _DIGEST_SIZE:
-        raise LogError(f"a packed block of {len(view)} bytes is too short to be one; it was cut off")
+        raise LogError(f"a packed block of {len(view)} bytes is too short to be one", hint="it was cut off")
     magic, version, length = _HEAD.unpack_from(view)
     if magic != MAGIC:
-        raise LogError(f"a packed block starts with {bytes(magic)!r}, expected {MAGIC!r}; this is no data of granular-env")
+        raise LogError(
+            f"a packed block starts with {bytes(magic)!r}", expected=f"{MAGIC!r}", hint="this is no data of granular-env"
+        )
     if version != VERSION:
-        raise LogError(f"a packed block has format version {version}, this program reads {VERSION}; update granular-env")
+        raise LogError(f"a packed block has format version {version}, this program reads {VERSION}", hint="update granular-env")
     body, stored = view[:-_DIGEST_SIZE], bytes(view[-_DIGEST_SIZE:])
     if digest(body) != stored:
-        raise LogError("a packed block does not match its checksum; the data is damaged")
+        raise LogError("a packed block does not match its checksum", hint="the data is damaged")
     if _HEAD.size + length > len(body):
-        raise LogError("a packed block's header is longer than the block; the data is damaged")
+        raise LogError("a packed block's header is longer than the block", hint="the data is damaged")
     if most_text is not None and length > most_text:
         raise LogError(f"a packed block's header has {length} bytes of text, the limit is {most_text}")
     content = json.loads(bytes(body[_HEAD.size : _HEAD.size + length]))
@@ -93,7 +95,7 @@ def _unpack(view: memoryview, most_text: int | None) -> tuple[dict[str, Any], di
     offset = _HEAD.size + length
     for name, dtype_name, shape in content["arrays"]:
         if dtype_name not in _DTYPES:
-            raise LogError(f"array {name!r} has dtype {dtype_name!r}, expected one of {', '.join(sorted(_DTYPES))}")
+            raise LogError(f"array {name!r} has dtype {dtype_name!r}", expected=f"one of {', '.join(sorted(_DTYPES))}")
         if len(shape) > _MAXIMUM_DIMENSIONS or any(not isinstance(extent, int) or not 0 <= extent < 2**48 for extent in shape):
             raise LogError(f"array {name!r} has a shape that no array has")
         dtype = np.dtype(dtype_name)

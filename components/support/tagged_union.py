@@ -11,7 +11,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from ..errors import nearest, shortened
 from ..support.validation import Parameters
-from .validation import faults_of
+from .validation import as_validation_error, faults_of, refusal
 
 
 class Named(Parameters):
@@ -41,22 +41,24 @@ class ByName:
         return core_schema.no_info_before_validator_function(self.choose, handler(source))
 
     def choose(self, given: Any) -> Named:
-        """Return the table; `ValueError` where there is none, or where it is not valid."""
+        """Return the table; `a fault where there is none, or where it is not valid."""
         if type(given) in self.choices.values():
             return given
         fields = {"name": given} if isinstance(given, str) else given
+        known = ", ".join(self.choices)
         if not isinstance(fields, Mapping):
-            raise ValueError(f"got {shortened(given)}, expected a name, or a table with one; known: {', '.join(self.choices)}")
+            raise refusal(f"got {shortened(given)}", "a name, or a table with one", f"known: {known}")
         name = fields.get("name")
         if name is None:
-            raise ValueError(f"name: missing; known: {', '.join(self.choices)}")
+            raise refusal("missing", hint=f"known: {known}", at=("name",))
         if not isinstance(name, str) or name not in self.choices:
-            raise ValueError(f"name: {shortened(name)} is unknown; {nearest(str(name), self.choices)}")
+            at = () if isinstance(given, str) else ("name",)
+            raise refusal(f"got {shortened(name)}", "a known name", nearest(str(name), self.choices), at)
         model = self.choices[name]
         try:
             return model(**{str(key): value for key, value in fields.items()})
         except ValidationError as error:
-            raise ValueError("; ".join(map(str, faults_of(error, fields, model)))) from None
+            raise as_validation_error(faults_of(error, fields, model)) from None
 
 
 def tables(model: type[BaseModel]) -> dict[str, Mapping[str, type[Named]]]:

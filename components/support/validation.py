@@ -1,21 +1,32 @@
-"""Checking what people give: parameters against their model, start values against shapes; one sentence for each fault."""
+"""Checking what people give: parameters against their model, and single numbers; a fault for each thing that is wrong."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from ..elements import check_index, index_text, parse_index
-from ..errors import Fault, Location, ParameterError, nearest, shortened
-from .arrays import FloatArray
+from ..errors import Fault, GranularError, Location, ParameterError, location_text, nearest, shortened, to_location
 
 Model = TypeVar("Model", bound=BaseModel)
+_FLOAT = np.dtype(np.float64)
+_INDEX = re.compile(r"-?\d{1,9}(,-?\d{1,9})*")
+
+
+class _Words:
+    """Text, or a truth value, where a number belongs: pydantic, which would read it as one, refuses this instead."""
+
+    def __init__(self, value: Any) -> None:
+        self._value = value
+
+    def __repr__(self) -> str:
+        return repr(self._value)
 
 
 class Fixed(BaseModel):
@@ -25,24 +36,29 @@ class Fixed(BaseModel):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
-            raise ParameterError(
-                f"{name}: got {shortened(value)}, but {type(self).__name__} is fixed; make a new one with that value"
-            )
+            hint = f"{type(self).__name__} is fixed; make a new one with that value"
+            raise ParameterError(f"got {shortened(value)}", hint=hint, at=(name,))
         super().__setattr__(name, value)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plain(cls, given: Any) -> Any:
+        """Return what pydantic takes, without what it would silently read as something else."""
+        if not isinstance(given, dict):
+            return given
+        fields = {name: plain(value) for name, value in given.items()}
+        for name, field in cls.model_fields.items():
+            if name in fields and holds_numbers_only(field.annotation):
+                fields[name] = _mark_words(fields[name])
+            elif name in fields and field.annotation is bool and not isinstance(fields[name], bool):
+                fields[name] = _Words(fields[name])
+        return fields
 
 
 class Parameters(Fixed):
     """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
 
     model_config = ConfigDict(validate_default=True)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _plain(cls, fields: Any) -> Any:
-        if not isinstance(fields, dict):
-            return fields
-        truths = {name for name, field in cls.model_fields.items() if field.annotation is bool}
-        return {name: value if name in truths else plain(name, value) for name, value in fields.items()}
 
 
 def validate_parameters(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
@@ -66,13 +82,15 @@ def refusal(received: str, expected: str = "", hint: str = "", at: Location = ()
     return PydanticCustomError(_FAULT, "{fault}", {"fault": Fault(at, received, expected, hint)})
 
 
+def as_refusal(error: GranularError, *at: str | int) -> PydanticCustomError:
+    """Return the first fault of an error as what a pydantic validator raises."""
+    return PydanticCustomError(_FAULT, "{fault}", {"fault": error.faults[0].within(*at)})
+
+
 def as_validation_error(faults: Iterable[Fault]) -> ValidationError:
     """Return faults as an error of pydantic: raised in a validator, they come out of the outermost model, located there."""
     details = [
-        InitErrorDetails(
-            type=PydanticCustomError(_FAULT, "{fault}", {"fault": replace(fault, location=())}), loc=fault.location, input=None
-        )
-        for fault in faults
+        InitErrorDetails(type=PydanticCustomError(_FAULT, "{fault}", {"fault": fault}), loc=(), input=None) for fault in faults
     ]
     return ValidationError.from_exception_data("faults", details)
 
@@ -110,7 +128,16 @@ def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> l
     """Return the faults of one field; of a union those of the alternative that was meant: the right type, but out of range."""
     meant = [one for one in errors if not one["type"].endswith(("_type", "_parsing"))]
     alternatives = {one["loc"][1] for one in errors if len(one["loc"]) > 1}
-    return [_fault(one, given, model) for one in meant or (errors[:1] if len(alternatives) > 1 else errors)]
+    chosen = meant or (errors[:1] if len(alternatives) > 1 else errors)
+    return [fault for one in chosen for fault in _faults_of_error(one, given, model)]
+
+
+def _faults_of_error(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]:
+    raised = error.get("ctx", {}).get("error")
+    if isinstance(raised, GranularError):  # an error of our own is a ValueError too, with faults located in what was given
+        place = _place(error["loc"], given, may_be_missing=False)
+        return [replace(fault, location=(*place, *fault.location), source="") for fault in raised.faults]
+    return [_fault(error, given, model)]
 
 
 def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
@@ -120,7 +147,9 @@ def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
         fault = error["ctx"]["fault"]
         return replace(fault, location=(*place, *fault.location))
     if kind == "extra_forbidden":
-        return Fault(place, "unknown", hint=_advice_for_unknown(place, given, error["input"], model))
+        advice = _advice_for_unknown(place, given, error["input"], model)
+        key = str(place[-1])
+        return Fault((*place[:-1], *to_location(f"[{key}]")) if _INDEX.fullmatch(key) else place, "unknown", hint=advice)
     if kind == "missing":
         return Fault(place, "missing", hint=_advice_for_missing(place, model))
     if kind == "value_error":
@@ -128,10 +157,8 @@ def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return Fault(place, f"got {shortened(error['input'])}", "a table of keys and values")
     if kind == "list_type" and isinstance(error["input"], Mapping):
-        name = ".".join(map(str, place))
-        return Fault(
-            place, f"got {shortened(error['input'])}", f"a list; tables of a list are written [[{name}]], with two brackets"
-        )
+        hint = f"tables of a list are written [[{location_text(place)}]], with two brackets"
+        return Fault(place, f"got {shortened(error['input'])}", "a list", hint)
     expected = _EXPECTED[kind].format(**error.get("ctx", {})) if kind in _EXPECTED else error["msg"]
     return Fault(place, f"got {shortened(error['input'])}", expected)
 
@@ -187,85 +214,32 @@ def _owner(model: type[BaseModel], name: str, value: Any) -> str:
     return ""
 
 
-def start_array(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
-    """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the rest is 0).
-
-    A row is what one index of the first axis holds: for shape (n, 2) two numbers; {"3,1": value} or {(3, 1): value} gives a
-    single element.
-
-    Raises:
-        ParameterError: it is none of these, or not finite.
-    """
-    array = np.zeros(shape)
-    if not isinstance(value, Mapping):
-        array[...] = _values(name, value, shape, "a single number, or")
-        return array
-    if not shape:
-        raise ParameterError("got {index: value}, expected a single number", at=name)
-    indices = [_index(name, key, shape) for key in value]
-    if len(set(indices)) < len(indices):
-        raise ParameterError(f"got the indices {shortened(list(value))}, expected each index once", at=name)
-    for index, item in zip(indices, value.values(), strict=True):
-        place, rest = f"{name}[{index_text(index)}]", shape[len(index) :]
-        array[index] = _values(place, item, rest, "a number, or") if rest else finite_number(place, item)
-    return array
-
-
-def _values(name: str, value: Any, shape: tuple[int, ...], also: str) -> FloatArray:
-    """Return finite numbers that can be laid over an array of that shape: one, a row, or all of them."""
+def finite_number(at: str | Location, value: Any, expected: str = "a number", hint: str = "") -> float:
+    """Return `value` as a float; `ParameterError` for text, truth values, arrays, NaN, infinity and what else is no number."""
     try:
-        given = np.asarray(value)
-    except ValueError as error:  # rows of unlike length
-        raise ParameterError(f"got {shortened(value)}, expected a number or an array of shape {shape}", at=name) from error
-    if given.dtype.kind not in "fiub":
-        raise ParameterError(
-            f"got {shortened(value)}, expected a number, an array of shape {shape}, or {{index: value}}", at=name
-        )
-    # A row for all only where there are several axes: for shape (n,) a row is a number.
-    rows = [shape[1:]] if len(shape) > 1 else []
-    if given.shape not in ((), *rows, shape):
-        known = " or ".join(f"shape {one}" for one in (*rows, shape))
-        raise ParameterError(f"got shape {given.shape}, expected {also} {known}", at=name)
-    if not np.isfinite(given).all():
-        where = [int(index) for index in np.argwhere(~np.isfinite(given))[0]]
-        raise ParameterError(f"got {given[tuple(where)]}, expected a finite number", at=f"{name}{where or ''}")
-    return given.astype(np.float64)
-
-
-def _index(name: str, key: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the index of a row or of an element, counted from 0."""
-    try:
-        index = parse_index(key)
-        # One number is a row's; more must be an element's.
-        check_index(index, shape[:1] if len(index) == 1 else shape, f"got the index {shortened(key)}")
-    except ParameterError as error:
-        raise ParameterError(*(fault.within(*name.split(".")) for fault in error.faults)) from None
-    return tuple(number % size for number, size in zip(index, shape, strict=False))
-
-
-def finite_number(name: str, value: Any, expected: str = "a number") -> float:
-    """`value` as a float; `ParameterError` for text, arrays, NaN, infinity and whatever else is no number."""
-    try:
-        if isinstance(value, (str, bytes, bool)) or np.ndim(value):
+        if isinstance(value, str | bytes | bool) or np.ndim(value) or getattr(value, "dtype", _FLOAT).kind not in "fiu":
             raise TypeError
-        number = float(value)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ParameterError(f"got {shortened(value)}, expected {expected}", at=name) from error
+        if isinstance(value, np.ma.MaskedArray):
+            raise TypeError
+        with np.errstate(over="ignore"):  # of a wider float
+            number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(f"got {shortened(value)}", expected=expected, hint=hint, at=at) from None
     if not math.isfinite(number):
-        raise ParameterError(f"got {number}, expected a finite number", at=name)
+        raise ParameterError(f"got {number}", expected="a finite number", at=at)
     return number
 
 
-def positive_number(name: str, value: Any) -> float:
-    """`value` as a float above 0; `ParameterError` otherwise."""
-    number = finite_number(name, value)
+def positive_number(at: str | Location, value: Any) -> float:
+    """Return `value` as a float above 0; `ParameterError` otherwise."""
+    number = finite_number(at, value)
     if number <= 0.0:
-        raise ParameterError(f"got {number:g}, expected more than 0", at=name)
+        raise ParameterError(f"got {number:g}", expected="more than 0", at=at)
     return number
 
 
-def whole_number(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
-    """`value` as an int from `least` to `most`; `ParameterError` for truth values, fractions and whatever else is none."""
+def whole_number(at: str | Location, value: Any, least: int = 1, most: int | None = None) -> int:
+    """Return `value` as an int from `least` to `most`; `ParameterError` for truth values, fractions and what else is none."""
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, np.integer))
@@ -273,18 +247,28 @@ def whole_number(name: str, value: Any, least: int = 1, most: int | None = None)
         or (most is not None and value > most)
     ):
         limits = f"of at least {least}" if most is None else f"from {least} to {most}"
-        raise ParameterError(f"got {shortened(value)}, expected a whole number {limits}", at=name)
+        raise ParameterError(f"got {shortened(value)}", expected=f"a whole number {limits}", at=at)
     return int(value)
 
 
-def plain(name: str, value: Any) -> Any:
-    """Return a parameter as pydantic takes it: arrays and tuples as lists, numpy's numbers as Python's, no truth values."""
-    if isinstance(value, np.ndarray):
+def plain(value: Any) -> Any:
+    """Return a parameter as pydantic takes it: arrays and tuples as lists, numpy's numbers as Python's."""
+    if isinstance(value, np.ndarray) and not isinstance(value, np.ma.MaskedArray):
         return value.tolist()
     if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, tuple):
-        return list(value)
-    if isinstance(value, bool):
-        raise ValueError(f"{name}: got {value}, expected no truth value")
-    return value
+        return value.item()
+    return [plain(part) for part in value] if isinstance(value, list | tuple) else value
+
+
+def holds_numbers_only(annotation: Any) -> bool:
+    """Return whether the type of a field leaves room for nothing but numbers, in lists or alone, and None."""
+    parts = [part for part in get_args(annotation) if isinstance(part, type) or get_origin(part) is not None]
+    if get_origin(annotation) is Annotated:
+        return holds_numbers_only(parts[0])
+    return all(map(holds_numbers_only, parts)) if parts else annotation in (int, float, type(None))
+
+
+def _mark_words(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_mark_words(part) for part in value]
+    return _Words(value) if isinstance(value, str | bytes | bool) else value

@@ -37,7 +37,7 @@ def _constants(overrides: Overrides) -> dict[str, Any]:
         name, value = ".".join(override.key), override.value
         if name in constants:
             raise ParameterError(
-                f"constant {name!r}: given twice, as {shortened(constants[name])} and {shortened(value)}; give it once"
+                f"constant {name!r}: given twice, as {shortened(constants[name])} and {shortened(value)}", hint="give it once"
             )
         constants[name] = value
     return constants

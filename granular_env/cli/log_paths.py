@@ -49,5 +49,5 @@ def _empty_file(folder: Path, stem: str) -> Path:
         except FileExistsError:
             continue
         except OSError as error:
-            raise LogError(f"log {str(path)!r} cannot be written: {error.strerror}; {advice_for(error)}") from error
+            raise LogError(f"log {str(path)!r} cannot be written: {error.strerror}", hint=advice_for(error)) from error
     raise AssertionError

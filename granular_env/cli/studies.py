@@ -32,7 +32,9 @@ def study(
     from granular_env.control.study import console, load_study, runner
 
     if study is None:
-        raise ExperimentError("study: no study was named; `granular-env study --list` names those that come with the package")
+        raise ExperimentError(
+            "no study was named", hint="`granular-env study --list` names those that come with the package", at="study"
+        )
     refuse_other_kinds(study, "study")
     loaded = load_study(study, overrides)
     with silence_own_warnings():

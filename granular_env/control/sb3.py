@@ -14,7 +14,7 @@ try:
     from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMissingImports]
     from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices  # pyright: ignore[reportMissingImports]
 except ModuleNotFoundError as error:
-    raise MissingExtraError("stable_baselines3 is not installed; run: pip install 'granular-env[rl]'") from error
+    raise MissingExtraError("stable_baselines3 is not installed", hint="run: pip install 'granular-env[rl]'") from error
 
 
 class Sb3VecEnv(VecEnv):
@@ -35,11 +35,16 @@ class Sb3VecEnv(VecEnv):
 
     def __init__(self, env: gymnasium.vector.VectorEnv) -> None:
         if not isinstance(env, gymnasium.vector.VectorEnv):
-            raise ParameterError(f"env: got {shortened(env)}, expected a VectorEnv; gymnasium.make_vec() makes one")
+            raise ParameterError(
+                f"got {shortened(env)}", expected="a VectorEnv", hint="gymnasium.make_vec() makes one", at="env"
+            )
         mode = env.metadata.get("autoreset_mode")
         if mode != gymnasium.vector.AutoresetMode.SAME_STEP:
             raise ParameterError(
-                f'env: its autoreset_mode is {mode}, expected AutoresetMode.SAME_STEP; give make_vec autoreset_mode="SameStep"'
+                f"its autoreset_mode is {mode}",
+                expected="AutoresetMode.SAME_STEP",
+                hint='give make_vec autoreset_mode="SameStep"',
+                at="env",
             )
         self.env = env
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
@@ -110,7 +115,7 @@ class Sb3VecEnv(VecEnv):
     def _batch(self) -> Any:
         batch = self.env.unwrapped
         if not hasattr(batch, "get_attr"):
-            raise ParameterError(f"env: got {shortened(batch)}, whose single environments cannot be reached from here")
+            raise ParameterError(f"got {shortened(batch)}, whose single environments cannot be reached from here", at="env")
         return batch
 
     def _single(self, place: int) -> Any:

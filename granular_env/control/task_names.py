@@ -84,7 +84,7 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
     known = known_arguments(make)
     given = {key: value for key, value in arguments.items() if known is None or key in known or _DEFAULTS.get(key) != value}
     if known is not None and (unknown := [key for key in given if key not in known]):
-        raise ParameterError(f"{unknown[0]}: unknown; {nearest(unknown[0], known)}")
+        raise ParameterError("unknown", hint=nearest(unknown[0], known), at=unknown[0])
     try:
         made = make(**given)
     except GranularError:
@@ -94,9 +94,11 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
         raise ParameterError(f"task {name}: it ends with {type(error).__name__}{f': {told}' if told else ''}") from error
     env = getattr(made, "unwrapped", made)
     if isinstance(env, Task):
-        raise ParameterError("name: it makes a task, expected its environment; name what returns ComponentEnv(component, task)")
+        raise ParameterError(
+            "it makes a task", expected="its environment", hint="name what returns ComponentEnv(component, task)", at="name"
+        )
     if not isinstance(env, ComponentEnv):
-        raise ParameterError(f"name: it makes {shortened(made)}, expected a ComponentEnv")
+        raise ParameterError(f"it makes {shortened(made)}", expected="a ComponentEnv", at="name")
     return env
 
 
@@ -111,16 +113,16 @@ def _import_object(name: str, module: str, folder: Path | None) -> Any:
         missing = isinstance(error, ModuleNotFoundError) and error.name is not None and module.startswith(error.name)
         where = f"in {folder} and on Python's path" if folder is not None else "on Python's path"
         came = f"there is no module {module!r} {where}" if missing else f"its import ends with {type(error).__name__}: {error}"
-        raise ParameterError(f"name: got {name!r}: {came}") from error
+        raise ParameterError(f"got {name!r}: {came}", at="name") from error
 
 
 def _own(name: str, module: Any, path: str) -> Callable[..., Any]:
     found = getattr(module, path, None)
     if found is None:
         public = [known for known, value in vars(module).items() if callable(value) and not known.startswith("_")]
-        raise ParameterError(f"name: got {name!r}: the module has no {path!r}; {nearest(path, public)}")
+        raise ParameterError(f"got {name!r}: the module has no {path!r}", hint=nearest(path, public), at="name")
     if not callable(found):
-        raise ParameterError(f"name: got {name!r}, which is {shortened(found)}, expected what makes a ComponentEnv")
+        raise ParameterError(f"got {name!r}, which is {shortened(found)}", expected="what makes a ComponentEnv", at="name")
     return found
 
 
@@ -131,8 +133,14 @@ def _find_registered(name: str) -> Callable[..., Any]:
     if spec is None or spec.entry_point is None:
         own = (id for id, spec in registry.items() if "/" in id and id not in environments() and not _of_gymnasium(spec))
         raise ParameterError(
-            f"name: got {name!r}, which is no task; {nearest(name, [*task_names(), *own])}; one of your own is 'module:name' "
-            "of what makes its environment, or 'module:id' of one that the module registers"
+            f"got {name!r}",
+            expected="the name of a task",
+            hint=nearest(
+                name,
+                [*task_names(), *own],
+                "one of your own is 'module:name' of what makes its environment, or 'module:id' of one that it registers",
+            ),
+            at="name",
         )
     entry = spec.entry_point
     creator = load_env_creator(entry) if isinstance(entry, str) else entry

@@ -39,14 +39,18 @@ class TaskProblem:
     def __init__(self, name: str, arguments: Mapping[str, Any], folder: Path | None = None) -> None:
         if given := sorted({"hold", "clock"} & set(arguments)):
             raise ParameterError(
-                f"{given[0]}: it is no key of a study's task; the methods that can use it (ppo, sac) have keys of that name"
+                "it is no key of a study's task",
+                hint="the methods that can use it (ppo, sac) have keys of that name",
+                at=given[0],
             )
         # Drives need no clock; what learns brings its own.
         self.name, self._arguments = registered_name(name), {"clock": 0, **arguments}
         self._make = find_environment(name, folder)
         self.env = make_environment(self._make, self._arguments, name)
         if math.isinf(self.env.deadline):
-            raise ParameterError("deadline: got none, expected a number of control steps; a study needs episodes that end")
+            raise ParameterError(
+                "got none", expected="a number of control steps", hint="a study needs episodes that end", at="deadline"
+            )
         self._domain = domain_of(self.env.component.name)
         self._batches: dict[int, Any] = {}
         self.stage: Mapping[str, Any] | None = None
@@ -190,7 +194,9 @@ class TaskProblem:
         """
         gradients = self._domain.load("gradients")
         if gradients is None or not self.is_native:
-            raise ParameterError(f"task {self.env.task.name!r} has no objective with a gradient; use a method that needs none")
+            raise ParameterError(
+                f"task {self.env.task.name!r} has no objective with a gradient", hint="use a method that needs none"
+            )
         return gradients.value_and_grad(self.env, drive, seeds, self.stage)
 
 

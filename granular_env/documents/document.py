@@ -122,7 +122,7 @@ def load(
     elif isinstance(source, Mapping):
         content, origin = _plain(source, model.kind), model.kind
     elif isinstance(source, Document):
-        raise ExperimentError(f"{model.kind}: got a {source.kind}, expected {with_article(model.kind)}")
+        raise ExperimentError(f"got a {source.kind}", expected=with_article(model.kind), source=model.kind)
     else:
         path = find(source, model.kind, model.shelf)
         content, origin, folder = read(path), str(path), path.parent
@@ -136,7 +136,7 @@ def _plain(value: Any, origin: str) -> Any:
     try:
         return _copy(value)
     except RecursionError:
-        raise ExperimentError(f"{origin}: tables and lists are nested too deeply, or hold themselves") from None
+        raise ExperimentError("tables and lists are nested too deeply, or hold themselves", source=str(origin)) from None
 
 
 def _copy(value: Any) -> Any:

@@ -35,18 +35,18 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
         raise ExperimentError(f"{kind} {shortened(source, 60)}: no name and no path: {error}") from None
     if is_file:
         if begins_as_log(path):
-            raise ExperimentError(f"{path}: this is a log, try `granular-env check` or `granular-env report`")
+            raise ExperimentError("this is a log, try `granular-env check` or `granular-env report`", source=str(path))
         return path
     shipped = shipped_files(shelf)
     if str(source) in shipped:
         return shipped[str(source)]
     if path.exists():
         what = "a folder" if path.is_dir() else "a device, a pipe or a socket"
-        raise ExperimentError(f"{path}: it is {what}, expected a TOML file or a name of `granular-env list`")
+        raise ExperimentError(f"it is {what}", expected="a TOML file or a name of `granular-env list`", source=str(path))
     if path.suffix == ".toml":
-        raise ExperimentError(f"{path}: there is no such file")
+        raise ExperimentError("there is no such file", source=str(path))
     advice = nearest_names(str(source), shipped)
-    raise ExperimentError(f"{kind} {shortened(str(source), 60)}: no shipped {kind} and no file; {advice}")
+    raise ExperimentError(f"{kind} {shortened(str(source), 60)}: no shipped {kind} and no file", hint=advice)
 
 
 def begins_as_log(path: Path) -> bool:
@@ -78,10 +78,12 @@ def read(path: Path) -> dict[str, Any]:
         text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError).decode("utf-8")
         return tomllib.loads(text)
     except OSError as error:
-        raise ExperimentError(f"{path}: cannot be read: {error.strerror or error}") from None
+        raise ExperimentError(f"cannot be read: {error.strerror or error}", source=str(path)) from None
     except UnicodeDecodeError as error:
-        raise ExperimentError(f"{path}: byte {error.start} is no UTF-8 text; save the file as plain text") from None
+        raise ExperimentError(
+            f"byte {error.start} is no UTF-8 text", hint="save the file as plain text", source=str(path)
+        ) from None
     except tomllib.TOMLDecodeError as error:
-        raise ExperimentError(f"{path}: not valid TOML: {error}") from None
+        raise ExperimentError(f"not valid TOML: {error}", source=str(path)) from None
     except (RecursionError, ValueError, ArithmeticError) as error:
-        raise ExperimentError(f"{path}: not readable as TOML: {error}") from None
+        raise ExperimentError(f"not readable as TOML: {error}", source=str(path)) from None

@@ -63,14 +63,19 @@ def set_key(content: dict[str, Any], override: Override) -> None:
         node, key = _holder(node, part, depth, override)
         node = node.setdefault(key, {}) if isinstance(node, dict) else node[key]
     node, key = _holder(node, last, len(above), override)
+    if isinstance(node, dict) and key.lstrip("-").isdecimal():  # a row takes the place of its elements
+        for element in [one for one in node if one.startswith(f"{key},")]:
+            del node[element]
     node[key] = override.value
 
 
 def _holder(node: Any, part: str, depth: int, override: Override) -> tuple[Any, Any]:
     """Return the table or the list that holds a part of a key, and what it is called there; "3,1" is one of lists in a list."""
-    if isinstance(node, dict):
-        return node, part
     *rows, index = part.split(",")
+    if isinstance(node, dict):
+        if not rows or not isinstance(node.get(rows[0]), list):
+            return node, part
+        node, rows = node[rows[0]], rows[1:]  # of an array by rows, {index: row}
     for row in rows:
         node = node[_list_index(node, row, override)] if isinstance(node, list) else node
     if not isinstance(node, list):
@@ -86,12 +91,16 @@ def _list_index(node: list[Any], text: str, override: Override) -> int:
 
 
 def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> Phrase:
-    """Return what holds a fault: the override that set its key; the file, with overrides of the same table; or the file."""
+    """Return what holds a fault: the override that set its key; the file, with overrides that matter; or the file.
+
+    Those of the same table matter, and those of the component: shapes and names of everything else depend on it.
+    """
     keys = tuple(map(str, location))
     for override in reversed(overrides):
-        if override.key == keys[: len(override.key)]:
+        key = tuple(part for name in override.key for part in name.split(","))
+        if key == keys[: len(key)]:
             return override
-    near = [override for override in overrides if override.key[:1] == keys[:1]]
+    near = [override for override in overrides if override.key[:1] in (keys[:1], ("component",))]
     listed = [part for override in near for part in (", ", override)][1:]
     return (origin, " with ", *listed) if near else origin
 

@@ -86,6 +86,11 @@ def domain_of(component: str) -> Domain:
     return DOMAINS.get(component, _NOTHING)
 
 
+def find_environment(name: str) -> str | None:
+    """Return the registered name of an environment, from that or from its last part; None where there is none."""
+    return next((known for known in environments() if name in (known, known.rpartition("/")[2])), None)
+
+
 def environments() -> dict[str, Environment]:
     """Return all registered environments, by name."""
     return {name: one for domain in DOMAINS.values() for name, one in (domain.load("environments") or {}).items()}

@@ -16,7 +16,7 @@ from gymnasium.envs.registration import EnvSpec
 from ..components.component import Component
 from ..components.elements import Element, parse_element
 from ..components.errors import ParameterError, StepError, shortened
-from ..components.support.validation import finite_number, whole_number
+from ..components.support.validation import finite_number, positive_number, whole_number
 from .clock import clock_readings
 from .copies import Given, Recreatable, recreatable
 from .render import draw
@@ -88,7 +88,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in self._modes:
-            raise ParameterError(f'render_mode: got {render_mode!r}, expected None or "rgb_array"')
+            raise ParameterError(f"got {render_mode!r}", expected='None or "rgb_array"', at="render_mode")
         refuse_incomplete(task)
         self.component, self.task, self.render_mode = component, task, render_mode
         self._drawn: Drawn = {}
@@ -96,7 +96,9 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self.deadline = math.inf if deadline is None else whole_number("deadline", deadline)
         self.hold, self.clock = whole_number("hold", hold), _clock(clock, deadline)
         if self.hold > self.deadline:
-            raise ParameterError(f"hold: got {self.hold}, expected at most the deadline of {self.deadline} control steps")
+            raise ParameterError(
+                f"got {self.hold}", expected=f"at most the deadline of {self.deadline} control steps", at="hold"
+            )
         self.step_error_reward = finite_number("step_error_reward", step_error_reward)
         self.duration = self.internal_steps * component.step_size
         self._scales = element_scales("actions", task.actions, component, "input")
@@ -112,8 +114,15 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     def __setattr__(self, name: str, value: Any) -> None:
         """Set an attribute; `ParameterError` for an argument that the constructor alone reads."""
         if (name in _READ_ONCE and (name in vars(self) or name not in _KEPT)) or (name[0] != "_" and self.is_read_once(name)):
-            raise ParameterError(f"{name}: it cannot be set in an environment that is made; make another one with {name}=...")
+            raise ParameterError(
+                "it cannot be set in an environment that is made", hint=f"make another one with {name}=...", at=name
+            )
         super().__setattr__(name, value)
+
+    @property
+    def driven_elements(self) -> list[tuple[Element, float]]:
+        """Return the inputs, or elements of them, that actions drive, each with its value at action 1."""
+        return list(self._scales)
 
     def _lay_out_action(self) -> None:
         """Say which entries of the action are which input, and what each entry is called in messages."""
@@ -129,7 +138,9 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         whole = {one.element.name for one in self._driven if not one.element.index}
         for one in self._driven:
             if one.element.index and one.element.name in whole:
-                raise ParameterError(f"actions: {one.element.name} is driven as a whole and by elements; give one or the other")
+                raise ParameterError(
+                    f"{one.element.name} is driven as a whole and by elements", hint="give one or the other", at="actions"
+                )
 
     def _lay_out_observation(self) -> None:
         parts, begin = [], 0  # of each output: its place in the observation, and the factor that scales it
@@ -165,7 +176,9 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             ParameterError: a start value in `options` is not valid, or the seed is none.
         """
         if not isinstance(options, Mapping | None) or "seed" in (options or {}):
-            raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
+            raise ParameterError(
+                f"got {shortened(options)}", expected="start values of state variables, name -> value", at="options"
+            )
         checked = validate_seed(seed)
         super().reset(seed=checked)
         ready = self._draw()
@@ -188,7 +201,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
                 the component has moved then.
         """
         if not self._running:
-            raise ParameterError("step: the episode is over or has not begun; call reset() first")
+            raise ParameterError("the episode is over or has not begun", hint="call reset() first", at="step")
         inputs, total, terminated, late = self._inputs(action), 0.0, False, False
         seen: dict[str, Any] = {}
         for _ in range(self.hold):
@@ -249,7 +262,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """Raise what `restore` would raise for this state, and change nothing; return what `_take_state` needs."""
         if state.__class__ is not EnvState or state.task != self.task.name:
             raise ParameterError(
-                f"state: got {shortened(state)}, expected what save() of an environment of {self.task.name!r} gave"
+                f"got {shortened(state)}", expected=f"what save() of an environment of {self.task.name!r} gave", at="state"
             )
         self._refuse_episode(state)
         ready = self._redraw(state.drawn)
@@ -293,7 +306,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         ready, snapshot = snapshot_at(self.component, self._like, log, at)
         start = set(options or {}) & {variable.name for variable in self.component.variables.values() if variable.state}
         if start:
-            raise ParameterError(f"options: got start values of {', '.join(sorted(start))}, but the log gives the start")
+            raise ParameterError(f"got start values of {', '.join(sorted(start))}, but the log gives the start", at="options")
         super().reset(seed=validate_seed(seed))
         self._start(ready[1], options or {})
         number = int(self.np_random.integers(2**31))
@@ -317,7 +330,9 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     def _redraw(self, drawn: Drawn) -> Ready:
         """Return the component and the task for what was drawn; `ParameterError` where nothing like it is drawn here."""
         if drawn:
-            raise ParameterError(f"state: it has {', '.join(sorted(drawn))} drawn; make this environment with that randomise")
+            raise ParameterError(
+                f"it has {', '.join(sorted(drawn))} drawn", hint="make this environment with that randomise", at="state"
+            )
         return self.component, self.task, {}
 
     def _like(self, recorded: Component) -> Ready:
@@ -342,7 +357,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def _refuse_episode(self, state: EnvState) -> None:
         if not isinstance(state.episode, tuple):
-            raise ParameterError("state: it was saved by an environment of another kind")
+            raise ParameterError("it was saved by an environment of another kind", at="state")
 
     def _go_on(self, episode: Any) -> None:
         self._elapsed, self._running, counters = episode
@@ -372,14 +387,14 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         try:
             given = np.asarray(action)
         except ValueError as error:  # rows of unlike length
-            raise ParameterError(f"action: got {shortened(action)}, expected {count} numbers") from error
+            raise ParameterError(f"got {shortened(action)}", expected=f"{count} numbers", at="action") from error
         if given.shape != (count,):
-            raise ParameterError(f"action: got shape {given.shape}, expected shape {(count,)}: {shortened(action)}")
+            raise ParameterError(f"got shape {given.shape}", expected=f"shape {(count,)}: {shortened(action)}", at="action")
         if given.dtype.kind not in "fiu":
-            raise ParameterError(f"action: got {shortened(action)}, expected {count} numbers from -1 to 1")
+            raise ParameterError(f"got {shortened(action)}", expected=f"{count} numbers from -1 to 1", at="action")
         for entry, number in zip(self._entries, given.tolist(), strict=True):
             if not math.isfinite(number):
-                raise ParameterError(f"action: got {number} for {entry}, expected a number from -1 to 1")
+                raise ParameterError(f"got {number} for {entry}", expected="a number from -1 to 1", at="action")
         return given
 
     def _see(self) -> dict[str, Any]:
@@ -437,20 +452,22 @@ def _bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
     try:
         return bit_generator(state)
     except ValueError as error:
-        raise ParameterError(f"state: its random numbers are none: {error}") from error
+        raise ParameterError(f"its random numbers are none: {error}", at="state") from error
 
 
 def validate_seed(seed: Any) -> int | None:
     """Return a seed as Gymnasium takes it; `ParameterError` where it is neither None nor a whole number from 0."""
     if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0):
-        raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number from 0, or None")
+        raise ParameterError(f"got {shortened(seed)}", expected="a whole number from 0, or None", at="seed")
     return None if seed is None else int(seed)
 
 
 def _clock(value: Any, deadline: int | None) -> int:
     readings = whole_number("clock", value, 0, _LARGEST_CLOCK)
     if readings and deadline is None:
-        raise ParameterError(f"clock: got {value}, but there is no deadline that it could tell; give a deadline, or clock=0")
+        raise ParameterError(
+            f"got {value}, but there is no deadline that it could tell", hint="give a deadline, or clock=0", at="clock"
+        )
     return readings
 
 
@@ -477,13 +494,10 @@ def element_scales(what: str, scales: Mapping[str, float], component: Component,
     for name, scale in scales.items():
         try:
             element = parse_element(name)
-            element.find(component.variables, f"{causality} of {component.name!r}", causality)
+            element.find(component.variables, f"an {causality} of component {component.name!r}", causality)
         except ParameterError as error:
-            raise ParameterError(f"{what}: {error}") from None
-        number = finite_number(f"{what}.{name}", scale)
-        if number <= 0.0:
-            raise ParameterError(f"{what}.{name}: got {number:g}, expected more than 0")
-        checked.append((element, number))
+            raise error.within(what, str(name)) from None
+        checked.append((element, positive_number((what, name), scale)))
     if not checked:
-        raise ParameterError(f"{what}: the task names none, expected at least one {causality}")
+        raise ParameterError("the task names none", expected=f"at least one {causality}", at=what)
     return checked

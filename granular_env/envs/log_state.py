@@ -37,7 +37,9 @@ def snapshot_at(
         ready = like(recorded)
         component = ready[0]
         if recorded.identity != component.identity:
-            raise ParameterError(f"log {str(opened.path)!r}: {_difference(component, recorded)}; make the environment so")
+            raise ParameterError(
+                f"{_difference(component, recorded)}", hint="make the environment so", source=f"log {str(opened.path)!r}"
+            )
         return ready, opened.branch(at, {component.name: type(component)}).component.save()
 
 

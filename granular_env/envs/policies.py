@@ -68,7 +68,7 @@ class OpenLoop:
 
 def _actions(name: str, given: npt.NDArray[Any], dimensions: int) -> FloatArray:
     if given.ndim != dimensions or given.dtype.kind not in "fiu" or not np.all(np.isfinite(given)):
-        raise ParameterError(f"{name}: got {shortened(given)}, expected finite numbers from -1 to 1")
+        raise ParameterError(f"got {shortened(given)}", expected="finite numbers from -1 to 1", at=name)
     return np.ascontiguousarray(given, dtype=np.float64)
 
 

@@ -79,10 +79,10 @@ class EnvState:
         header, arrays = unpack(data)
         try:
             if header["kind"] != _KIND:
-                raise LogError(f"these bytes hold a {header['kind']!r}, expected an {_KIND}")
+                raise LogError(f"these bytes hold a {header['kind']!r}", expected=f"an {_KIND}")
             task, random = header["task"], header["random"]
             if not isinstance(task, str) or not isinstance(random, dict):
-                raise LogError("an environment's state has no task or no random numbers; the data is damaged")
+                raise LogError("an environment's state has no task or no random numbers", hint="the data is damaged")
             bit_generator(random)
             drawn = _validate_drawn(header.get("drawn", {}))
             episode = arrays["episode"] if "episode" in arrays else _validate_episode(*header["episode"])
@@ -116,17 +116,17 @@ def bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
 
 def _validate_episode(elapsed: Any, running: Any, counters: Any) -> tuple[int, bool, dict[str, float]]:
     if type(elapsed) is not int or elapsed < 0 or type(running) is not bool:
-        raise LogError("an environment's state does not say how long its episode lasts; the data is damaged")
+        raise LogError("an environment's state does not say how long its episode lasts", hint="the data is damaged")
     return elapsed, running, {str(name): float.fromhex(text) for name, text in counters.items()}
 
 
 def _validate_drawn(drawn: Any) -> dict[str, float | dict[str, float]]:
     if not isinstance(drawn, dict):
-        raise LogError("an environment's state has drawn parameters that are no mapping; the data is damaged")
+        raise LogError("an environment's state has drawn parameters that are no mapping", hint="the data is damaged")
     for name, value in drawn.items():
         numbers = value.values() if isinstance(value, dict) else [value]
         if not all(type(number) in (int, float) and math.isfinite(number) for number in numbers):
-            raise LogError(f"an environment's state has {name!r} drawn as no finite number; the data is damaged")
+            raise LogError(f"an environment's state has {name!r} drawn as no finite number", hint="the data is damaged")
     return drawn
 
 

@@ -66,9 +66,9 @@ def validate_judgement(task: Task, given: Any) -> tuple[float, bool]:
         reward, done = given
         number = float(reward)
     except (TypeError, ValueError):
-        raise ParameterError(f"task {task.name!r}: judge gave {shortened(given)}, expected (reward, done)") from None
+        raise ParameterError(f"task {task.name!r}: judge gave {shortened(given)}", expected="(reward, done)") from None
     if not math.isfinite(number):
-        raise ParameterError(f"task {task.name!r}: its reward is {number}; mend its judge")
+        raise ParameterError(f"task {task.name!r}: its reward is {number}", hint="mend its judge")
     return reward, bool(done)
 
 
@@ -79,9 +79,13 @@ def refuse_incomplete(task: Any) -> None:
         ParameterError: it is no task, or an attribute is missing; names it.
     """
     if not isinstance(task, Task):
-        raise ParameterError(f"task: got {shortened(task)}, expected an object of a class made from Task")
+        raise ParameterError(f"got {shortened(task)}", expected="an object of a class made from Task", at="task")
     for name, example in (("name", '"swing"'), ("actions", '{"left_force": 100.0}'), ("observations", '{"velocity": 1.0}')):
         if getattr(task, name, None) is None:
-            raise ParameterError(f"task: {type(task).__name__} has no {name}; give it one, such as {name} = {example}")
+            raise ParameterError(
+                f"{type(task).__name__} has no {name}", hint=f"give it one, such as {name} = {example}", at="task"
+            )
         if name != "name" and not isinstance(getattr(task, name), Mapping):
-            raise ParameterError(f"task.{name}: got {shortened(getattr(task, name))}, expected a mapping, such as {example}")
+            raise ParameterError(
+                f"got {shortened(getattr(task, name))}", expected=f"a mapping, such as {example}", at=f"task.{name}"
+            )

@@ -38,7 +38,9 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
     def __init__(self, env: gymnasium.Env[Any, Any], path: str | PathLike[str], **options: Any) -> None:
         inner = env.unwrapped
         if not isinstance(inner, ComponentEnv):
-            raise ParameterError(f"env: got {shortened(env)}, expected a ComponentEnv; only a component can be recorded")
+            raise ParameterError(
+                f"got {shortened(env)}", expected="a ComponentEnv", hint="only a component can be recorded", at="env"
+            )
         gymnasium.utils.RecordConstructorArgs.__init__(self, path=path, **options)
         gymnasium.Wrapper.__init__(self, env)
         self._component_env, self._path, self._options = inner, path, options
@@ -66,7 +68,9 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
 
     def __reduce__(self) -> NoReturn:
         """Refuse copies: two recorders cannot write one log."""
-        raise ParameterError("RecordEnv: it cannot be copied or pickled, its log is written once; copy env.unwrapped instead")
+        raise ParameterError(
+            "it cannot be copied or pickled, its log is written once", hint="copy env.unwrapped instead", at="RecordEnv"
+        )
 
     def _begin(self) -> None:
         from ..recording import record

@@ -19,11 +19,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.validation import as_validation_error, faults_of, refusal
+from granular_env.components.support.validation import as_refusal, as_validation_error, faults_of, refusal
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.package_contents import shipped_files
 
@@ -48,7 +48,7 @@ class ComponentTable(Table):
         try:
             model = catalogue.component_class(self.type).Parameters
         except ParameterError as error:
-            raise refusal(str(error), at=("type",)) from None
+            raise as_refusal(error, "type") from None
         try:
             model(**self.parameters)
         except ValidationError as error:
@@ -69,6 +69,14 @@ class RecordTable(Table):
     )
     hash_every: int | None = Field(default=None, ge=1, description="internal steps between two hashes of the state")
     key_every: float | None = Field(default=None, gt=0.0, description="time between two whole snapshots [s]")
+
+    @field_validator("variables")
+    @classmethod
+    def _refuse_duplicates(cls, names: list[str] | None) -> list[str] | None:
+        for place, name in enumerate(names or []):
+            if name in (names or [])[:place]:
+                raise refusal(f"got {name!r} again", "each name once", at=(place,))
+        return names
 
 
 class Experiment(Document):

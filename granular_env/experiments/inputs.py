@@ -1,4 +1,4 @@
-"""Inputs of an experiment file: a number, a list for an input of several elements, or a table that names a profile of time.
+"""Inputs of an experiment file: a number, a list or {index: value or row} for an input of several elements, or a profile.
 
     [input.left_force]
     profile = "triangle"      # constant, triangle, half_sine, table, csv, piecewise, sum
@@ -17,12 +17,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
-from granular_env.components.errors import nearest, shortened
+from granular_env.components.elements import is_index
+from granular_env.components.errors import ParameterError, nearest, shortened
 from granular_env.components.profiles import Profile
-from granular_env.components.support.validation import refusal
+from granular_env.components.support.number_arrays import number_array
+from granular_env.components.support.validation import as_refusal, refusal
 from granular_env.documents import ByKey, Table
 
 # What people write for a CSV table's path; no spelling check would find it.
@@ -36,25 +37,39 @@ _SAMPLED = 'give samples of other signals: profile = "table" with times and valu
 
 def _array(given: Any) -> list[Any]:
     """Return a list of numbers, or of rows of equal length, as it is; a fault where it is none."""
+    expected = "numbers, in a list or in rows of equal length"
     try:
-        array = np.asarray(given if isinstance(given, list) else [None])
-    except (ValueError, OverflowError):
-        raise refusal(f"got {shortened(given, 60)}", "rows of equal length") from None
-    if array.dtype.kind not in "fiu" or not array.size:
-        raise refusal(f"got {shortened(given, 60)}", "numbers, in a list or in rows of equal length")
-    finite = np.isfinite(array)
-    if not finite.all():
-        place = tuple(int(index) for index in np.argwhere(~finite)[0])
-        raise refusal(f"got {array[place]}", "a finite number", at=place)
+        array = number_array((), given, expected)
+    except ParameterError as error:
+        raise as_refusal(error) from None
+    if not isinstance(given, list) or not array.size:
+        raise refusal(f"got {shortened(given)}", expected)
     return given
+
+
+def _by_index(given: Any) -> dict[str, Any] | None:
+    """Return {index: value or row} with texts as keys; None where it is none."""
+    if isinstance(given, Mapping) and given and all(map(is_index, given)):
+        return {str(key): value for key, value in given.items()}
+    return None
+
+
+def _pattern(given: Any) -> list[Any] | dict[str, Any]:
+    return _by_index(given) or _array(given)
 
 
 class ProfileTable(Table, ABC):
     """One profile as a table; `build` makes the `Profile`. Each kind has its name as the field `profile`."""
 
-    pattern: Annotated[list[Any], PlainValidator(_array)] | None = Field(
-        None, description="for an input of several elements: what the profile is multiplied by, of the input's shape"
+    pattern: Annotated[list[Any] | dict[str, Any], PlainValidator(_pattern)] | None = Field(
+        None,
+        description="for an input of several elements: what the profile is multiplied by, a list or {index: value or row}",
     )
+
+    @classmethod
+    def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
+        """Return how one element of an input is set where a profile drives it."""
+        return f"an element of a profile is set in its pattern: pattern[{key}]" if is_index(key) else ""
 
     @abstractmethod
     def build(self, folder: Path, unit: str) -> Profile:
@@ -139,12 +154,17 @@ class CsvTable(ProfileTable):
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
         """Return the right key for words that no spelling check would lead to it."""
-        return "did you mean 'path'?" if key in _WORDS_FOR_PATH and "path" not in given else ""
+        if key in _WORDS_FOR_PATH and "path" not in given:
+            return "did you mean 'path'?"
+        return super().advice_for_unknown(key, given)
 
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
         keys = self.model_dump(exclude={"profile", "path", "pattern"})
-        return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
+        try:
+            return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
+        except ParameterError as error:
+            raise ParameterError(*(fault.with_source_in_words() for fault in error.faults)) from None
 
 
 class PiecewiseTable(ProfileTable):
@@ -194,19 +214,21 @@ AnyProfile = Annotated[
 SumTable.model_rebuild()
 
 
-def _parse_input(given: Any) -> float | list[Any] | ProfileTable:
-    """Return an input as a float, a list of finite numbers, or a profile; anything else is a fault."""
+def _parse_input(given: Any) -> float | list[Any] | dict[str, Any] | ProfileTable:
+    """Return an input as a float, a list of finite numbers, {index: value or row}, or a profile; else it is a fault."""
     if isinstance(given, list):
         return _array(given)
     if isinstance(given, int | float) and not isinstance(given, bool):
         with suppress(OverflowError):
             return float(given)
+    if (elements := _by_index(given)) is not None:
+        return elements
     if isinstance(given, Mapping | ProfileTable):
         return _PROFILE.validate_python(given)
-    expected = f'a number, a list of numbers, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'
-    raise refusal(f"got {shortened(given, 60)}", expected)
+    expected = f'a number, a list of numbers, {{index: value}}, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'
+    raise refusal(f"got {shortened(given)}", expected)
 
 
 _PROFILE: TypeAdapter[ProfileTable] = TypeAdapter(AnyProfile)
 _PROFILE_NAMES = ("constant", "triangle", "half_sine", "table", "csv", "piecewise", "sum")
-Input = Annotated[float | list[Any] | ProfileTable, PlainValidator(_parse_input)]
+Input = Annotated[float | list[Any] | dict[str, Any] | ProfileTable, PlainValidator(_parse_input)]

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
-
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.errors import ParameterError, StepError, caution, nearest
-from granular_env.components.profiles import Profile
+from granular_env.components.contract import Variable
+from granular_env.components.errors import Location, ParameterError, StepError, caution, nearest
+from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.number_arrays import number_array, start_array
 from granular_env.documents import Document, Overrides, load
 
 from .experiment import Experiment
@@ -79,9 +79,8 @@ def reset(component: Component, experiment: Experiment) -> None:
     states = [v.name for v in component.variables.values() if v.state]
     for name in experiment.start:
         if name not in states:
-            raise ParameterError(
-                f"no state variable of component {component.name!r}; {nearest(name, states)}", at=f"start.{name}"
-            )
+            came = "an output, but not of the state" if name in component.variables else "unknown"
+            raise ParameterError(came, hint=nearest(name, states), at=("start", name))
     component.reset(seed=experiment.seed, **experiment.start)
 
 
@@ -117,25 +116,37 @@ class _Branch(Document):
 def _input(folder: Path, component: Component, name: str, value: Any) -> InputValue:
     known = {v.name: v for v in component.variables.values() if v.causality == "input"}
     if name not in known:
-        raise ParameterError(f"unknown to component {component.name!r}; {component.input_advice(name)}")
+        raise ParameterError("unknown", hint=component.input_advice(name), at=("input", name))
+    if isinstance(value, dict):
+        return _elements(component, known[name], value)
     if isinstance(value, list):
-        return _array(name, value, known[name].shape)
+        return _array(("input", name), value, known[name].shape)
     if not isinstance(value, ProfileTable):
         return value
     profile = value.build(folder, known[name].unit)
     if value.pattern is not None:
-        profile = profile * _array(f"{name}.pattern", value.pattern, known[name].shape)
+        profile = profile * _pattern(("input", name, "pattern"), value.pattern, known[name].shape)
     # Compiled once, here, so that what has to be told of it is told before anything is written.
-    profile.compile(component.step_size, name)
+    profile.compile(component.step_size, f"input.{name}")
     return profile
 
 
-def _array(name: str, value: list[Any], shape: tuple[int, ...]) -> FloatArray:
-    array = np.asarray(value, dtype=np.float64)
-    if array.shape != shape:
-        expected = f"an array of shape {shape}" if shape else "a single number"
-        raise ParameterError(f"got a list of shape {array.shape}, expected {expected}", at=f"input.{name}")
-    return array
+def _elements(component: Component, variable: Variable, value: dict[str, Any]) -> InputValue:
+    """Return an input of which some elements are given; the others stay as the component holds them."""
+    at = ("input", variable.name)
+    if isinstance(component.held_inputs[variable.name], CompiledProfile):
+        hint = f"set it as a whole, input.{variable.name}=..."
+        raise ParameterError("got some elements, but a profile of time drives this input", hint=hint, at=at)
+    array = start_array(at, value, variable.shape, component.get(variable.name))
+    return array if variable.shape else float(array)
+
+
+def _pattern(at: Location, value: list[Any] | dict[str, Any], shape: tuple[int, ...]) -> FloatArray:
+    return start_array(at, value, shape) if isinstance(value, dict) else _array(at, value, shape)
+
+
+def _array(at: Location, value: list[Any], shape: tuple[int, ...]) -> FloatArray:
+    return number_array(at, value, f"an array of shape {shape}" if shape else "a single number", (shape,))
 
 
 def _tell_of_a_short_run(where: str, value: InputValue, duration: float) -> None:
@@ -151,15 +162,14 @@ def _tell_of_a_short_run(where: str, value: InputValue, duration: float) -> None
 def _check_record(experiment: Experiment, component: Component) -> None:
     record = experiment.record
     recordable = [v.name for v in component.variables.values() if v.causality != "parameter"]
-    for name in record.variables or []:
+    for place, name in enumerate(record.variables or []):
         if name not in recordable:
-            raise ParameterError(
-                f"{name!r} is no input or output of component {component.name!r}; {nearest(name, recordable)}",
-                at="record.variables",
-            )
+            expected = f"an input or output of component {component.name!r}"
+            at = ("record", "variables", place)
+            raise ParameterError(f"got {name!r}", expected=expected, hint=nearest(name, recordable), at=at)
     for key in ("every", "key_every"):
         if (interval := getattr(record, key)) is not None:
-            component.ticks_in(interval, f"record.{key}")
+            component.ticks_in(interval, ("record", key))
 
 
 def _try(component: Component, inputs: dict[str, InputValue]) -> None:

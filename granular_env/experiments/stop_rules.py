@@ -21,7 +21,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from granular_env.components.component import Component
 from granular_env.components.elements import Element, parse_element
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.validation import refusal
+from granular_env.components.support.validation import as_refusal
 from granular_env.documents import Table
 
 
@@ -42,7 +42,7 @@ class StopRule(Table):
         try:
             self._element = parse_element(self.variable)
         except ParameterError as error:
-            raise refusal(str(error), at=("variable",)) from None
+            raise as_refusal(error, "variable") from None
         if self._element.index and self.reduce is not None:
             raise ValueError(f"{self.variable} is one element, so there is nothing to reduce; leave reduce out")
         return self
@@ -75,9 +75,9 @@ class StopWatch:
         """Check the rules against the component's variables; `ParameterError` names what does not fit."""
         self._rules = []
         for place, rule in enumerate(rules):
-            _check(rule, component, f"stop.{place}")
+            _check(rule, component, place)
             every = rule.every if rule.every is not None else default_every
-            self._rules.append((rule, 1 if every is None else component.ticks_in(every, f"stop.{place}.every")))
+            self._rules.append((rule, 1 if every is None else component.ticks_in(every, ("stop", place, "every"))))
 
     def next_tick(self, tick: int) -> int | None:
         """Return the next tick after `tick` at which a rule has to be evaluated; None without rules."""
@@ -91,10 +91,10 @@ class StopWatch:
         return None
 
 
-def _check(rule: StopRule, component: Component, place: str) -> None:
+def _check(rule: StopRule, component: Component, place: int) -> None:
     try:
-        variable = rule.element.find(component.variables, f"output of {component.name!r}", "output", "input")
+        variable = rule.element.find(component.variables, f"an output of component {component.name!r}", "output", "input")
     except ParameterError as error:
-        raise ParameterError(str(error), at=f"{place}.variable") from None
+        raise error.within("stop", place, "variable") from None
     if math.prod(variable.shape) == 0:
-        raise ParameterError(f"{rule.variable!r} has no elements to watch", at=f"{place}.variable")
+        raise ParameterError(f"{rule.variable!r} has no elements to watch", at=("stop", place, "variable"))

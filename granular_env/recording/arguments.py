@@ -10,22 +10,26 @@ import numpy as np
 
 from ..components.component import Component
 from ..components.drawables import drawn_outputs
-from ..components.errors import ParameterError, nearest
+from ..components.errors import ParameterError, nearest, shortened
 from .sampling import HASH_EVERY, Schedule, doubling_for, frames_for
 
 
 def names_to_record(component: Component, variables: Sequence[str] | None) -> list[str]:
     """Return the names to record, by default the state and what viewers draw; the balances' entries always come along."""
+    given = variables is not None
     if variables is None:
         variables = [*(v.name for v in component.variables.values() if v.state), *drawn_outputs(component.drawables())]
     if isinstance(variables, str):
-        raise ParameterError(f"variables: got the text {variables!r}, expected a list of names, such as [{variables!r}]")
+        expected = f"a list of names, such as [{variables!r}]"
+        raise ParameterError(f"got the text {variables!r}", expected=expected, at="variables")
     known = [v.name for v in component.variables.values() if v.causality != "parameter"]
-    for name in variables:
+    for place, name in enumerate(variables):
+        at = ("variables", place)
         if name not in known:
-            raise ParameterError(
-                f"variables: {name!r} is no output or input of component {component.name!r}; {nearest(name, known)}"
-            )
+            expected = f"an output or input of component {component.name!r}"
+            raise ParameterError(f"got {shortened(name)}", expected=expected, hint=nearest(name, known), at=at)
+        if given and name in variables[:place]:
+            raise ParameterError(f"got {name!r} again", expected="each name once", at=at)
     return list(dict.fromkeys([*variables, *component.balance_names]))
 
 
@@ -41,7 +45,7 @@ def make_schedule(
     if hash_every is not None and (
         not isinstance(hash_every, (int, np.integer)) or isinstance(hash_every, bool) or hash_every < 1
     ):
-        raise ParameterError(f"hash_every: got {hash_every!r}, expected a whole number of ticks, at least 1")
+        raise ParameterError(f"got {hash_every!r}", expected="a whole number of ticks, at least 1", at="hash_every")
     duration = experiment.get("duration") if isinstance(experiment, Mapping) else None
     frame_every = 0
     if every is not None:

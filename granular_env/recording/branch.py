@@ -88,7 +88,7 @@ class Branch:
         """Return the tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
         end = self.segment.end if until is None else self.component.ticks_in(until, "until")
         if end < self.component.tick:
-            raise ParameterError(f"until: got {until:g} s, the branch begins at {self.component.time:g} s")
+            raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
         if until is None:
             # How far a log goes is its own word; how far somebody asks for is theirs.
             self.parent._caps.work(end - self.component.tick, self.component.state_bytes // 8)
@@ -116,8 +116,11 @@ class Branch:
         target = as_path(log)
         self._check(dict(inputs))
         if os.path.exists(target) and os.path.samefile(target, self.parent.path):
-            raise ParameterError(f"log: {str(target)!r} is the parent itself; choose another name")
-        recorder = self._recorder(target, every, variables, overwrite)
+            raise ParameterError(f"{str(target)!r} is the parent itself", hint="choose another name", at="log")
+        try:
+            recorder = self._recorder(target, every, variables, overwrite)
+        except ParameterError as error:
+            raise error.renamed("path", "log") from None
         with note_log_on_error(recorder), recorder:
             yield
 
@@ -125,9 +128,10 @@ class Branch:
         known = self.parent.input_variables
         for name in given:
             if name not in known:
-                raise ParameterError(f"inputs: {name!r} is no input of this {self.component.name}; {nearest(name, known)}")
+                source = f"component {self.component.name!r}"
+                raise ParameterError("unknown", hint=nearest(name, known), at=("input", name), source=source)
         if self.component.tick != self.tick:
-            raise ParameterError("the branch's component has been stepped already; take a new branch")
+            raise ParameterError("the branch's component has been stepped already", hint="take a new branch")
         self.component.hold(given)
 
     def _recorder(self, target: Any, every: float | None, variables: list[str] | None, overwrite: bool) -> Recorder:
@@ -148,7 +152,7 @@ class Branch:
         if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
             type(options[name]) is int and options[name] >= low for name, low in lowest.items()
         ):  # fmt: skip
-            raise LogError("the parent's header does not say when frames were taken; pass every=")
+            raise LogError("the parent's header does not say when frames were taken", hint="pass every=")
         return Schedule(**options)
 
     def _go_on(self, given: dict[str, Any], end: int) -> None:

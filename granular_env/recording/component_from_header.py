@@ -18,8 +18,8 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
         return components[name]
     if not isinstance(name, str) or name not in _own_names():
         raise LogError(
-            f"the log is of a component {name!r}, which is not one of ours ({', '.join(_own_names())}); if you trust it, "
-            f"pass its class: components={{{name!r}: ...}}"
+            f"the log is of a component {name!r}, which is not one of ours ({', '.join(_own_names())})",
+            hint=f"if you trust it, pass its class: components={{{name!r}: ...}}",
         )
     try:
         return component_class(name)
@@ -31,13 +31,13 @@ def build(header: Mapping[str, Any], caps: Limits, components: Mapping[str, type
     """Return a fresh component with the log's parameters, whatever identity the log claims."""
     kind, given = own_or_given(header.get("component"), components), header.get("parameters")
     if not isinstance(given, dict) or not all(isinstance(name, str) for name in given):
-        raise LogError(f"log {caps.path!r}: its header holds no parameters")
+        raise LogError("its header holds no parameters", source=f"log {caps.path!r}")
     caps.parameters(given, kind.Parameters)
     try:
         validate_parameters(kind.Parameters, given, f"component {kind.name!r}")
         return kind(**given)
     except (GranularError, ArithmeticError, ValueError, TypeError, MemoryError, RecursionError) as error:
-        raise LogError(f"log {caps.path!r}: its parameters are not valid for {kind.name!r}: {error}") from error
+        raise LogError(f"its parameters are not valid for {kind.name!r}: {error}", source=f"log {caps.path!r}") from error
 
 
 def _own_names() -> list[str]:

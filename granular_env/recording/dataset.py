@@ -26,8 +26,9 @@ def dataset_of(log: Log) -> Any:
         times = own_times if times is None else times
         if not np.array_equal(times, own_times):
             raise LogError(
-                f"log {str(log.path)!r}: the frames of {name!r} are at other times than those of the variables before it; read "
-                "each with series(name)"
+                f"the frames of {name!r} are at other times than those of the variables before it",
+                hint="read each with series(name)",
+                source=f"log {str(log.path)!r}",
             )
         attributes = {"units": variable.unit, "description": variable.description}
         data[name] = (["time", *_dimensions(variable, sizes)], values, attributes)

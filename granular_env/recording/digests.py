@@ -43,7 +43,11 @@ def changed_input(log: Log) -> tuple[str, tuple[int, int], str] | None:
     rows, inputs = log._rows(STEPS), list(log.input_variables)
     # Where the writer was killed, the digests of the last batch may be what it did not come to.
     if len(rows) != len(accounts) and log.complete:
-        raise LogError(f"log {str(log.path)!r}: {len(rows)} batches of steps have {len(accounts)} digests; it was put together")
+        raise LogError(
+            f"{len(rows)} batches of steps have {len(accounts)} digests",
+            hint="it was put together",
+            source=f"log {str(log.path)!r}",
+        )
     profile_words = {number: held_word(profile) for number, profile in enumerate(log._program[1])}
     for row, account in zip(rows, accounts, strict=False):
         record, told = log._record(row), log._record(account).header.get("steps")

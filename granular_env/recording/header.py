@@ -180,4 +180,4 @@ def plain_json(name: str, value: Any) -> Any:
     try:
         return json.loads(json.dumps(value, allow_nan=False))
     except (TypeError, ValueError, RecursionError) as error:
-        raise ParameterError(f"{name}: {error}; expected dicts, lists, texts, finite numbers") from None
+        raise ParameterError(str(error), hint="expected dicts, lists, texts, finite numbers", at=name) from None

@@ -94,7 +94,7 @@ def create(path: Path, overwrite: bool) -> LogFile:
         raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise LogError(f"log {str(path)!r} cannot be written: {reason}; {advice_for(error)}") from error
+        raise LogError(f"log {str(path)!r} cannot be written: {reason}", hint=advice_for(error)) from error
 
 
 def _existing(path: Path) -> ParameterError:
@@ -139,7 +139,7 @@ def _check_is_log(file: IO[bytes], path: Path) -> bool:
     head = file.read(len(MCAP0_MAGIC))
     file.seek(0)
     if head and head != MCAP0_MAGIC:
-        raise ParameterError(f"path: {str(path)!r} is no log, and only a log is replaced; choose another name")
+        raise ParameterError(f"{str(path)!r} is no log, and only a log is replaced", hint="choose another name", at="path")
     return bool(head)
 
 
@@ -149,7 +149,9 @@ def _lock(file: IO[bytes], path: Path) -> IO[bytes]:
     except BlockingIOError:
         file.close()
         raise ParameterError(
-            f"path: {str(path)!r} is being written by another recorder; choose another name, or wait until it is closed"
+            f"{str(path)!r} is being written by another recorder",
+            hint="choose another name, or wait until it is closed",
+            at="path",
         ) from None
     except OSError:
         pass  # a file system without locks

@@ -152,7 +152,7 @@ class LogWriter:
             reason = getattr(error, "strerror", None) or str(error)
             ending = self._advice if self.published else "The log that stood there is kept"
             self._failed = LogError(
-                f"log {str(self.path)!r} cannot be written any more: {reason}; {advice_for(error)}. {ending}"
+                f"log {str(self.path)!r} cannot be written any more: {reason}", hint=f"{advice_for(error)}. {ending}"
             )
             raise self._failed from error
 
@@ -162,4 +162,4 @@ def as_path(path: str | os.PathLike[str]) -> Path:
     try:
         return Path(path)
     except TypeError:
-        raise ParameterError(f"path: got {path!r}, expected the name of a file") from None
+        raise ParameterError(f"got {path!r}", expected="the name of a file", at="path") from None

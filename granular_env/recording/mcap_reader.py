@@ -262,7 +262,11 @@ class McapReader:
             except (RuntimeError, ValueError, EOFError, OverflowError, MemoryError) as error:
                 raise self._damage_error(place) from error
         else:
-            raise LogError(f"log {str(self.path)!r}: {place} is compressed with {name[:20]!r}; logs of granular-env use lz4")
+            raise LogError(
+                f"{place} is compressed with {name[:20]!r}",
+                hint="logs of granular-env use lz4",
+                source=f"log {str(self.path)!r}",
+            )
         if len(content) != size:
             raise self._damage_error(place)
         return content

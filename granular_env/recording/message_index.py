@@ -76,21 +76,23 @@ class Index:
         crowded = (rows[:, COUNT] > rows[:, LAST] - rows[:, FIRST] + 1) & (rows[:, KIND] != EVENTS)
         bad |= (rows[:, COUNT] < 1) | crowded | (rows[:, CHUNK] < 0)
         if bad.any() or not len(rows) or rows[0, KIND] != HEADER or (rows[1:, KIND] == HEADER).any():
-            raise LogError(f"log {self.path!r}: its index does not describe a log")
+            raise LogError("its index does not describe a log", source=f"log {self.path!r}")
         if (np.diff(rows[:, CHUNK]) < 0).any() or rows[:, COUNT].sum(dtype=np.float64) >= _MOST_TICKS:
-            raise LogError(f"log {self.path!r}: its index does not describe a log")
+            raise LogError("its index does not describe a log", source=f"log {self.path!r}")
 
     def _check_numbers(self) -> None:
         for kind, rows in enumerate(self._by_kind):
             if not np.array_equal(rows[:, NUMBER], np.arange(len(rows))) or (np.diff(rows[:, SEGMENT]) < 0).any():
-                raise LogError(f"log {self.path!r}: records of kind {KINDS[kind]!r} are missing, doubled or out of order")
+                raise LogError(
+                    f"records of kind {KINDS[kind]!r} are missing, doubled or out of order", source=f"log {self.path!r}"
+                )
 
     def _segments(self) -> list[Segment]:
         starts = self.select(SNAPSHOTS, START)
         if not np.array_equal(starts[:, SEGMENT], np.arange(len(starts))):
-            raise LogError(f"log {self.path!r}: the snapshot at the start of a segment is missing or doubled")
+            raise LogError("the snapshot at the start of a segment is missing or doubled", source=f"log {self.path!r}")
         if (self.rows[1:, SEGMENT] >= max(len(starts), 1)).any() or (self.rows[:, SEGMENT] < 0).any():
-            raise LogError(f"log {self.path!r}: a record belongs to a segment that has no start")
+            raise LogError("a record belongs to a segment that has no start", source=f"log {self.path!r}")
         steps = self.select(STEPS)
         bounds = np.searchsorted(steps[:, SEGMENT], np.arange(len(starts) + 1))
         segments, elapsed = [], 0
@@ -98,11 +100,13 @@ class Index:
             own = steps[bounds[number] : bounds[number + 1]]
             marks = np.concatenate([[start], own[:, LAST]])
             if not np.array_equal(own[:, FIRST], marks[:-1]):
-                raise LogError(f"log {self.path!r}: steps of segment {number} are missing or do not follow one another")
+                raise LogError(
+                    f"steps of segment {number} are missing or do not follow one another", source=f"log {self.path!r}"
+                )
             segments.append(Segment(number, start, int(marks[-1]), elapsed))
             elapsed += int(marks[-1]) - start
         if elapsed >= _MOST_TICKS:
-            raise LogError(f"log {self.path!r}: its index does not describe a log")
+            raise LogError("its index does not describe a log", source=f"log {self.path!r}")
         self._check_ticks(segments)
         return segments
 
@@ -112,7 +116,7 @@ class Index:
         begins, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
         rows = self.rows[np.isin(self.rows[:, KIND], (FRAMES, HASHES, SNAPSHOTS, EVENTS))]
         if (rows[:, FIRST] < begins[rows[:, SEGMENT]]).any() or (rows[:, LAST] > ends[rows[:, SEGMENT]]).any():
-            raise LogError(f"log {self.path!r}: it holds values from outside of its own history")
+            raise LogError("it holds values from outside of its own history", source=f"log {self.path!r}")
 
 
 def find_index(container: McapReader, log: str) -> tuple[Index, Record | None]:
@@ -131,7 +135,7 @@ def find_index(container: McapReader, log: str) -> tuple[Index, Record | None]:
             return Index(path, np.vstack([rows, [*closing.row, container.chunk_count - 1]])), closing
     found = np.array(list(_rows(container, log)), dtype=np.int64).reshape(-1, len(COLUMNS))
     if closing is not None and not np.array_equal(found[:-1, :CHUNK], closing.arrays["index"][:, :CHUNK]):
-        raise LogError(f"log {path!r}: records are missing, doubled or out of order")
+        raise LogError("records are missing, doubled or out of order", source=f"log {path!r}")
     return Index(path, found), closing
 
 

@@ -40,7 +40,7 @@ class PreviewBuilder:
         if type(stride) is int and 1 <= stride < 2**53:
             self._track = PreviewFrames(facts_of(component, title_of(log._header)), stride)
         elif not self._from_frames and not self.missing:
-            raise LogError(f"log {str(log.path)!r}: its end does not say how its film was made")
+            raise LogError("its end does not say how its film was made", source=f"log {str(log.path)!r}")
 
     def take(self, component: Component, balances: Mapping[str, Any], tick: int) -> None:
         """Show it a frame of the re-run, at a tick of the log's time."""
@@ -118,12 +118,12 @@ def _film_messages(log: Log) -> Iterator[RawMessage]:
             yield message
             continue
         if place == len(rows) or (rows[place, CHUNK], rows[place, KIND]) != (chunk, kind):
-            raise LogError(f"log {str(log.path)!r}: it holds a record that its index does not name")
+            raise LogError("it holds a record that its index does not name", source=f"log {str(log.path)!r}")
         if message.nanoseconds != times[place]:
             raise _FilmDiffers(f"the time of the record {place} is {message.nanoseconds} ns, expected {times[place]} ns")
         place += 1
     if place != len(rows):
-        raise LogError(f"log {str(log.path)!r}: records are missing")
+        raise LogError("records are missing", source=f"log {str(log.path)!r}")
 
 
 def _times(log: Log) -> list[int]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..components.component import Component
+from ..components.component import Component, refuse_unknown_events
 from ..components.contract import Event, Variable
 from ..components.drawables import Drawable
 from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest, shortened
@@ -103,15 +103,15 @@ class Log:
         if self._header.get("format") != FORMAT:
             found = self._header.get("format")
             advice = f"record it anew, or read it with an older {PROFILE}" if found in range(FORMAT) else f"update {PROFILE}"
-            raise LogError(f"log {str(self.path)!r} has format {found!r}, this program reads {FORMAT}; {advice}")
+            raise LogError(f"log {str(self.path)!r} has format {found!r}, this program reads {FORMAT}", hint=advice)
         self.step_size = step_history.finite_step(self._header.get("step_size"))
         elapsed = self._header.get("elapsed")
         if not isinstance(elapsed, int) or not 0 <= elapsed < 2**53:
-            raise LogError(f"log {str(self.path)!r}: its header does not say how old its parent was")
+            raise LogError("its header does not say how old its parent was", source=f"log {str(self.path)!r}")
         self._elapsed = int(elapsed)
         recorded, inputs = self._header.get("variables"), self._header.get("inputs")
         if not isinstance(recorded, list) or not isinstance(inputs, list):
-            raise LogError(f"log {str(self.path)!r}: its header does not say what was recorded")
+            raise LogError("its header does not say what was recorded", source=f"log {str(self.path)!r}")
         self.variables: dict[str, Variable] = {v.name: v for v in map(variable_from, recorded)}
         self.input_variables: dict[str, Variable] = {v.name: v for v in map(variable_from, inputs)}
         self._numbers = {name: number for number, name in enumerate(self.variables)}
@@ -197,11 +197,10 @@ class Log:
             index: only of this link, grain, ...
 
         Raises:
-            ParameterError: there is no such kind.
+            ParameterError: there is no such kind, or the index is none.
         """
         kinds = list(self.event_kinds)
-        if kind is not None and kind not in kinds:
-            raise ParameterError(f"kind: {shortened(kind)} is no kind of event of this log; {nearest(str(kind), kinds)}")
+        refuse_unknown_events(kinds, kind, index, "")
         found = []
         for row in self._rows(EVENTS):
             for tick, number, place, value, limit in self._event_rows(row).tolist():
@@ -216,7 +215,7 @@ class Log:
         """Kinds of events that can happen -> what they are."""
         kinds = self._header.get("event_kinds")
         if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
-            raise LogError(f"log {str(self.path)!r}: its header does not say what can happen")
+            raise LogError("its header does not say what can happen", source=f"log {str(self.path)!r}")
         return dict(kinds)
 
     # -- frames -----------------------------------------------------------------------------------------------------
@@ -261,7 +260,9 @@ class Log:
         firsts = np.array([self._log_tick(row[SEGMENT], row[FIRST]) for row in rows])
         place = int(np.searchsorted(firsts, tick, side="right")) - 1
         if place < 0:
-            raise ParameterError(f"time: got {time:g} s, the first frame of {name!r} is at {firsts[0] * self.step_size:g} s")
+            raise ParameterError(
+                f"got {time:g} s, the first frame of {name!r} is at {firsts[0] * self.step_size:g} s", at="time"
+            )
         if tick > self.end_tick:
             raise self._outside(time)
         ticks, values = self._frames(rows[place], name)
@@ -320,7 +321,7 @@ class Log:
         rows = self._index.select(SNAPSHOTS, None, segment.number)
         rows = rows[rows[:, FIRST] <= tick]
         if not len(rows):
-            raise LogError(f"log {str(self.path)!r}: no snapshot at or before tick {tick}")
+            raise LogError(f"no snapshot at or before tick {tick}", source=f"log {str(self.path)!r}")
         return self._snapshot(rows[np.argmax(rows[:, FIRST])])
 
     # -- the program ------------------------------------------------------------------------------------------------
@@ -337,8 +338,9 @@ class Log:
         component = self.rebuilt(components)
         if component.identity != self._header.get("identity"):
             raise LogError(
-                f"log {str(self.path)!r}: its parameters do not give the identity it claims; they were changed, or it is from "
-                f"another version of {component.name!r} (see `replay --verify`)"
+                "its parameters do not give the identity it claims",
+                hint=f"they were changed, or it is from another version of {component.name!r} (see `replay --verify`)",
+                source=f"log {str(self.path)!r}",
             )
         if self.segments:
             restore(component, self.snapshot(self.segments[0], self.segments[0].start))
@@ -359,7 +361,10 @@ class Log:
         """
         from .branch import branch_of
 
-        return branch_of(self, at, components)
+        try:
+            return branch_of(self, at, components)
+        except ParameterError as error:
+            raise error.renamed("time", "at") from None
 
     def locate(self, time: float) -> tuple[Segment, int]:
         """Segment and its own tick at a time [s] of the log; where two segments meet, the later one."""
@@ -373,13 +378,13 @@ class Log:
 
     def _outside(self, time: float) -> ParameterError:
         first, last = self.start_tick * self.step_size, self.end_tick * self.step_size
-        return ParameterError(f"time: got {time:.12g} s, the log goes from {first:.12g} s to {last:.12g} s")
+        return ParameterError(f"got {time:.12g} s, the log goes from {first:.12g} s to {last:.12g} s", at="time")
 
     def _tick_at(self, time: float) -> int:
         try:
             return round(float(time) / self.step_size)
         except (TypeError, ValueError, OverflowError) as error:
-            raise ParameterError(f"time: got {time!r}, expected seconds") from error
+            raise ParameterError(f"got {time!r}", expected="seconds", at="time") from error
 
     def _log_tick(self, segment: int, tick: Any) -> Any:
         own = self._index.all_segments[int(segment)]
@@ -396,7 +401,8 @@ class Log:
 
     def _frame_rows(self, name: str) -> np.ndarray:
         if name not in self._numbers:
-            raise ParameterError(f"variable {name!r} was not recorded; {nearest(str(name), self._numbers)}")
+            hint = nearest(str(name), self._numbers)
+            raise ParameterError(f"got {shortened(name)}", expected="a variable that was recorded", hint=hint, at="variable")
         rows = self._rows(FRAMES)
         return rows[rows[:, DETAIL] == self._numbers[name]]
 
@@ -405,11 +411,13 @@ class Log:
         ticks, values = record.arrays.get("ticks"), record.arrays.get("values")
         shape = self.variables[name].shape
         if ticks is None or values is None or ticks.dtype != np.int64 or values.dtype != np.float64:
-            raise LogError(f"log {str(self.path)!r}: a record of frames of {name!r} has the wrong form")
+            raise LogError(f"a record of frames of {name!r} has the wrong form", source=f"log {str(self.path)!r}")
         if ticks.shape != (record.count,) or values.shape != (record.count, *shape) or (np.diff(ticks) <= 0).any():
-            raise LogError(f"log {str(self.path)!r}: a record of frames of {name!r} has the wrong form")
+            raise LogError(f"a record of frames of {name!r} has the wrong form", source=f"log {str(self.path)!r}")
         if ticks[0] != record.first or ticks[-1] != record.last:
-            raise LogError(f"log {str(self.path)!r}: a record of frames of {name!r} has other ticks than the index says")
+            raise LogError(
+                f"a record of frames of {name!r} has other ticks than the index says", source=f"log {str(self.path)!r}"
+            )
         return ticks, values
 
     def _event_rows(self, row: np.ndarray) -> np.ndarray:
@@ -422,18 +430,20 @@ class Log:
             sound = sound and bool((numbers == np.rint(numbers)).all() and (numbers[:, 0] >= 0).all())
             sound = sound and bool((numbers[:, 0] < len(self.event_kinds)).all() and (np.abs(numbers[:, 1]) < 2**53).all())
         if not sound:
-            raise LogError(f"log {str(self.path)!r}: a record of events has the wrong form")
+            raise LogError("a record of events has the wrong form", source=f"log {str(self.path)!r}")
         return rows  # type: ignore[return-value]
 
     def _snapshot(self, row: np.ndarray) -> Snapshot:
         data = self._record(row).arrays.get("snapshot")
         if data is None or data.dtype != np.uint8 or data.ndim != 1:
-            raise LogError(f"log {str(self.path)!r}: a snapshot has the wrong form")
+            raise LogError("a snapshot has the wrong form", source=f"log {str(self.path)!r}")
         snapshot = Snapshot.from_bytes(data.tobytes(), self._container.most_text)
         if snapshot.tick != row[FIRST]:
-            raise LogError(f"log {str(self.path)!r}: a snapshot is of tick {snapshot.tick}, its place says {row[FIRST]}")
+            raise LogError(
+                f"a snapshot is of tick {snapshot.tick}, its place says {row[FIRST]}", source=f"log {str(self.path)!r}"
+            )
         if not set(self.input_variables) <= snapshot.inputs.keys():
-            raise LogError(f"log {str(self.path)!r}: a snapshot lacks an input")
+            raise LogError("a snapshot lacks an input", source=f"log {str(self.path)!r}")
         return snapshot
 
     def _record(self, row: np.ndarray) -> Record:
@@ -445,13 +455,15 @@ class Log:
         if known is None:
             messages = [m for m in self._container.messages(chunk) if m.topic in TOPICS]
             if len(messages) != last - first:
-                raise LogError(f"log {str(self.path)!r}: records are missing or doubled")
+                raise LogError("records are missing or doubled", source=f"log {str(self.path)!r}")
             message = messages[place - first]
             kind = TOPICS[message.topic]
             known = decode(message.data, kind, self._log if kind != HEADER else None, self._container.most_text)
             if known.row != tuple(row[:CHUNK].tolist()):
                 raise LogError(
-                    f"log {str(self.path)!r}: a record is not the one that the index names; the file was put together"
+                    "a record is not the one that the index names",
+                    hint="the file was put together",
+                    source=f"log {str(self.path)!r}",
                 )
             self._at_hand[int(place)] = known
             if len(self._at_hand) > _RECORDS_AT_HAND:

@@ -98,14 +98,14 @@ def decode(data: bytes | memoryview, kind: int, log: str | None, most_text: int 
     header, arrays = unpack(_unwrap(memoryview(data)), most_text)
     if not isinstance(header, dict) or header.get("kind") != KINDS[kind]:
         raise LogError(
-            f"a message under {KINDS[kind]!r} is of another kind; the log is damaged or was put together from others"
+            f"a message under {KINDS[kind]!r} is of another kind", hint="the log is damaged or was put together from others"
         )
     place, content = header.get("place"), header.get("content")
     whole = isinstance(place, list) and len(place) == len(_PLACE) and all(type(x) is int and -1 <= x < 2**62 for x in place)
     if not whole or not isinstance(content, dict):
-        raise LogError("a message does not say where in the log it belongs; the log is damaged")
+        raise LogError("a message does not say where in the log it belongs", hint="the log is damaged")
     if log is not None and header.get("log") != log:
-        raise LogError("a message belongs to another log; this file was put together from several")
+        raise LogError("a message belongs to another log", hint="this file was put together from several")
     return Record(kind, *place, content, arrays)  # type: ignore[misc]
 
 
@@ -136,7 +136,7 @@ def varint(value: int) -> bytes:
 
 def _unwrap(data: memoryview) -> memoryview:
     if len(data) < 2 or data[0] != 0x0A:
-        raise LogError("a message is no block of granular-env; the log is damaged")
+        raise LogError("a message is no block of granular-env", hint="the log is damaged")
     length = shift = 0
     for offset in range(1, min(len(data), 11)):
         length |= (data[offset] & 0x7F) << shift
@@ -145,7 +145,7 @@ def _unwrap(data: memoryview) -> memoryview:
             if length != len(data) - offset - 1:
                 break
             return data[offset + 1 :]
-    raise LogError("a message has a wrong length; the log is damaged")
+    raise LogError("a message has a wrong length", hint="the log is damaged")
 
 
 def bits(value: float) -> int:

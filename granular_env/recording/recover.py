@@ -41,7 +41,7 @@ def recover(
         hint = ("choose another name, or pass ", Option("overwrite"))
         raise ParameterError(Fault(("out",), f"{str(target)!r} exists", hint=hint))
     if os.path.exists(target) and os.path.exists(source) and os.path.samefile(source, target):
-        raise ParameterError(f"out: {str(target)!r} is the damaged log itself; choose another name")
+        raise ParameterError(f"{str(target)!r} is the damaged log itself", hint="choose another name", at="out")
     refuse_unless_log(target)
     with Log(source, allow_large, scan=True) as log, replacing(target, LogError) as part:
         unharmed = f"{str(source)!r} is as it was; nothing was left behind"

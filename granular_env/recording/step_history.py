@@ -83,7 +83,7 @@ def steps_of(
     for record in records:
         durations = _array(record, "durations", np.int64)
         if len(durations) != record.count or (durations < 1).any() or int(durations.sum()) != record.last - record.first:
-            raise LogError(f"the steps from tick {record.first} to {record.last} do not add up; the log is damaged")
+            raise LogError(f"the steps from tick {record.first} to {record.last} do not add up", hint="the log is damaged")
         _add_profiles(record, list(inputs), profiles, step_size)
         for name, places, values in _sets_of(record, inputs, profiles):
             parts = sets.setdefault(name, ([], []))
@@ -151,7 +151,7 @@ def _add_profiles(record: Record, inputs: Sequence[str], profiles: list[Compiled
         try:
             pattern = record.arrays.get(f"pattern.{place}")
             if pattern is not None and pattern.dtype != np.float64:
-                raise LogError(f"a pattern has the dtype {pattern.dtype}, expected float64")
+                raise LogError(f"a pattern has the dtype {pattern.dtype}", expected="float64")
             profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part, pattern))
         except GranularError as error:
             users = _users(record, inputs, len(profiles))
@@ -162,7 +162,7 @@ def _add_profiles(record: Record, inputs: Sequence[str], profiles: list[Compiled
 def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.ndarray:
     array = record.arrays.get(name)
     if array is None or array.dtype != dtype or array.ndim != dimensions:
-        raise LogError(f"a record of steps has no proper {name!r}; the log is damaged")
+        raise LogError(f"a record of steps has no proper {name!r}", hint="the log is damaged")
     return array
 
 
@@ -189,5 +189,5 @@ def sample_input(steps: StepHistory, start: Mapping[str, Held], name: str, end: 
 def finite_step(value: object) -> float:
     """Return the log's step size, or raise where it is not one."""
     if not isinstance(value, float) or not math.isfinite(value) or value <= 0.0:
-        raise LogError(f"the log's header has step_size {value!r}, expected seconds")
+        raise LogError(f"the log's header has step_size {value!r}", expected="seconds")
     return value

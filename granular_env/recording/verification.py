@@ -205,9 +205,9 @@ class _Replay:
             ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
             width = len(self._names_to_hash())
             if ticks is None or rows is None or rows.shape != (record.count, width) or ticks.shape != (record.count,):
-                raise LogError(f"log {str(self.log.path)!r}: a record of hashes has the wrong form")
+                raise LogError("a record of hashes has the wrong form", source=f"log {str(self.log.path)!r}")
             if rows.dtype != np.int64 or ticks.dtype != np.int64 or (np.diff(ticks) <= 0).any() or ticks[0] < row[FIRST]:
-                raise LogError(f"log {str(self.log.path)!r}: a record of hashes has the wrong form")
+                raise LogError("a record of hashes has the wrong form", source=f"log {str(self.log.path)!r}")
             for tick, own in zip(ticks.tolist(), rows, strict=True):
                 yield tick, check, own
 
@@ -313,15 +313,19 @@ class _Replay:
             mine = component.variables.get(name)
             if mine is None or mine.shape != variable.shape or mine.causality != variable.causality:
                 raise LogError(
-                    f"log {str(log.path)!r}: this program's {component.name!r} has no {name!r} of shape {variable.shape}"
+                    f"this program's {component.name!r} has no {name!r} of shape {variable.shape}",
+                    source=f"log {str(log.path)!r}",
                 )
         known = [v.name for v in component.variables.values() if v.causality == "input"]
         if list(log.input_variables) != known:
-            raise LogError(f"log {str(log.path)!r}: this program's {component.name!r} has other inputs: {', '.join(known)}")
+            raise LogError(
+                f"this program's {component.name!r} has other inputs: {', '.join(known)}", source=f"log {str(log.path)!r}"
+            )
         if log.step_size != component.step_size:
             raise LogError(
-                f"log {str(log.path)!r}: its parameters give a step_size of {component.step_size!r} s, its header says "
-                f"{log.step_size!r} s; parameters or header were changed"
+                f"its parameters give a step_size of {component.step_size!r} s, its header says {log.step_size!r} s",
+                hint="parameters or header were changed",
+                source=f"log {str(log.path)!r}",
             )
 
     # -- the result -------------------------------------------------------------------------------------------------

@@ -78,4 +78,6 @@ def _read(path: Path) -> bytes:
     except (OSError, ValueError) as error:
         if isinstance(error, ExperimentError):
             raise
-        raise ExperimentError(f"{path}: the CSV file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        raise ExperimentError(
+            f"the CSV file cannot be read: {getattr(error, 'strerror', None) or error}", source=str(path)
+        ) from None

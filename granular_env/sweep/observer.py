@@ -15,7 +15,7 @@ from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.domains import domain_of
 from granular_env.peaks import SAMPLES, resolved_top
 
-from .measures import EXTREMES, Figure, Measure, Measurement, Reading
+from .measures import EXTREMES, Figure, Happening, Measure, Measurement, Reading
 
 
 class RunObserver:
@@ -54,15 +54,17 @@ class RunObserver:
                     measure.check(component)
                 elif isinstance(measure, Figure):
                     measure.of(component.report())
+                elif isinstance(measure, Happening):
+                    measure.of(component)
             except ParameterError as error:
-                raise ParameterError(*(fault.within("measure", name) for fault in error.faults)) from None
+                raise error.within("measure", name) from None
 
     def _begin_history(self, component: Component) -> None:
         every = self._interval * component.step_size
         watch = domain_of(component.name).load("watch")
         if watch is None:
             raise ParameterError(
-                f"measure: a {component.name!r} has no measurements; take its variables, such as 'max NAME[0]'"
+                f"a {component.name!r} has no measurements", hint="take its variables, such as 'max NAME[0]'", at="measure"
             )
         self._watch = watch(every)
         self._watch.on_reset(component)
@@ -105,7 +107,7 @@ class RunObserver:
             return measure.of(history)
         if isinstance(measure, Figure):
             return measure.of(report)
-        if measure.kind == "final":
+        if isinstance(measure, Happening) or measure.kind == "final":
             return measure.of(component)
         return self._starts[name] if measure.kind == "start" else self._gathered[name].value
 

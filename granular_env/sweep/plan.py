@@ -24,10 +24,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
-from granular_env.components.errors import ExperimentError, Fault, GranularError, Override
+from granular_env.components.errors import ExperimentError, Fault, GranularError, Location, Override, location_text
 from granular_env.components.support.validation import refusal
 from granular_env.documents import Document, Overrides, Table, load
-from granular_env.documents.overrides import to_overrides
+from granular_env.documents.overrides import source_of, to_overrides
 from granular_env.experiments import Experiment, load_experiment, shipped_experiments
 from granular_env.package_contents import shipped_files
 
@@ -172,13 +172,24 @@ class Plan(Document):
 
     def _fault_of(self, fault: Fault) -> Fault:
         source = fault.source
-        if not isinstance(source, Override):
+        if isinstance(source, Override):
+            own = source in self._of_experiment
+            return fault if own else replace(fault, location=self._place(source, *fault.location), source=self.origin)
+        if not fault.location or fault.location[0] not in Experiment.model_fields:
             return fault.of(self.origin)
-        if source in self._of_experiment:
-            return fault
-        key = ".".join(source.key)
+        held_by = source_of(fault.location, f"experiment {self.experiment!r}", self._of_experiment)
+        if isinstance(held_by, str) and isinstance(source, tuple):
+            # No override from outside matters, but keys of the plan do.
+            keys = [location_text(self._place(one)) for one in source if isinstance(one, Override)]
+            held_by = f"{held_by} with {', '.join(keys)}"
+        placed = replace(fault, source=held_by)
+        return placed if isinstance(held_by, Override) else placed.of(self.origin)
+
+    def _place(self, override: Override, *location: str | int) -> Location:
+        """Return where in the plan a key is set that a task has from it."""
+        key = ".".join(override.key)
         table = next((table for table, keys in self._tables() if key in keys), "set")
-        return replace(fault, location=(table, *(fault.location or source.key)), source=self.origin)
+        return (table, *(location or override.key))
 
 
 def _one_level(content: Mapping[str, Any]) -> dict[str, Any]:

@@ -32,7 +32,7 @@ def plan_tasks(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
         tasks = make_tasks(plan, basis, names)
     except (ValueError, TypeError) as error:
         raise ExperimentError(
-            f"{plan.origin}: a value cannot be written as JSON: {error}; take numbers, texts, lists"
+            f"a value cannot be written as JSON: {error}", hint="take numbers, texts, lists", source=str(plan.origin)
         ) from None
     job = Job(document, contents, plan.measure, plan.every, program())
     return job, tasks, _describe(plan, experiment, grid, tasks)

@@ -140,7 +140,7 @@ def _folder(folder: str | os.PathLike[str]) -> Path:
     try:
         return Path(folder)
     except TypeError:
-        raise ParameterError(f"folder: got {shortened(folder)}, expected the path of a folder for the results") from None
+        raise ParameterError(f"got {shortened(folder)}", expected="the path of a folder for the results", at="folder") from None
 
 
 def _default_folder(plan: Plan) -> Path:

@@ -86,10 +86,12 @@ class Store:
 
     def __enter__(self) -> Self:
         if self.folder.exists() and not self.folder.is_dir():
-            raise SweepError(f"{str(self.folder)!r} is a file, expected a folder; the sweep's results go into it")
+            raise SweepError(f"{str(self.folder)!r} is a file", expected="a folder", hint="the sweep's results go into it")
         try:
             if self.folder.is_dir() and not (self.folder / DESCRIPTION).exists() and _foreign(self.folder):
-                raise SweepError(f"{str(self.folder)!r} holds other files and no sweep; choose another folder for the results")
+                raise SweepError(
+                    f"{str(self.folder)!r} holds other files and no sweep", hint="choose another folder for the results"
+                )
             self.folder.mkdir(parents=True, exist_ok=True)
             self._journal = (self.folder / JOURNAL).open("ab")
         except OSError as error:
@@ -121,7 +123,8 @@ class Store:
             if before["name"] != description["name"]:
                 raise SweepError(
                     f"{str(self.folder)!r} holds the results of the plan {before['name']!r}, this one is "
-                    f"{description['name']!r}; choose another folder"
+                    f"{description['name']!r}",
+                    hint="choose another folder",
                 )
         self._mend()
         with replacing(self.folder / DESCRIPTION, SweepError) as part:
@@ -158,8 +161,8 @@ class Store:
 
     def _unwritable(self, error: OSError) -> SweepError:
         return SweepError(
-            f"the results cannot be kept in {str(self.folder)!r}: {error.strerror or error}; those so far are there; "
-            "free some space or choose another folder"
+            f"the results cannot be kept in {str(self.folder)!r}: {error.strerror or error}",
+            hint="those so far are there; free some space or choose another folder",
         )
 
 
@@ -182,15 +185,17 @@ def read_description(folder: Path) -> dict[str, Any]:
     try:
         found = json.loads(data := path.read_bytes())
     except FileNotFoundError:
-        raise SweepError(f"{str(folder)!r}: no sweep is there, expected the folder that `granular-env sweep` wrote") from None
+        raise SweepError(
+            "no sweep is there", expected="the folder that `granular-env sweep` wrote", source=f"{str(folder)!r}"
+        ) from None
     except (OSError, ValueError, RecursionError) as error:
         raise SweepError(f"{str(path)!r} cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if not isinstance(found, dict) or found.get("format") != FORMAT:
         raise SweepError(f"{str(path)!r} is no description of a sweep")
     if found.get("version") != VERSION:
         raise SweepError(
-            f"{str(path)!r} has version {found.get('version')!r}, this program reads {VERSION}; update granular-env, or choose "
-            "another folder"
+            f"{str(path)!r} has version {found.get('version')!r}, this program reads {VERSION}",
+            hint="update granular-env, or choose another folder",
         )
     try:
         Description.model_validate_json(data)
@@ -198,7 +203,8 @@ def read_description(folder: Path) -> dict[str, Any]:
         first = error.errors()[0] if isinstance(error, ValidationError) else {"loc": (), "msg": "it is nested too deeply"}
         place = ".".join(map(str, first["loc"]))
         raise SweepError(
-            f"{str(path)!r} is no description of a sweep: {place + ': ' if place else ''}{first['msg']}; compute the sweep anew"
+            f"{str(path)!r} is no description of a sweep: {place + ': ' if place else ''}{first['msg']}",
+            hint="compute the sweep anew",
         ) from None
     return found
 

@@ -80,10 +80,10 @@ class Sweep:
             SweepError: there is no such task, or it left no log.
         """
         if isinstance(task, bool) or not isinstance(task, int) or not 0 <= task < self.size:
-            raise SweepError(f"task: got {task}, the sweep has 0 to {self.size - 1}")
+            raise SweepError(f"got {task}, the sweep has 0 to {self.size - 1}", at="task")
         path = self.folder / "logs" / f"{self.description['tasks'][task][-1]}.mcap"
         if not path.exists():
-            raise SweepError(f"task {task} left no log; say in the plan's [logs] which are kept")
+            raise SweepError(f"task {task} left no log", hint="say in the plan's [logs] which are kept")
         return path
 
     def columns(self) -> dict[str, list[Any]]:
@@ -182,7 +182,7 @@ def open_sweep(folder: str | os.PathLike[str]) -> Sweep:
     try:
         path = Path(folder)
     except TypeError:
-        raise SweepError(f"folder: got {folder!r}, expected the path of a sweep's folder") from None
+        raise SweepError(f"got {folder!r}", expected="the path of a sweep's folder", at="folder") from None
     return Sweep(path, read_description(path), read_results(path))
 
 
@@ -192,7 +192,7 @@ def _unusable(folder: Path) -> Iterator[None]:
     try:
         yield
     except (ValueError, TypeError, ArithmeticError) as error:  # pyarrow's errors are ValueErrors
-        raise SweepError(f"the results in {str(folder)!r} make no table: {error}; compute the sweep anew") from None
+        raise SweepError(f"the results in {str(folder)!r} make no table: {error}", hint="compute the sweep anew") from None
 
 
 def _plain(value: Any) -> Any:

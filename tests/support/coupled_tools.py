@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -47,10 +47,11 @@ def layers(packing: str = "square", n: int = 1, columns: int = 8, **parameters: 
     return coupled({"mesh": mesh(columns, 4)}, automata, n, origin=[0.0, 4.0], **parameters)
 
 
-def inclusion(n: int = 1, **parameters: Any) -> Coupled:
-    """Return a block of cells with automata in a hole."""
+def inclusion(n: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
+    """Return a block of cells with automata in a hole, of these laws."""
     hole = {"name": "box", "x": [2.0, 5.0], "y": [2.0, 6.0]}
-    return coupled({"mesh": mesh(8, 8, holes=[hole])}, {"shape": rectangle(3.0, 4.0)}, n, origin=[2.0, 2.0], **parameters)
+    automata = {"shape": rectangle(3.0, 4.0), **(laws or {})}
+    return coupled({"mesh": mesh(8, 8, holes=[hole])}, automata, n, origin=[2.0, 2.0], **parameters)
 
 
 def corner(n: int = 1, **parameters: Any) -> Coupled:

@@ -176,6 +176,32 @@ COUPLED_LAYERS = {
 }  # fmt: skip
 
 
+# A core of automata that breaks and rubs between soft layers of cells that yield, with micro-steps.
+COUPLED_CRACKING = {
+    "grid": {
+        "mesh": {
+            "name": "rectangle", "columns": 4, "rows": 6, "cell_size": 0.01,
+            "holes": [{"name": "box", "x": [-0.01, 0.05], "y": [0.02, 0.04]}],
+        },
+        "boundaries": {"bottom": "fixed", "top": "velocity"}, "material": {"density": 7800.0, "young": 5e10, "poisson": 0.3},
+        "plasticity": {"name": "von_mises", "yield_stress": 4e7, "hardening": 5e9},
+    },
+    "automata": {
+        "shape": {"name": "rectangle", "width": 0.04, "height": 0.02}, "diameter": 0.005, "packing": "square",
+        "criterion": {"name": "mohr_coulomb", "cohesion": 2e7, "internal_friction": 0.5, "tensile": 1e7},
+        "strength_scatter": 0.2,
+    },
+    "origin": [0.0, 0.02],
+    "micro_steps": 3,
+}  # fmt: skip
+
+
+def sheared_core(component: ge.Component) -> None:
+    """A moving edge that shears and presses, then pulls."""
+    component.step(6e-5, grid_top_velocity=ge.Profile.half_sine(1.0, 1.2e-4) * [4.0, -2.0])
+    component.step(4e-5, grid_top_velocity=[-2.0, 4.0])
+
+
 def driven_inclusion(component: ge.Component) -> None:
     """A moving edge and forces on two automata, one of them on the interface, first as profiles, then as numbers."""
     component.reset(automata_velocity={10: (1.0, -2.0)}, grid_velocity={30: (0.5, 0.0)})
@@ -296,6 +322,7 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "automata-cracking": (make("automata", **AUTOMATA_CRUSHED), crushed_automata, 1e-5),
     "coupled-inclusion": (make("coupled", **COUPLED_INCLUSION), driven_inclusion, 3e-5),
     "coupled-layers": (make("coupled", **COUPLED_LAYERS), driven_layers, 3e-5),
+    "coupled-cracking": (make("coupled", **COUPLED_CRACKING), sheared_core, 5e-5),
     "detonation-bursting": (make("detonation", **BURSTING), bursting_tube, 1e-5),
     "detonation-nozzle": (make("detonation", **NOZZLE), driven_nozzle, 1e-5),
 }

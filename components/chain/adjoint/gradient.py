@@ -49,7 +49,7 @@ def _look_up(
         return address(compiled, signature), jitted, compiled
     except (NumbaError, TypeError) as error:
         reason = " ".join(str(error).split())
-        raise ParameterError(f"{name}: it does not compile as {signature}: {shortened(reason, 400)}") from None
+        raise ParameterError(f"it does not compile as {signature}: {shortened(reason, 400)}", at=name) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
     """
     given = _numbers("drives", drives)
     if given.ndim != 3:
-        raise ParameterError(f"drives: got the shape {given.shape}, expected (members, control steps, 2)")
+        raise ParameterError(f"got the shape {given.shape}", expected="(members, control steps, 2)", at="drives")
     ticks = validate_ticks(ticks)
     a = chain.detached_table()
     start = a[U:].copy(), a[:U].copy()
@@ -166,8 +166,9 @@ def _run(
     if ended == loops.NOTE_FAILED:
         k = int(np.argmin(np.isfinite(sums)))
         raise ParameterError(
-            f"objective.note: sums[{k}] became {sums[k]} after control step {step} of {len(drive)}, the state being finite; "
-            "mend the feature, or check its constants"
+            f"sums[{k}] became {sums[k]} after control step {step} of {len(drive)}, the state being finite",
+            hint="mend the feature, or check its constants",
+            at="objective.note",
         )
     return sums, saved
 
@@ -177,12 +178,12 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
     slopes = np.zeros(objective.count)
     given = current(objective.value)(sums, objective.constants, slopes)
     if not isinstance(given, (int, float, np.number)):
-        raise ParameterError(f"objective.value: got {shortened(given)} from it, expected a number")
+        raise ParameterError(f"got {shortened(given)} from it", expected="a number", at="objective.value")
     value = float(given)
     if not math.isfinite(value) or not np.isfinite(slopes).all():
         what = f"J is {value}" if not math.isfinite(value) else f"dJ/dsums is {shortened(slopes)}"
         raise ParameterError(
-            f"objective.value: {what} for the sums {shortened(sums)}; mend the function, or check its constants"
+            f"{what} for the sums {shortened(sums)}", hint="mend the function, or check its constants", at="objective.value"
         )
     return value, slopes
 
@@ -210,13 +211,15 @@ def composition_of(chain: Chain) -> Composition:
         reason = "whose contacts remember" if law.has_history else f"which lacks {', '.join(missing)}"
         known = [name for name, one in LAWS.items() if has_gradient(one)]
         raise ParameterError(
-            f"law: there are no gradients of {law.name!r}, {reason}; use {', '.join(known[:-1])} or {known[-1]}"
+            f"there are no gradients of {law.name!r}, {reason}", hint=f"use {', '.join(known[:-1])} or {known[-1]}", at="law"
         )
     scheme = SCHEMES[integrator]
     composition = scheme.damped_composition if isinstance(law, Dissipative) else scheme.composition
     if composition is None:
         known = " or ".join(repr(name) for name, one in SCHEMES.items() if one.composition is not None)
-        raise ParameterError(f"integrator: there are no gradients of {integrator!r}; build the chain with integrator = {known}")
+        raise ParameterError(
+            f"there are no gradients of {integrator!r}", hint=f"build the chain with integrator = {known}", at="integrator"
+        )
     return composition
 
 
@@ -224,13 +227,13 @@ def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
     try:
         return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ParameterError(f"{name}: got {shortened(given)}, expected an array of numbers") from None
+        raise ParameterError(f"got {shortened(given)}", expected="an array of numbers", at=name) from None
 
 
 def validate_ticks(ticks: int) -> int:
     """Return the internal steps of a control step."""
     if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
-        raise ParameterError(f"ticks: got {shortened(ticks)}, expected the internal steps of a control step, at least 1")
+        raise ParameterError(f"got {shortened(ticks)}", expected="the internal steps of a control step, at least 1", at="ticks")
     return int(ticks)
 
 
@@ -238,11 +241,11 @@ def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
     """Return a copy, contiguous and finite, with zeros where an end takes no input, shape (steps, 2)."""
     drive = _numbers("drive", given)
     if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):
-        raise ParameterError(f"drive: got the shape {drive.shape}, expected (control steps, 2): left and right input")
+        raise ParameterError(f"got the shape {drive.shape}", expected="(control steps, 2): left and right input", at="drive")
     wrong = ~np.isfinite(drive)
     if wrong.any():
         step, side = (int(place) for place in np.argwhere(wrong)[0])
-        raise ParameterError(f"drive[{step}, {side}]: got {drive[step, side]}, expected a finite number")
+        raise ParameterError(f"got {drive[step, side]}", expected="a finite number", at=("drive", step, side))
     inputs = np.array(drive, order="C")
     _keep_to_inputs(chain, inputs)
     return inputs
@@ -261,12 +264,14 @@ def _explain_derivative(adjoint: FloatArray, step: int, steps: int, ended: int) 
     value, when = adjoint[row, column], f"control step {step} of {steps}"
     if ended == loops.PULLBACK_FAILED:
         raise ParameterError(
-            f"objective.pullback: adjoint[{name}, {column}] became {value} at {when}; mend the derivative, or check its "
-            "constants"
+            f"adjoint[{name}, {column}] became {value} at {when}",
+            hint="mend the derivative, or check its constants",
+            at="objective.pullback",
         )
     raise ParameterError(
-        f"objective: its derivative by {name}[{column}] became {value} in {when}, on the way back; the run is too long or too "
-        "chaotic for a gradient, so shorten it"
+        f"its derivative by {name}[{column}] became {value} in {when}, on the way back",
+        hint="the run is too long or too chaotic for a gradient, so shorten it",
+        at="objective",
     )
 
 

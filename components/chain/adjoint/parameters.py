@@ -28,7 +28,7 @@ def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | F
         ParameterError: there is no such derivative; says what to do.
     """
     if name not in KNOWN:
-        raise ParameterError(f"with_respect_to: {name!r} has no gradient; {nearest(name, KNOWN)}")
+        raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="with_respect_to")
     return KNOWN[name](chain, adjoints)
 
 
@@ -81,8 +81,10 @@ def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
     if built.unpressed.any():
         where = int(np.argmax(built.unpressed))
         raise ParameterError(
-            f"with_respect_to: {name!r} has no derivative here: contact {where} carries no static force, and its overlap at "
-            f"rest grows as (force)^(1/{chain.parameters.law.exponent:g}); give precompression, or leave {name!r} out"
+            f"{name!r} has no derivative here: contact {where} carries no static force, and its overlap at rest "
+            f"grows as (force)^(1/{chain.parameters.law.exponent:g})",
+            hint=f"give precompression, or leave {name!r} out",
+            at="with_respect_to",
         )
 
 
@@ -155,7 +157,9 @@ def _gap(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
 def _gravity(chain: Chain, adjoints: Adjoints) -> float:
     built = _Built(chain, adjoints)
     if chain.parameters.gravity == 0.0:
-        raise ParameterError("with_respect_to: 'gravity' has a gradient only where there is gravity; give the chain some")
+        raise ParameterError(
+            "'gravity' has a gradient only where there is gravity", hint="give the chain some", at="with_respect_to"
+        )
     if _hangs(chain):
         _refuse_unpressed(chain, built, "gravity")
     weighed = chain.table[MASS, 1 : chain.parameters.grains + 1]
@@ -166,7 +170,7 @@ def _dissipation(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
     law = chain.parameters.law
     if not isinstance(law, Dissipative):
         known = " or ".join(name for name, one in LAWS.items() if issubclass(one, Dissipative))
-        raise ParameterError(f"with_respect_to: law {law.name!r} has no dissipation; use law {known}")
+        raise ParameterError(f"law {law.name!r} has no dissipation", hint=f"use law {known}", at="with_respect_to")
     real = chain.geometry.contact_slice
     if not isinstance(law.dissipation, list):
         return float(adjoints.table[LAW_CONSTANTS, real].sum())

@@ -54,8 +54,9 @@ class ElasticPlastic(Law):
         if np.any(np.isnan(pressure)):
             where = contacts.start + int(np.argmax(np.isnan(pressure)))
             raise ParameterError(
-                f"law.yield_pressure: neither side of contact {where} has a yield_strength; give yield_pressure, or materials "
-                "that have one"
+                f"neither side of contact {where} has a yield_strength",
+                hint="give yield_pressure, or materials that have one",
+                at="law.yield_pressure",
             )
         return (math.pi * pressure * reduced_radius[contacts] / (1.5 * stiffness[contacts]))[:, None]
 

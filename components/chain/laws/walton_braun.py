@@ -50,8 +50,9 @@ class WaltonBraun(Law):
         if soft.any():
             where = int(np.argmax(soft))
             raise ParameterError(
-                f"law.unloading_stiffness: got {unloading[where]:g} N/m for contact {contacts.start + where}, expected at "
-                f"least its contact_stiffness, {loading[where]:g} N/m: unloading is no softer than loading"
+                f"got {unloading[where]:g} N/m for contact {contacts.start + where}",
+                expected=f"at least its contact_stiffness, {loading[where]:g} N/m: unloading is no softer than loading",
+                at="law.unloading_stiffness",
             )
         return np.column_stack([unloading, 1.0 - loading / unloading])
 

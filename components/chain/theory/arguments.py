@@ -39,14 +39,16 @@ def sequence(name: str, value: Any, least: int) -> FloatArray:
     """Return a row of at least so many finite numbers, shape (n,)."""
     array = finite(name, value)
     if np.ndim(array) != 1 or np.size(array) < least:
-        raise ParameterError(f"{name}: got shape {np.shape(array)}, expected a row of at least {least} numbers")
+        raise ParameterError(f"got shape {np.shape(array)}", expected=f"a row of at least {least} numbers", at=name)
     return np.asarray(array)
 
 
 def number(name: str, value: Any) -> float:
     """One number, where a formula takes no array."""
     if np.ndim(value):
-        raise ParameterError(f"{name}: got an array of shape {np.shape(value)}, expected one number; call it for each")
+        raise ParameterError(
+            f"got an array of shape {np.shape(value)}", expected="one number", hint="call it for each", at=name
+        )
     return float(finite(name, value))
 
 
@@ -56,11 +58,11 @@ def _inside(name: str, value: Any, low: float, high: float, expected: str, *, op
     except ValueError:  # rows of unlike length
         array = np.asarray(None)
     if array.dtype.kind not in "fiu":
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a number or an array of numbers, {expected}")
+        raise ParameterError(f"got {shortened(value)}", expected=f"a number or an array of numbers, {expected}", at=name)
     array = array.astype(np.float64)
     right = (array > low if open_below else array >= low) & (array < high)
     if not right.all():
-        raise ParameterError(f"{name}: got {array[~right].flat[0]:g}, expected {expected}")
+        raise ParameterError(f"got {array[~right].flat[0]:g}", expected=expected, at=name)
     return array if array.ndim else float(array)
 
 

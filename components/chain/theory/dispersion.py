@@ -91,7 +91,9 @@ def diatomic_group_speeds(
     """|d omega/d kappa| of both branches [m/s]; for unlike masses and kappa not 0 (there `diatomic_sound_speed`, and 0)."""
     acoustic, optical = diatomic_frequencies(wave_number, tangent, light, heavy, cell)
     if light == heavy:
-        raise ParameterError("heavy: got the same mass as light; expected unlike masses, or take monatomic_group_speed")
+        raise ParameterError(
+            "got the same mass as light", hint="expected unlike masses, or take monatomic_group_speed", at="heavy"
+        )
     above("wave_number: its magnitude", np.abs(wave_number), 0.0, "rad/m")
     # d(omega^2)/d kappa = -+ K/2 (-product')/root.
     slope = tangent * cell * np.abs(np.sin(_phase(wave_number, cell, "cell"))) / (light * heavy)

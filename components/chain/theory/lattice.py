@@ -166,7 +166,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
             break
     else:
         raise GranularError(
-            f"lattice_wave: no convergence for rest_overlap {rest:g} and height {height:g}; take a larger height"
+            f"no convergence for rest_overlap {rest:g} and height {height:g}", hint="take a larger height", at="lattice_wave"
         )
     speed = math.sqrt(square)
     pushed = fourier(_force(shape, start), np.zeros(count))[0] * box

@@ -78,5 +78,7 @@ def korteweg_de_vries_width(rise: Number) -> Number:
 def _four(derivatives: Any) -> FloatArray:
     array = np.asarray(finite("displacement_derivatives", derivatives))
     if array.ndim < 1 or len(array) != 4:
-        raise ParameterError(f"displacement_derivatives: got shape {array.shape}, expected 4 rows: u_x, u_xx, u_xxx, u_xxxx")
+        raise ParameterError(
+            f"got shape {array.shape}", expected="4 rows: u_x, u_xx, u_xxx, u_xxxx", at="displacement_derivatives"
+        )
     return array

@@ -71,7 +71,9 @@ class StationaryWave:
 
     def _rest(self) -> float:
         if not self.c3:
-            raise ParameterError("c3: got 0, where there is no strain xi_0 to compare with; use strain, in units of (V/c)^4")
+            raise ParameterError(
+                "got 0, where there is no strain xi_0 to compare with", hint="use strain, in units of (V/c)^4", at="c3"
+            )
         return extreme_roots(self.c3)[0]
 
 
@@ -124,8 +126,12 @@ def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave
     well = float(hill(rim) - hill(bottom))
     if well * (depth if depth == 1.0 else min(depth, 1.0 - depth)) < _SMALLEST_ENERGY:
         raise ParameterError(
-            f"depth: got {depth:.12g} of a well that is {well:.3g} deep, expected at least {_SMALLEST_ENERGY:g} of energy "
-            "above its bottom and below its rim, where rounding hides the wave; take another depth, or a smaller C3"
+            f"got {depth:.12g} of a well that is {well:.3g} deep",
+            expected=(
+                f"at least {_SMALLEST_ENERGY:g} of energy above its bottom and below its rim, where rounding hides the wave"
+            ),
+            hint="take another depth, or a smaller C3",
+            at="depth",
         )
     energy = float(hill(bottom)) + depth * well
     low, high, rest = _periodic_factors(c3, energy, rim, bottom, depth)
@@ -180,8 +186,10 @@ def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int =
     c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3 - 1e-9, advice=advice))
     if c3 < _SMALLEST_SHOCK_C3:
         raise ParameterError(
-            f"c3: got {c3:g}, expected at least {_SMALLEST_SHOCK_C3:g}; below it nothing changes but the strain in front, "
-            "which goes as C3^(5/4)"
+            f"got {c3:g}",
+            expected=f"at least {_SMALLEST_SHOCK_C3:g}",
+            hint="below it nothing changes but the strain in front, which goes as C3^(5/4)",
+            at="c3",
         )
     viscosity = number("viscosity", between("viscosity", viscosity, 0.0, 1e9))
     length = number("length", above("length", length, 0.0))
@@ -283,5 +291,5 @@ def _mirror(c3: float, energy: float, eta: FloatArray, root: FloatArray, width: 
 
 def _half(samples: int) -> int:
     if whole_number("samples", samples, 5) % 2 == 0:
-        raise ParameterError(f"samples: got {samples}, expected an odd number, so that one point is the crest")
+        raise ParameterError(f"got {samples}", expected="an odd number, so that one point is the crest", at="samples")
     return samples // 2

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from granular_env.progress import Bar, Progress, ProgressBars
 from granular_env.terminal import table
 
-from .export import heads, verdicts
 from .results import StudyResult
 from .study import Study
+from .verdicts import headings, verdicts
 
 _MOST_NOTES = 3
 
@@ -35,7 +35,7 @@ def telling(study: Study, trials_of_all: int, progress: Progress) -> Iterator[To
 
 def closing(result: StudyResult) -> str:
     """Say how it went: the comparison as a table, and where everything is."""
-    rows = [heads(result), *verdicts(result)]
+    rows = [headings(result), *verdicts(result)]
     lines = [table([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows])]
     if result.baselines:
         lines.append("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))

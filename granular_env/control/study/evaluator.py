@@ -71,7 +71,7 @@ class BudgetedEvaluator:
         """
         known = self.problem.baselines()
         if name not in known:
-            raise ExperimentError(f"begin: got {name!r}, which is no baseline of this task; {nearest(name, known)}")
+            raise ExperimentError(f"got {name!r}", expected="a baseline of this task", hint=nearest(name, known), at="begin")
         if self._place == len(self.track):
             if self.remaining_steps < self.problem.steps:
                 raise BudgetSpentError
@@ -146,5 +146,7 @@ def refuse_unless_finite(what: str, value: float, track: TrialRecord) -> None:
     """`ExperimentError` for a number that nothing can be compared with."""
     if not math.isfinite(value):
         raise ExperimentError(
-            f"evaluation {len(track) + 1}: the {what} is {value}, expected a finite number; look at the task's parameters"
+            f"evaluation {len(track) + 1}: the {what} is {value}",
+            expected="a finite number",
+            hint="look at the task's parameters",
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import statistics
 from typing import Any
 
 from granular_env.components.errors import ExperimentError
@@ -71,27 +70,3 @@ def curves(result: StudyResult) -> str:
             if place == 0 or place == len(best) - 1 or best[place] > best[place - 1]:
                 writer.writerow([trial.label, trial.seed, int(spent[place]), repr(float(best[place]))])
     return text.getvalue()
-
-
-def verdicts(result: StudyResult) -> list[list[object]]:
-    """Return a row for every method: its lower median, least and best return over the seeds, control steps, what it beats.
-
-    The lower median is the return of one of the trials, of two the worse one; "beats" is said of it.
-    """
-    rows: list[list[object]] = []
-    for label in result.labels():
-        trials = result.of(label)
-        if not trials:
-            rows.append([label, "none", "none", "none", "", *("" for _ in result.baselines)])
-            continue
-        values = [trial.score.value for trial in trials if trial.score is not None]
-        middle = statistics.median_low(values)
-        beaten = ["yes" if middle > score.value else "no" for score in result.baselines.values()]
-        rows.append([label, middle, min(values), max(values), max(trial.track.spent for trial in trials), *beaten])
-    return rows
-
-
-def heads(result: StudyResult) -> list[str]:
-    """Return the heads of the columns of `verdicts`."""
-    numbers = ["return (lower median)", "worst seed", "best seed", "control steps"]
-    return ["method", *numbers, *(f"beats {name}" for name in result.baselines)]

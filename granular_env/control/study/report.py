@@ -11,9 +11,9 @@ from granular_env.documents import to_toml
 from granular_env.output_files import count_of
 from granular_env.viewing import html_page
 
-from .export import heads, verdicts
 from .figures import Picture
 from .results import StudyResult
+from .verdicts import headings, verdicts
 
 
 def page_of(result: StudyResult, pictures: Mapping[str, Picture]) -> str:
@@ -48,7 +48,7 @@ def _comparison(result: StudyResult) -> Markup:
         "where a method ran with several seeds, the lower median decides what it beats."
     )
     return (
-        html_page.table(heads(result), verdicts(result))
+        html_page.table(headings(result), verdicts(result))
         + (html_page.table(["baseline", "return", "standard deviation"], baselines) if baselines else Markup())
         + html_page.paragraph(cost, "dim")
     )

@@ -261,10 +261,10 @@ class _Attempt:
 def _claim(folder: Path, study: Study, overwrite: bool) -> None:
     """Make the folder this study's, or find that it is."""
     if os.path.lexists(folder) and not folder.is_dir():
-        raise ParameterError(f"{str(folder)!r} is a file, expected a folder; the study's results go into it")
+        raise ParameterError(f"{str(folder)!r} is a file", expected="a folder", hint="the study's results go into it")
     file = folder / "study.toml"
     if not file.is_file() and folder.is_dir() and any(folder.iterdir()):
-        raise ExperimentError(f"{folder}: it holds files and no study; choose another folder")
+        raise ExperimentError("it holds files and no study", hint="choose another folder", source=str(folder))
     if file.is_file() and overwrite:
         _clear(folder)
     elif file.is_file() and (found := load_study(file)).identity != study.identity:
@@ -290,11 +290,13 @@ def _clear(folder: Path) -> None:
             record.unlink(missing_ok=True)
             (folder / "logs" / f"{record.stem}.mcap").unlink(missing_ok=True)
         except OSError as error:
-            raise ExperimentError(f"{record}: cannot be removed: {error.strerror or error}") from error
+            raise ExperimentError(f"cannot be removed: {error.strerror or error}", source=str(record)) from error
 
 
 def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ExperimentError(f"{folder}: cannot be made: {error.strerror or error}; choose another folder") from error
+        raise ExperimentError(
+            f"cannot be made: {error.strerror or error}", hint="choose another folder", source=str(folder)
+        ) from error

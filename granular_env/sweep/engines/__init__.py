@@ -36,11 +36,11 @@ def results(
 def check(engine: str, workers: int | None, address: str | None) -> None:
     """`ParameterError` for an engine that there is not, or options that do not fit it."""
     if engine not in ENGINES:
-        raise ParameterError(f"engine: got {shortened(engine)}; {nearest(str(engine), ENGINES)}")
+        raise ParameterError(f"got {shortened(engine)}", hint=nearest(str(engine), ENGINES), at="engine")
     if workers is not None:
         whole_number("workers", workers, 1, 4096)
     if address is not None and not isinstance(address, str):
-        raise ParameterError(f"address: got {shortened(address)}, expected a text such as '10.0.0.1:6379'")
+        raise ParameterError(f"got {shortened(address)}", expected="a text such as '10.0.0.1:6379'", at="address")
     if address is not None and engine != "ray":
         hint = ("take ", Option("engine", "ray"), " with it")
         raise ParameterError(Fault(("address",), f"{shortened(address)} is of a Ray cluster", hint=hint))

@@ -57,8 +57,8 @@ def check_cluster(address: str | None) -> None:
         socket.create_connection((host, port), _CONNECT_SECONDS).close()
     except OSError as error:
         raise SweepError(
-            f"no Ray cluster can be reached at {host}:{port}: {error.strerror or error}; start one with "
-            f"`ray start --head --port {port}`, or give the right --address HOST:PORT"
+            f"no Ray cluster can be reached at {host}:{port}: {error.strerror or error}",
+            hint=f"start one with `ray start --head --port {port}`, or give the right --address HOST:PORT",
         ) from None
     # Ray itself would wait for a long time; a process of its own can be ended.
     asked = [sys.executable, "-m", "ray.scripts.scripts", "health-check", "--address", f"{host}:{port}"]
@@ -69,8 +69,11 @@ def check_cluster(address: str | None) -> None:
         fault = f"no answer within {_ANSWER_SECONDS:.0f} s"
     if fault:
         raise SweepError(
-            f"{host}:{port} does not answer as a Ray cluster of this version does: {fault}; check the address, the versions of "
-            "Ray on both sides, and the token where the cluster wants one (RAY_AUTH_MODE=token)"
+            f"{host}:{port} does not answer as a Ray cluster of this version does: {fault}",
+            hint=(
+                "check the address, the versions of Ray on both sides, and the token where the cluster wants one "
+                "(RAY_AUTH_MODE=token)"
+            ),
         )
 
 
@@ -81,7 +84,9 @@ def _place(address: str | None) -> tuple[str, int] | None:
         return None
     host, colon, port = given.rpartition(":")
     if not colon or not host or "/" in host or not port.isdecimal() or not 0 < int(port) < 65536:
-        raise ParameterError(f"address: got {shortened(given)}, expected HOST:PORT of a Ray cluster, such as 10.0.0.1:6379")
+        raise ParameterError(
+            f"got {shortened(given)}", expected="HOST:PORT of a Ray cluster, such as 10.0.0.1:6379", at="address"
+        )
     return host, int(port)
 
 
@@ -182,8 +187,8 @@ def _bundle(job: Job, orders: Sequence[Order]) -> tuple[list[Result], float]:
     """Compute a bundle in a worker of the cluster."""
     if job.program != program():
         raise SweepError(
-            f"node {socket.gethostname()} has another version of granular-env or of a package it computes with; install the "
-            "same ones on every node"
+            f"node {socket.gethostname()} has another version of granular-env or of a package it computes with",
+            hint="install the same ones on every node",
         )
     # Ray ends its workers with a signal: a folder that outlives the bundle would stay on the node.
     with tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as folder:

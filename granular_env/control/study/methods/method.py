@@ -46,8 +46,8 @@ class MethodTable(Table):
                 import_module(package)
             except ImportError as error:
                 raise MissingExtraError(
-                    f"method {self.label!r} needs the package {package}, which cannot be imported ({error}); "
-                    f"run: pip install 'granular-env[{self.extra}]'"
+                    f"method {self.label!r} needs the package {package}, which cannot be imported ({error})",
+                    hint=f"run: pip install 'granular-env[{self.extra}]'",
                 ) from error
 
     def least_runs(self, problem: Problem) -> float:

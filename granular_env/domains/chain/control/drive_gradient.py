@@ -56,5 +56,5 @@ def _objective(env: Any, steps: int, settings: Mapping[str, Any]) -> Any:
         default = known[name].default if name in known else None
         if name not in known or (default is not None and np.shape(default) != np.shape(value)):
             came = f"takes no {name!r}" if name not in known else f"takes {name} = {default}"
-            raise ParameterError(f"{name}: got {value}, but the objective of the task {env.task.name!r} {came}")
+            raise ParameterError(f"got {value}, but the objective of the task {env.task.name!r} {came}", at=name)
     return env.task.objective(env.component, steps, **settings)

@@ -115,25 +115,26 @@ def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike
     """Return a chain of other parameters in the state of this one, and another drive."""
     for name in direction:
         if name not in KNOWN:
-            raise ParameterError(f"direction: {name!r} has no gradient; {nearest(name, KNOWN)}")
+            raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="direction")
     changes = {name: h * _way(name, way) for name, way in direction.items()}
     try:
         return _shift(chain, drive, changes)
     except ParameterError as error:
         raise ParameterError(
-            f"direction: {h:g} times {', '.join(direction)} leaves what a chain may be: {error}; take a smaller step, or "
-            "move the chain away from the limit"
+            f"{h:g} times {', '.join(direction)} leaves what a chain may be: {error}",
+            hint="take a smaller step, or move the chain away from the limit",
+            at="direction",
         ) from None
     except ValueError as error:  # numpy's word for shapes that do not go together
         shapes = ", ".join(f"{name} of shape {np.shape(way)}" for name, way in direction.items())
-        raise ParameterError(f"direction: got {shapes}, expected the shapes of their gradients: {error}") from None
+        raise ParameterError(f"got {shapes}", expected=f"the shapes of their gradients: {error}", at="direction") from None
 
 
 def _way(name: str, way: npt.ArrayLike) -> FloatArray:
     try:
         return np.asarray(way, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ParameterError(f"direction.{name}: got {shortened(way)}, expected an array of numbers") from None
+        raise ParameterError(f"got {shortened(way)}", expected="an array of numbers", at=f"direction.{name}") from None
 
 
 def _shift(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:

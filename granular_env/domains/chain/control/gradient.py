@@ -53,9 +53,13 @@ def value_and_grad(
         StepError: the physics breaks down; names the control step.
     """
     if not isinstance(chain, Chain):
-        raise ParameterError(f"chain: got {shortened(chain)}, expected a Chain; of an environment env.unwrapped.component")
+        raise ParameterError(
+            f"got {shortened(chain)}", expected="a Chain", hint="of an environment env.unwrapped.component", at="chain"
+        )
     if not isinstance(with_respect_to, Iterable):
-        raise ParameterError(f"with_respect_to: got {shortened(with_respect_to)}, expected names, such as ('drive', 'radius')")
+        raise ParameterError(
+            f"got {shortened(with_respect_to)}", expected="names, such as ('drive', 'radius')", at="with_respect_to"
+        )
     names = (with_respect_to,) if isinstance(with_respect_to, str) else tuple(with_respect_to)
     held = validate_drive(chain, drive)
     adjoints = value_and_adjoint(chain, held, ticks, objective_of(objective, chain, len(held)))
@@ -69,5 +73,5 @@ def objective_of(objective: Objective | Judged, chain: Chain, steps: int) -> Obj
     build = getattr(objective, "objective", None)
     found = build(chain, steps) if callable(build) else None
     if not isinstance(found, Objective):
-        raise ParameterError(f"objective: got {shortened(objective)}, expected an Objective, or a task that has one")
+        raise ParameterError(f"got {shortened(objective)}", expected="an Objective, or a task that has one", at="objective")
     return found

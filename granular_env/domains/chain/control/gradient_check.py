@@ -76,7 +76,7 @@ def _feature_sums(objective: Objective, a: FloatArray, step: int, steps: int, in
     objective.note(a, step, steps, inputs, objective.constants, sums)
     if not np.isfinite(sums).all():
         k = int(np.argmin(np.isfinite(sums)))
-        raise ParameterError(f"objective.note: sums[{k}] is {sums[k]} at control step {step} in a state of finite numbers")
+        raise ParameterError(f"sums[{k}] is {sums[k]} at control step {step} in a state of finite numbers", at="objective.note")
     return sums
 
 
@@ -114,7 +114,9 @@ def _check_pullback(
     adjoint, input_adjoint, before = np.zeros_like(a), np.zeros(2), a.copy()
     objective.pullback(a, adjoint, step, steps, inputs, input_adjoint, objective.constants, slopes)
     if not np.array_equal(a, before):
-        raise ParameterError("objective.pullback: it changes `a`, expected it to add to `adjoint` and `input_adjoint` only")
+        raise ParameterError(
+            "it changes `a`", expected="it to add to `adjoint` and `input_adjoint` only", at="objective.pullback"
+        )
 
     def feature() -> FloatArray:
         return np.array(slopes @ _feature_sums(objective, a, step, steps, inputs))
@@ -150,8 +152,12 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
         a[row] = kept
         if not np.array_equal(before, after):
             raise ParameterError(
-                f"objective.note: it reads the row {name}, which no derivative goes through; use displacements, velocities, "
-                "inputs and the table's constants (for a peak over time the p-norm of `quantities.peak_value`)"
+                f"it reads the row {name}, which no derivative goes through",
+                hint=(
+                    "use displacements, velocities, inputs and the table's constants (for a peak over time the p-norm of "
+                    "`quantities.peak_value`)"
+                ),
+                at="objective.note",
             )
 
 

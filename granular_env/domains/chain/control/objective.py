@@ -95,9 +95,9 @@ class Quantity:
             end: the first that no longer counts; 0 or negative from the end.
         """
         if not (isinstance(scale, (int, float)) and 0.0 < scale < float("inf")):
-            raise ParameterError(f"scale: got {shortened(scale)}, expected the size of the peak to come, above 0")
+            raise ParameterError(f"got {shortened(scale)}", expected="the size of the peak to come, above 0", at="scale")
         if not isinstance(power, int) or power < 2 or power % 2:
-            raise ParameterError(f"power: got {shortened(power)}, expected an even number, at least 2")
+            raise ParameterError(f"got {shortened(power)}", expected="an even number, at least 2", at="power")
         _check_window(begin, end)
         return Term(((self, _PEAK, float(scale), power, begin, end, 1.0),), f"peak of {self.name}")
 
@@ -142,9 +142,9 @@ class Term:
 def _check_window(begin: Any, end: Any) -> None:
     for name, place in (("begin", begin), ("end", end)):
         if isinstance(place, bool) or not isinstance(place, (int, np.integer)):
-            raise ParameterError(f"{name}: got {shortened(place)}, expected a control step, negative from the end")
+            raise ParameterError(f"got {shortened(place)}", expected="a control step, negative from the end", at=name)
     if end <= begin and (begin < 0 or end > 0):  # counted from one side
-        raise ParameterError(f"begin, end: got {begin} and {end}, expected at least one control step between them")
+        raise ParameterError(f"begin, end: got {begin} and {end}", expected="at least one control step between them")
 
 
 def velocity(grain: int) -> Quantity:
@@ -180,7 +180,7 @@ def momentum(first: int = 0, last: int = -1) -> Quantity:
 def applied(side: Literal["left", "right"]) -> Quantity:
     """Return the input itself: the force on a free end [N], the velocity of a piston [m/s]."""
     if side not in ("left", "right"):
-        raise ParameterError(f"side: got {shortened(side)}, expected 'left' or 'right'")
+        raise ParameterError(f"got {shortened(side)}", expected="'left' or 'right'", at="side")
     place = 0 if side == "left" else 1
     return Quantity(_APPLIED, place, place, f"{side} input")
 
@@ -193,10 +193,10 @@ def total(chain: Chain, *terms: Term) -> Objective:
     """
     for term in terms:
         if not isinstance(term, Term):
-            raise ParameterError(f"terms: got {shortened(term)}, expected such as velocity(-1).at_end()")
+            raise ParameterError(f"got {shortened(term)}", expected="such as velocity(-1).at_end()", at="terms")
     parts = [part for term in terms for part in term.parts]
     if not parts:
-        raise ParameterError("terms: got none, expected at least one, such as velocity(-1).at_end()")
+        raise ParameterError("got none", expected="at least one, such as velocity(-1).at_end()", at="terms")
     constants = np.array([_row(chain, part) for part in parts])
     said = " + ".join(term.description for term in terms)
     return Objective(
@@ -217,19 +217,21 @@ def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) 
     if quantity.code == _CONTACT_FORCE:
         first = last = _place(quantity, first, parameters.contact_places)
         if not parameters.has_contact(first):
-            raise ParameterError(f"{quantity.name}: {parameters.absent_contact(first)}; name a contact of the chain")
+            raise ParameterError(parameters.absent_contact(first), hint="name a contact of the chain", at=quantity.name)
     elif quantity.code != _APPLIED:
         first, last = _place(quantity, first, grains), _place(quantity, last, grains)
         if first > last:
-            raise ParameterError(f"{quantity.name}: got {first} to {last}, expected the first grain before the last one")
+            raise ParameterError(f"got {first} to {last}", expected="the first grain before the last one", at=quantity.name)
     if quantity.code in (_CONTACT_FORCE, _ENERGY) and chain.parameters.law.has_history:
-        raise ParameterError(f"{quantity.name}: contacts of law {chain.parameters.law.name!r} remember; use another law")  # type: ignore[attr-defined]
+        raise ParameterError(
+            f"contacts of law {chain.parameters.law.name!r} remember", hint="use another law", at=quantity.name
+        )  # type: ignore[attr-defined]
     return [quantity.code, first, last, kind, target, power, begin, end, weight]
 
 
 def _place(quantity: Quantity, index: int, count: int) -> int:
     if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not -count <= index < count:
-        raise ParameterError(f"{quantity.name}: got {shortened(index)}, expected {-count} to {count - 1}")
+        raise ParameterError(f"got {shortened(index)}", expected=f"{-count} to {count - 1}", at=quantity.name)
     return int(index) % count
 
 

@@ -72,9 +72,11 @@ class Actuator:
         """
         limit = math.inf if rate is None else finite_number("action_rate", rate)
         if limit <= 0.0:
-            raise ParameterError(f"action_rate: got {limit:g}, expected more than 0, or None for no limit")
+            raise ParameterError(f"got {limit:g}", expected="more than 0, or None for no limit", at="action_rate")
         if isinstance(delay, bool) or not isinstance(delay, (int, np.integer)) or not 0 <= delay <= _LONGEST_DELAY:
-            raise ParameterError(f"control_delay: got {shortened(delay)}, expected a whole number of control steps from 0")
+            raise ParameterError(
+                f"got {shortened(delay)}", expected="a whole number of control steps from 0", at="control_delay"
+            )
         sides = np.array([int(name.startswith("right")) for name in scales], dtype=np.int64)
         return Actuator(tuple(scales), sides, np.array(list(scales.values()), dtype=np.float64), limit, int(delay))
 

@@ -115,7 +115,9 @@ class ChainEnv(ComponentEnv):
         randomise: Mapping[str, Any] | None = None,
     ) -> None:
         if not isinstance(component, Chain):
-            raise ParameterError(f"component: got {shortened(component)}, expected a Chain; ComponentEnv takes any component")
+            raise ParameterError(
+                f"got {shortened(component)}", expected="a Chain", hint="ComponentEnv takes any component", at="component"
+            )
         self._make_task = (lambda chain: task) if isinstance(task, ChainTask) or not callable(task) else task
         first = self._make_task(component)
         super().__init__(
@@ -123,7 +125,7 @@ class ChainEnv(ComponentEnv):
             step_error_reward=step_error_reward, render_mode=render_mode,
         )  # fmt: skip
         if info not in self._infos:
-            raise ParameterError(f'info: got {shortened(info)}, expected "full" or "brief"')
+            raise ParameterError(f"got {shortened(info)}", expected='"full" or "brief"', at="info")
         self.info, self._acting = info, (action_rate, control_delay)
         self._seeing = observe, noise
         self._steps = 0 if deadline is None else int(self.deadline)
@@ -187,7 +189,7 @@ class ChainEnv(ComponentEnv):
         """
         memory, total, over, late = self._memory, 0.0, False, False
         if not memory[RUNNING]:
-            raise ParameterError("step: the episode is over or has not begun; call reset() first")
+            raise ParameterError("the episode is over or has not begun", hint="call reset() first", at="step")
         self._action[:] = self._validate_action(action)
         for _ in range(self.hold):
             try:
@@ -222,7 +224,7 @@ class ChainEnv(ComponentEnv):
         )
         if not math.isfinite(reward):
             raise ParameterError(
-                f"task {self.task.name!r}: its reward is {reward} after control step {elapsed}; mend its judge_kernel"
+                f"task {self.task.name!r}: its reward is {reward} after control step {elapsed}", hint="mend its judge_kernel"
             )
         return float(reward), bool(over), not over and elapsed >= self._steps > 0
 
@@ -249,13 +251,16 @@ class ChainEnv(ComponentEnv):
             return self.component, self.task, self._drawn
         if drawn.keys() != self.randomization.parameters.keys():
             raise ParameterError(
-                f"state: it has {', '.join(sorted(drawn)) or 'nothing'} drawn, this environment draws "
-                f"{', '.join(sorted(self.randomization.parameters)) or 'nothing'}; make it with that randomise"
+                f"it has {', '.join(sorted(drawn)) or 'nothing'} drawn, this environment draws "
+                f"{', '.join(sorted(self.randomization.parameters)) or 'nothing'}",
+                hint="make it with that randomise",
+                at="state",
             )
         if self.component.is_observed:
             raise ParameterError(
-                "randomise: a chain is drawn for each episode, but the present one is recorded, and its log holds one chain; "
-                "record with RecordEnv, which gives each episode a log of its own"
+                "a chain is drawn for each episode, but the present one is recorded, and its log holds one chain",
+                hint="record with RecordEnv, which gives each episode a log of its own",
+                at="randomise",
             )
         chain = redrawn(self.component, drawn)
         return chain, self._make_task(chain), drawn
@@ -302,14 +307,14 @@ class ChainEnv(ComponentEnv):
 
     def _refuse_episode(self, state: EnvState) -> None:
         if not isinstance(state.episode, bytes) or len(state.episode) != self._memory_bytes.nbytes:
-            raise ParameterError("state: it was saved by an environment of another kind, or with another control_delay")
+            raise ParameterError("it was saved by an environment of another kind, or with another control_delay", at="state")
         if state.sound:
             return
         numbers = np.frombuffer(state.episode)
         counts, commands = numbers[:LEFT], numbers[COUNTERS + len(self._counters) :]
         whole = np.all((counts >= 0.0) & (counts < _LARGEST_COUNT) & (counts == np.floor(counts)))
         if not (whole and np.isfinite(numbers[LEFT:COUNTERS]).all() and np.isfinite(commands).all()):
-            raise ParameterError("state: its counts and commands are no finite numbers; the data is damaged")
+            raise ParameterError("its counts and commands are no finite numbers", hint="the data is damaged", at="state")
         state.sound = True
 
     def _go_on(self, episode: Any) -> None:
@@ -370,5 +375,7 @@ def _scales_by_name(what: str, scales: Mapping[str, float], chain: Chain, causal
     found = element_scales(what, scales, chain, causality)
     for element, _ in found:
         if element.index:
-            raise ParameterError(f"{what}: got {element}, expected {element.name}; observe=... says which grains are seen")
+            raise ParameterError(
+                f"got {element}", expected=str(element.name), hint="observe=... says which grains are seen", at=what
+            )
     return {element.name: scale for element, scale in found}

@@ -46,7 +46,7 @@ class EnvironmentBatch:
         made = _make_lanes(environment, count, parameters, arguments)
         first = made[0]
         if not isinstance(first, ChainEnv):
-            raise ParameterError(f"environment: got {shortened(first)}, expected what makes a ChainEnv")
+            raise ParameterError(f"got {shortened(first)}", expected="what makes a ChainEnv", at="environment")
         for index, one in enumerate(made):
             _refuse_unlike(first, one, index)
         self.tables = np.zeros((count, *first.component.table.shape))
@@ -214,19 +214,24 @@ def _make_lanes(
     if parameters is None:
         return [environment(**arguments)]
     if isinstance(parameters, (str, Mapping)) or not isinstance(parameters, Sequence) or len(parameters) != count:
-        raise ParameterError(f"parameters: got {shortened(parameters)}, expected a list of {count} mappings, one for each")
+        raise ParameterError(
+            f"got {shortened(parameters)}", expected=f"a list of {count} mappings, one for each", at="parameters"
+        )
     made = []
     for k, own in enumerate(parameters):
         if not isinstance(own, Mapping) or "info" in own:
-            raise ParameterError(f"parameters[{k}]: got {shortened(own)}, expected arguments of one environment, name -> value")
+            raise ParameterError(
+                f"got {shortened(own)}", expected="arguments of one environment, name -> value", at=f"parameters[{k}]"
+            )
         merged = {**arguments, **own}
         if isinstance(own.get("chain"), Mapping):
             merged["chain"] = {**(arguments.get("chain") or {}), **own["chain"]}
         try:
             made.append(environment(**merged))
-        except (ParameterError, TypeError) as error:  # a TypeError names an argument that there is not
-            cause = error if isinstance(error, TypeError) else None
-            raise ParameterError(f"parameters[{k}]: {error}") from cause
+        except ParameterError as error:
+            raise error.within("parameters", k) from None
+        except TypeError as error:  # it names an argument that there is not
+            raise ParameterError(str(error), at=("parameters", k)) from error
     return made
 
 
@@ -243,4 +248,6 @@ def _refuse_unlike(first: ChainEnv, other: ChainEnv, index: int) -> None:
         ("chain (grains, integrator)", first.component.table.shape, other.component.table.shape),
     ):
         if one != another:
-            raise ParameterError(f"parameters[{index}]: {what} is not that of environment 0, and has to be the same in a batch")
+            raise ParameterError(
+                f"{what} is not that of environment 0, and has to be the same in a batch", at=f"parameters[{index}]"
+            )

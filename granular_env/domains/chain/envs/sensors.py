@@ -113,18 +113,20 @@ class Observing:
         grains = chain.parameters.grains
         noise = finite_number("noise", noise)
         if noise < 0.0:
-            raise ParameterError(f"noise: got {noise:g}, expected 0 or more, in units of the observation's scales")
+            raise ParameterError(f"got {noise:g}", expected="0 or more, in units of the observation's scales", at="noise")
         if isinstance(choice, str) and choice == "full":
             choice = {"displacement": range(grains), "velocity": range(grains)}
         if not isinstance(choice, Mapping):
-            raise ParameterError(f'observe: got {shortened(choice)}, expected "full" or sensor -> places')
+            raise ParameterError(f"got {shortened(choice)}", expected='"full" or sensor -> places', at="observe")
         blocks = [
             (*block, 1.0 / scales[name if name in scales else "force"])
             for name, places in choice.items()
             for block in _blocks(chain, name, places)
         ]
         if not blocks:
-            raise ParameterError(f"observe: got {shortened(choice)}, expected at least one sensor: {', '.join(_SENSORS)}")
+            raise ParameterError(
+                f"got {shortened(choice)}", expected=f"at least one sensor: {', '.join(_SENSORS)}", at="observe"
+            )
         table = np.array([block[:3] for block in blocks], dtype=np.int64)
         return Observing(table, np.array([block[3] for block in blocks]), float(limit), noise, int(table[:, 2].sum()))
 
@@ -132,11 +134,11 @@ class Observing:
 def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, int]]:
     """Yield the runs of neighbouring readings of one sensor: kind, first column, count."""
     if name not in _SENSORS:
-        raise ParameterError(f"observe: no sensor {shortened(name)}; {nearest(str(name), _SENSORS)}")
+        raise ParameterError(f"no sensor {shortened(name)}", hint=nearest(str(name), _SENSORS), at="observe")
     if isinstance(places, (str, int, np.integer)):
         places = [places]
     if not isinstance(places, Iterable):
-        raise ParameterError(f"observe.{name}: got {shortened(places)}, expected a list of places: {_SENSORS[name]}")
+        raise ParameterError(f"got {shortened(places)}", expected=f"a list of places: {_SENSORS[name]}", at=f"observe.{name}")
     if name == "wall_force":
         columns, kind = [_wall_place(chain, side) for side in places], _CONTACT
     elif name == "contact_force":
@@ -145,14 +147,14 @@ def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, in
         columns = [1 + _index(f"observe.{name}", place, chain.parameters.grains) for place in places]
         kind = {"displacement": U, "velocity": V, "force": _GRAIN}[name]
     if len(set(columns)) < len(columns):
-        raise ParameterError(f"observe.{name}: got {shortened(places)}, expected each place once")
+        raise ParameterError(f"got {shortened(places)}", expected="each place once", at=f"observe.{name}")
     starts = [i for i, column in enumerate(columns) if i == 0 or column != columns[i - 1] + 1]
     return [(kind, columns[a], b - a) for a, b in pairwise([*starts, len(columns)])]
 
 
 def _index(name: str, place: Any, count: int) -> int:
     if isinstance(place, bool) or not isinstance(place, (int, np.integer)) or not -count <= place < count:
-        raise ParameterError(f"{name}: got {shortened(place)}, expected whole numbers from {-count} to {count - 1}")
+        raise ParameterError(f"got {shortened(place)}", expected=f"whole numbers from {-count} to {count - 1}", at=name)
     return int(place) % count
 
 
@@ -160,7 +162,9 @@ def _contact_place(chain: Chain, place: Any) -> int:
     column = _index("observe.contact_force", place, chain.parameters.contact_places)
     if not chain.parameters.has_contact(column):
         raise ParameterError(
-            f"observe.contact_force: got {place}, but {chain.parameters.absent_contact(column)}; contact i is left of grain i"
+            f"got {place}, but {chain.parameters.absent_contact(column)}",
+            hint="contact i is left of grain i",
+            at="observe.contact_force",
         )
     return column
 
@@ -168,10 +172,12 @@ def _contact_place(chain: Chain, place: Any) -> int:
 def _wall_place(chain: Chain, side: Any) -> int:
     ends = {"left": (chain.parameters.left, 0), "right": (chain.parameters.right, chain.parameters.grains)}
     if side not in ends:
-        raise ParameterError(f'observe.wall_force: got {shortened(side)}, expected "left" or "right"')
+        raise ParameterError(f"got {shortened(side)}", expected='"left" or "right"', at="observe.wall_force")
     boundary, place = ends[side]
     if boundary in ("free", "piston"):
         raise ParameterError(
-            f"observe.wall_force: {side} is {boundary!r}, and has no wall; give {side} = 'plane', or read contact_force"
+            f"{side} is {boundary!r}, and has no wall",
+            hint=f"give {side} = 'plane', or read contact_force",
+            at="observe.wall_force",
         )
     return place

@@ -65,7 +65,7 @@ class ChainTask(Task):
         Raises:
             ParameterError: it is no goal, or this task has none.
         """
-        raise ParameterError(f"options.goal: task {self.name!r} draws no goal, and takes none")
+        raise ParameterError(f"task {self.name!r} draws no goal, and takes none", at="options.goal")
 
     def objective(self, chain: Chain, steps: int) -> Objective:
         """Return the smooth counterpart of minus the return, for gradients.
@@ -76,7 +76,7 @@ class ChainTask(Task):
         Raises:
             ParameterError: this task has none.
         """
-        raise ParameterError(f"task {self.name!r} has no objective with a gradient; use a method that needs none")
+        raise ParameterError(f"task {self.name!r} has no objective with a gradient", hint="use a method that needs none")
 
     def baselines(self) -> Mapping[str, Policy]:
         """Policies to compare with: "nothing", "theory" (made by hand), "best" (best known)."""
@@ -98,7 +98,7 @@ class ChainTask(Task):
 
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Not used: `judge_kernel` is."""
-        raise ParameterError(f"task {self.name!r} is judged by compiled code; make its environment with ChainEnv")
+        raise ParameterError(f"task {self.name!r} is judged by compiled code", hint="make its environment with ChainEnv")
 
 
 def task_kernel(task: ChainTask, name: str) -> Callable[..., Any]:
@@ -109,12 +109,13 @@ def task_kernel(task: ChainTask, name: str) -> Callable[..., Any]:
     """
     if name in vars(task):
         raise ParameterError(
-            f"task {task.name!r}: {name} was set on the task itself, expected it in the body of {type(task).__name__}; "
-            "give numbers that vary as constants, and another judgement as another class"
+            f"task {task.name!r}: {name} was set on the task itself",
+            expected=f"it in the body of {type(task).__name__}",
+            hint="give numbers that vary as constants, and another judgement as another class",
         )
     function = getattr(type(task), name, None)
     if not callable(function):
-        raise ParameterError(f"task {task.name!r}: it has no {name}; give it a jitted function, see ChainTask")
+        raise ParameterError(f"task {task.name!r}: it has no {name}", hint="give it a jitted function, see ChainTask")
     return function if hasattr(function, "compile") or not JIT else _compile(function)
 
 

@@ -64,7 +64,9 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
 
     one = getattr(env, "unwrapped", None)
     if not isinstance(one, ComponentEnv):
-        raise ParameterError(f"env: got {shortened(env)}, expected the environment of one task, such as ChainEnv(chain, task)")
+        raise ParameterError(
+            f"got {shortened(env)}", expected="the environment of one task, such as ChainEnv(chain, task)", at="env"
+        )
     copy: Any = _guard_copy(one, len(_grains(one))) if isinstance(one, ChainEnv) else one
     before = None if copy is not one else one.save()
     random = np.random.default_rng(seed)

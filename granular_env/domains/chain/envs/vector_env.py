@@ -73,7 +73,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
             modes = ", ".join(repr(mode.value) for mode in AutoresetMode)
-            raise ParameterError(f"autoreset_mode: got {shortened(autoreset_mode)}, expected one of {modes}") from None
+            raise ParameterError(f"got {shortened(autoreset_mode)}", expected=f"one of {modes}", at="autoreset_mode") from None
         self._limit = None if max_episode_steps in (None, -1) else whole_number("max_episode_steps", max_episode_steps)
         self._lanes = EnvironmentBatch(environment, self.num_envs, parameters, {**arguments, "info": info})
         first = self._lanes.single[0]
@@ -99,7 +99,9 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             ParameterError: a seed, an option or the mask is not valid.
         """
         if not isinstance(options, Mapping | None):
-            raise ParameterError(f"options: got {shortened(options)}, expected start values of state variables, name -> value")
+            raise ParameterError(
+                f"got {shortened(options)}", expected="start values of state variables, name -> value", at="options"
+            )
         seeds, options = self._seeds(seed), dict(options or {})
         mask = self._mask(options.pop("reset_mask", None))
         for k in np.flatnonzero(mask).tolist():
@@ -123,7 +125,9 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         told: dict[int, str] = {}
         if not np.isfinite(rewards).all():
             k, task = int(np.argmin(np.isfinite(rewards))), self._lanes.single[0].task
-            raise ParameterError(f"task {task.name!r}: its reward is {rewards[k]} in environment {k}; mend its judge_kernel")
+            raise ParameterError(
+                f"task {task.name!r}: its reward is {rewards[k]} in environment {k}", hint="mend its judge_kernel"
+            )
         if special:
             for k in np.flatnonzero(refused).tolist():
                 lane = self._lanes.synchronise(k)
@@ -180,11 +184,14 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         """
         each = list(values) if isinstance(values, (list, tuple)) else [values] * self.num_envs
         if len(each) != self.num_envs:
-            raise ParameterError(f"{name}: got {len(each)} values, expected one, or {self.num_envs}, one for each environment")
+            raise ParameterError(
+                f"got {len(each)} values", expected=f"one, or {self.num_envs}, one for each environment", at=name
+            )
         if name not in _SETTABLE:
             raise ParameterError(
-                f"{name}: it cannot be set in a batch, compiled code has read it; {nearest(name, _SETTABLE)}; "
-                "give anything else as an argument, or in `parameters`"
+                "it cannot be set in a batch, compiled code has read it",
+                hint=nearest(name, _SETTABLE, "give anything else as an argument, or in `parameters`"),
+                at=name,
             )
         for k, value in enumerate(each):
             setattr(self._lanes.synchronise(k), name, value)
@@ -215,7 +222,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         numbers = self._lane_numbers(lanes)
         told = len(states) if isinstance(states, Sequence) else shortened(states)
         if told != len(numbers):
-            raise ParameterError(f"states: got {told}, expected {len(numbers)}, one for each environment")
+            raise ParameterError(f"got {told}", expected=f"{len(numbers)}, one for each environment", at="states")
         self._lanes.restore(numbers, states)
         self._begun = True
 
@@ -240,20 +247,23 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         try:
             given = np.asarray(actions)
         except ValueError as error:  # rows of unlike length
-            raise ParameterError(f"actions: got {shortened(actions)}, expected shape {wanted}") from error
+            raise ParameterError(f"got {shortened(actions)}", expected=f"shape {wanted}", at="actions") from error
         if given.shape != wanted or given.dtype.kind not in "fiu":
-            raise ParameterError(f"actions: got {given.dtype} of shape {given.shape}, expected numbers of shape {wanted}")
+            raise ParameterError(
+                f"got {given.dtype} of shape {given.shape}", expected=f"numbers of shape {wanted}", at="actions"
+            )
         numbers = given.astype(np.float64, order="C")
         if not np.isfinite(numbers).all():
             k, entry = np.argwhere(~np.isfinite(numbers))[0].tolist()
-            raise ParameterError(f"actions[{k}, {entry}]: got {numbers[k, entry]}, expected a number from -1 to 1")
+            raise ParameterError(f"got {numbers[k, entry]}", expected="a number from -1 to 1", at=("actions", k, entry))
         if not self._begun:
-            raise ParameterError("step: no episode has begun; call reset() first")
+            raise ParameterError("no episode has begun", hint="call reset() first", at="step")
         over = np.flatnonzero(self._are_over).tolist() if self.autoreset_mode == AutoresetMode.DISABLED else []
         if over:
             raise ParameterError(
-                f"step: the episodes of environments {shortened(over)} are over or have not begun, and autoreset is disabled; "
-                'call reset(options={"reset_mask": mask}) first'
+                f"the episodes of environments {shortened(over)} are over or have not begun, and autoreset is disabled",
+                hint='call reset(options={"reset_mask": mask}) first',
+                at="step",
             )
         return numbers
 
@@ -263,7 +273,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool):
             return [validate_seed(int(seed) + k) for k in range(self.num_envs)]
         if not isinstance(seed, (list, tuple)) or len(seed) != self.num_envs:
-            raise ParameterError(f"seed: got {shortened(seed)}, expected a whole number, or {self.num_envs} in a list")
+            raise ParameterError(f"got {shortened(seed)}", expected=f"a whole number, or {self.num_envs} in a list", at="seed")
         return [validate_seed(one) for one in seed]
 
     def _mask(self, mask: Any) -> npt.NDArray[np.bool_]:
@@ -271,7 +281,9 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             return np.ones(self.num_envs, np.bool_)
         if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
             raise ParameterError(
-                f"options: got reset_mask {shortened(mask)}, expected {self.num_envs} truth values in an array, one true"
+                f"got reset_mask {shortened(mask)}",
+                expected=f"{self.num_envs} truth values in an array, one true",
+                at="options",
             )
         return mask
 
@@ -279,13 +291,13 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         if lanes is None:
             return list(range(self.num_envs))
         if not isinstance(lanes, Iterable):
-            raise ParameterError(f"lanes: got {shortened(lanes)}, expected a list of numbers of environments")
+            raise ParameterError(f"got {shortened(lanes)}", expected="a list of numbers of environments", at="lanes")
         numbers = list(lanes)
         for k in numbers:
             if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < self.num_envs:
-                raise ParameterError(f"lanes: got {shortened(k)}, expected whole numbers from 0 to {self.num_envs - 1}")
+                raise ParameterError(f"got {shortened(k)}", expected=f"whole numbers from 0 to {self.num_envs - 1}", at="lanes")
         if len(set(numbers)) < len(numbers):
-            raise ParameterError(f"lanes: got {shortened(numbers)}, expected each environment once")
+            raise ParameterError(f"got {shortened(numbers)}", expected="each environment once", at="lanes")
         return numbers
 
     def _final(self, k: int, observation: Observations, message: str | None) -> dict[str, Any]:

@@ -58,7 +58,7 @@ class History:
         frames, grains = len(np.atleast_1d(self.time)), len(np.atleast_1d(self.mass))
         if frames == 0 or grains == 0:
             raise ParameterError(
-                f"history: got {frames} frames of {grains} grains, expected at least one of each; record a run"
+                f"got {frames} frames of {grains} grains", expected="at least one of each", hint="record a run", at="history"
             )
         places = grains + 1
         for name, shape in (
@@ -68,14 +68,16 @@ class History:
         ):  # fmt: skip
             value = getattr(self, name)
             if value is not None and np.shape(value) != shape:
-                raise ParameterError(f"history: {name} has shape {np.shape(value)}, expected {shape}")
+                raise ParameterError(f"{name} has shape {np.shape(value)}", expected=str(shape), at="history")
         if self.law_constants is not None and (np.ndim(self.law_constants) != 2 or len(self.law_constants) != places):
-            raise ParameterError(f"history: law_constants has shape {np.shape(self.law_constants)}, expected ({places}, k)")
+            raise ParameterError(
+                f"law_constants has shape {np.shape(self.law_constants)}", expected=f"({places}, k)", at="history"
+            )
         for name in ("time", "velocity"):
             if not np.isfinite(getattr(self, name)).all():
-                raise ParameterError(f"history: {name} holds a value that is not finite")
+                raise ParameterError(f"{name} holds a value that is not finite", at="history")
         if (np.diff(self.time) <= 0.0).any():
-            raise ParameterError("history: time does not increase; give one run, without a reset within it")
+            raise ParameterError("time does not increase", hint="give one run, without a reset within it", at="history")
 
     @property
     def grains(self) -> int:
@@ -92,8 +94,8 @@ class History:
         if self.displacement is None:
             if self.recorded_overlap is None:
                 raise LogError(
-                    "displacement was not recorded, and overlaps, forces and energies need it; "
-                    "record with variables=['velocity', 'displacement']"
+                    "displacement was not recorded, and overlaps, forces and energies need it",
+                    hint="record with variables=['velocity', 'displacement']",
                 )
             return self.recorded_overlap
         still = np.zeros((len(self.time), 1))
@@ -112,8 +114,9 @@ class History:
             return self.recorded_force
         if self.law.has_history:
             raise LogError(
-                f"contact_force was not recorded, and with law {self.law.name!r} it depends on what each contact has been "
-                "through, which frames do not tell; record with variables=['velocity', 'displacement', 'contact_force']"
+                f"contact_force was not recorded, and with law {self.law.name!r} it depends on what each contact has "
+                "been through, which frames do not tell",
+                hint="record with variables=['velocity', 'displacement', 'contact_force']",
             )
         return self._contacts[0]
 
@@ -126,8 +129,9 @@ class History:
         """
         if self.law.has_history:
             raise LogError(
-                f"with law {self.law.name!r} the energy in a contact depends on what it has been through, which frames do not "
-                "tell; the whole chain's is its output 'potential_energy': record that"
+                f"with law {self.law.name!r} the energy in a contact depends on what it has been through, which frames "
+                "do not tell",
+                hint="the whole chain's is its output 'potential_energy': record that",
             )
         return self._contacts[1]
 
@@ -163,7 +167,7 @@ class History:
         first, last = float(self.time[0]), float(self.time[-1])
         margin = 1e-9 * (last - first)
         if not (isinstance(time, (int, float, np.number)) and first - margin <= time <= last + margin):
-            raise ParameterError(f"time: got {shortened(time)} s, the history goes from {first:.12g} s to {last:.12g} s")
+            raise ParameterError(f"got {shortened(time)} s, the history goes from {first:.12g} s to {last:.12g} s", at="time")
         return int(np.argmin(np.abs(self.time - time)))
 
     def window(self, begin: float | None = None, end: float | None = None) -> slice:
@@ -171,7 +175,9 @@ class History:
         first = 0 if begin is None else self.frame(begin)
         last = len(self.time) - 1 if end is None else self.frame(end)
         if last < first:
-            raise ParameterError(f"window: it begins at {begin:g} s and ends at {end:g} s, expected the end to come later")
+            raise ParameterError(
+                f"it begins at {begin:g} s and ends at {end:g} s", expected="the end to come later", at="window"
+            )
         return slice(first, last + 1)
 
     def grain(self, number: Any, name: str = "grain") -> int:
@@ -187,8 +193,9 @@ class History:
         place = self.grain(grain) + (0 if sign(direction) > 0.0 else 1)
         if self.stiffness[place] == 0.0:
             raise ParameterError(
-                f"grain: no contact is behind grain {grain}, through which a wave to the {direction} could come; "
-                "take one further on"
+                f"no contact is behind grain {grain}, through which a wave to the {direction} could come",
+                hint="take one further on",
+                at="grain",
             )
         return place
 
@@ -196,4 +203,6 @@ class History:
 def require_history(name: str, value: Any) -> None:
     """`ParameterError` where something else came instead of a history."""
     if not isinstance(value, History):
-        raise ParameterError(f"{name}: got {shortened(value)}, expected a History; measurement.history or observe makes one")
+        raise ParameterError(
+            f"got {shortened(value)}", expected="a History", hint="measurement.history or observe makes one", at=name
+        )

@@ -50,7 +50,7 @@ def of_chain(
 def chain_geometry(component: Component) -> Any:
     """Return the `Geometry` of a chain; `ParameterError` for any other component."""
     if component.name != "chain":
-        raise ParameterError(f"component: got a {component.name!r}, expected a chain; only chains are measured")
+        raise ParameterError(f"got a {component.name!r}", expected="a chain", hint="only chains are measured", at="component")
     return component.geometry  # type: ignore[attr-defined]
 
 
@@ -66,29 +66,30 @@ def history(log: Log, segment: int | None = None) -> History:
         LogError: it is no log of a chain, the velocity was not recorded, or it holds several runs and none was named.
     """
     if isinstance(log, Component):
-        raise ParameterError("log: got a running chain, expected a log; watch a chain with measurement.observe")
+        raise ParameterError("got a running chain", expected="a log", hint="watch a chain with measurement.observe", at="log")
     if not hasattr(log, "rebuilt"):
-        raise ParameterError(f"log: got {shortened(log)}, expected what granular_env.open_log gives")
+        raise ParameterError(f"got {shortened(log)}", expected="what granular_env.open_log gives", at="log")
     component = log.rebuilt() if log.metadata["component"] == "chain" else None
     if component is None:
         raise LogError(
-            f"log {str(log.path)!r} is of a {log.metadata['component']!r}, expected a chain; only chains are measured"
+            f"log {str(log.path)!r} is of a {log.metadata['component']!r}", expected="a chain", hint="only chains are measured"
         )
     if "velocity" not in log.variables:
         raise LogError(
-            f"log {str(log.path)!r}: velocity was not recorded, recorded are {', '.join(log.variables) or 'none'}; "
-            "record with variables=['velocity', 'displacement']"
+            f"velocity was not recorded, recorded are {', '.join(log.variables) or 'none'}",
+            hint="record with variables=['velocity', 'displacement']",
+            source=f"log {str(log.path)!r}",
         )
     own = _segment(log, segment)
     time, velocity = log.series("velocity", own)
     if not len(time):
-        raise LogError(f"log {str(log.path)!r} holds no frame of the velocity; record with every= and step")
+        raise LogError(f"log {str(log.path)!r} holds no frame of the velocity", hint="record with every= and step")
     frames = {}
     for name in ("displacement" if "displacement" in log.variables else "overlap", "contact_force"):
         if name in log.variables:
             times, frames[name] = log.series(name, own)
             if not np.array_equal(times, time):
-                raise LogError(f"log {str(log.path)!r}: {name} and velocity were recorded at different times")
+                raise LogError(f"{name} and velocity were recorded at different times", source=f"log {str(log.path)!r}")
     return of_chain(component, time, velocity, **frames)
 
 
@@ -98,7 +99,7 @@ def _segment(log: Log, number: int | None) -> Segment | None:
         return segments[whole_number("segment", number, 0, len(segments) - 1)]
     if len(segments) > 1:
         raise LogError(
-            f"log {str(log.path)!r} holds {len(segments)} runs, a reset or restore between them; "
-            f"name one: segment = 0 to {len(segments) - 1}"
+            f"log {str(log.path)!r} holds {len(segments)} runs, a reset or restore between them",
+            hint=f"name one: segment = 0 to {len(segments) - 1}",
         )
     return segments[0] if segments else None

@@ -58,7 +58,7 @@ class Watch:
     def history(self) -> History:
         """Return what was seen so far, as arrays of its own."""
         if self._component is None:
-            raise ParameterError("watch: it has seen no chain yet; let it look on: chain.observe(watch)")
+            raise ParameterError("it has seen no chain yet", hint="let it look on: chain.observe(watch)", at="watch")
         time = np.array(self._ticks) * self._component.step_size
         frames = {name: np.array([frame[i] for frame in self._frames]) for i, name in enumerate(self._variables)}
         return of_chain(self._component, time, **frames)

@@ -10,5 +10,5 @@ from granular_env.components.errors import ParameterError, shortened
 def sign(direction: Any) -> float:
     """+1 for what runs to the right, -1 to the left."""
     if direction not in ("right", "left"):
-        raise ParameterError(f"direction: got {shortened(direction)}, expected 'right' or 'left'")
+        raise ParameterError(f"got {shortened(direction)}", expected="'right' or 'left'", at="direction")
     return 1.0 if direction == "right" else -1.0

@@ -116,7 +116,7 @@ def last_velocities(chain: History) -> tuple[float, float]:
     velocity = chain.velocity[:, -1] / SPEED
     left = (chain.overlap[:, -2] < 0.0) & (velocity > 1e-3)
     if not left.any():
-        raise GranularError(f"the last grain has not left the chain at {chain.time[-1]:g} s; the run has to be longer")
+        raise GranularError(f"the last grain has not left the chain at {chain.time[-1]:g} s", hint="the run has to be longer")
     return float(velocity[np.argmax(left)]), float(velocity.max())
 
 

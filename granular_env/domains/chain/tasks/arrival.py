@@ -37,8 +37,10 @@ def refuse_early(shapes: FloatArray, waves: FloatArray, duration: float, steps: 
             continue
         least = _least_steps(shapes, row, wave, duration)
         raise ParameterError(
-            f"{name}: a wave of {wave[AMPLITUDE]:g} m/s that comes in at the left end takes {least} control steps of "
-            f"{duration:g} s to grain {wave[PLACE]:g}, got {steps}; give deadline={least} or more, or a nearer place"
+            f"a wave of {wave[AMPLITUDE]:g} m/s that comes in at the left end takes {least} control steps of "
+            f"{duration:g} s to grain {wave[PLACE]:g}, got {steps}",
+            hint=f"give deadline={least} or more, or a nearer place",
+            at=name,
         )
 
 
@@ -85,15 +87,18 @@ def refuse_crowded(shapes: FloatArray, waves: FloatArray, grains: int, name: str
         low, high = half - 0.5, grains - 0.5 - half
         if not low <= place <= high:
             raise ParameterError(
-                f"{name}: a wave at grain {place:g} hangs over the end of the chain, expected {low:g} to {high:g}; "
-                "give another place, or more grains"
+                f"a wave at grain {place:g} hangs over the end of the chain",
+                expected=f"{low:g} to {high:g}",
+                hint="give another place, or more grains",
+                at=name,
             )
     kept.sort()
     for (place, half), (other, other_half) in zip(kept, kept[1:], strict=False):
         if other - place < half + other_half:
             raise ParameterError(
-                f"{name}: waves at grains {place:g} and {other:g} lie over each other, expected {half + other_half:g} grains "
-                "between them or more"
+                f"waves at grains {place:g} and {other:g} lie over each other",
+                expected=f"{half + other_half:g} grains between them or more",
+                at=name,
             )
 
 

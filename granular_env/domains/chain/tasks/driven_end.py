@@ -123,7 +123,7 @@ def _driven_chain(
 ) -> tuple[Chain, dict[str, float]]:
     action, scale = given["action"], given["action_scale"]
     if not isinstance(action, str) or action not in ACTIONS:
-        raise ParameterError(f"action: got {shortened(action)}; {nearest(str(action), ACTIONS)}")
+        raise ParameterError(f"got {shortened(action)}", hint=nearest(str(action), ACTIONS), at="action")
     boundary, quantity, usual = ACTIONS[action]
     number = scales.get(action, usual) if scale is None else positive_number("action_scale", scale)
     own = {"velocity_scale": _VELOCITY, **without_none(parameters), side: boundary}
@@ -138,7 +138,7 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
     """
     law, geometry = chain.parameters.law, chain.geometry
     if lacks(type(law), ENERGY_ROOT) or chain.parameters.grains < 2:
-        raise ParameterError(f"chain: task {task!r} wants at least 2 grains and Hertz contacts, got law {law.name!r}")
+        raise ParameterError(f"task {task!r} wants at least 2 grains and Hertz contacts, got law {law.name!r}", at="chain")
     inner = slice(1, chain.parameters.grains)
     # Overlaps at rest that differ from contact to contact (gravity, gaps) have no wave of their own: their mean stands for
     # them.

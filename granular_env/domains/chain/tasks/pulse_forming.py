@@ -90,10 +90,12 @@ class PulseFormingTask(DrivenEndTask):
         super().__init__(chain, end)
         grains, (mass, stiffness, rest) = self.grains, hertz_chain(self.name, chain)
         if np.any(amplitudes <= 0.0):
-            raise ParameterError(f"amplitude: got {amplitudes.tolist()} m/s, expected more than 0")
+            raise ParameterError(f"got {amplitudes.tolist()} m/s", expected="more than 0", at="amplitude")
         if len(amplitudes) != len(places) or not np.all((places >= 0.0) & (places <= grains - 1)):
             raise ParameterError(
-                f"place: got {places.tolist()}, expected grains from 0 to {grains - 1}, one for each of {len(amplitudes)} waves"
+                f"got {places.tolist()}",
+                expected=f"grains from 0 to {grains - 1}, one for each of {len(amplitudes)} waves",
+                at="place",
             )
         self.shapes, speeds = wave_shapes(mass, stiffness, rest, amplitudes)
         self.waves = np.column_stack([amplitudes, places, speeds])

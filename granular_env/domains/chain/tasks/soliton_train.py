@@ -114,7 +114,9 @@ class SolitonTrainTask(DrivenEndTask):
         mass, stiffness, rest = hertz_chain(self.name, chain)
         if rest > 0.0:
             raise ParameterError(
-                "precompression: waves of many heights have one shape only in a chain without it; take PulseForming-v1"
+                "waves of many heights have one shape only in a chain without it",
+                hint="take PulseForming-v1",
+                at="precompression",
             )
         self.shapes, speeds = wave_shapes(mass, stiffness, 0.0, np.ones(1))
         self.speed = float(speeds[0])
@@ -127,7 +129,9 @@ class SolitonTrainTask(DrivenEndTask):
         slowest, farthest = amplitude[0], front[1]
         if waves > 1 and spacing[0] < 2.0 * half_width(self.shapes, 0):
             least = 2.0 * half_width(self.shapes, 0)
-            raise ParameterError(f"spacing: got {spacing}, expected {least:g} grains or more; nearer waves lie over each other")
+            raise ParameterError(
+                f"got {spacing}", expected=f"{least:g} grains or more", hint="nearer waves lie over each other", at="spacing"
+            )
         for place in (front[0] - (waves - 1) * spacing[1], front[1]):
             refuse_crowded(self.shapes, np.array([[slowest, place, 0.0]]), self.grains, "front")
         refuse_early(self.shapes, self._rows(np.array([[slowest, farthest]]))[None, :COLUMNS], end.duration, end.steps)
@@ -151,10 +155,14 @@ class SolitonTrainTask(DrivenEndTask):
         except (TypeError, ValueError):
             rows = np.zeros((0, 0))
         if rows.ndim != 2 or rows.shape[1] != 2 or not 1 <= len(rows) <= self.waves or not np.all(np.isfinite(rows)):
-            raise ParameterError(f"options.goal: got {shortened(given)}, expected 1 to {self.waves} rows (amplitude, place)")
+            raise ParameterError(
+                f"got {shortened(given)}", expected=f"1 to {self.waves} rows (amplitude, place)", at="options.goal"
+            )
         if np.any(rows[:, 0] <= 0.0) or np.any((rows[:, 1] < 0.0) | (rows[:, 1] > self.grains - 1)):
             raise ParameterError(
-                f"options.goal: got {rows.tolist()}, expected amplitudes above 0 m/s and places from 0 to {self.grains - 1}"
+                f"got {rows.tolist()}",
+                expected=f"amplitudes above 0 m/s and places from 0 to {self.grains - 1}",
+                at="options.goal",
             )
         goal = self._rows(rows)
         refuse_crowded(self.shapes, goal.reshape(-1, COLUMNS), self.grains, "options.goal")
@@ -292,8 +300,9 @@ def make_soliton_train(
     last = end.chain.parameters.grains - 1
     if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > last:
         raise ParameterError(
-            f"front: got {shortened(front)}, expected places up to {last} that leave room for {count} waves with up to "
-            f"{gaps[1]:g} grains between them"
+            f"got {shortened(front)}",
+            expected=f"places up to {last} that leave room for {count} waves with up to {gaps[1]:g} grains between them",
+            at="front",
         )
     heights = between("amplitude", amplitude)
     return end.environment(lambda chain: SolitonTrainTask(chain, end, count, heights, gaps, first, window))

@@ -203,7 +203,9 @@ def _pressed_wave(constant: float, rest_overlap: float, amplitude: float) -> Lat
     low, high = float(logarithm(0.01)), float(logarithm(1e6))
     if too_high(low) > 0.0 or too_high(high) < 0.0:
         raise ParameterError(
-            f"amplitude: got {amplitude:g} m/s, expected 1e-2 to 1e7 times {unit:.3g} m/s in a chain of this precompression"
+            f"got {amplitude:g} m/s",
+            expected=f"1e-2 to 1e7 times {unit:.3g} m/s in a chain of this precompression",
+            at="amplitude",
         )
     height = float(exponential(brentq(too_high, low, high, xtol=1e-13)))  # type: ignore[arg-type]
     return lattice_wave(1.0, height)

@@ -1,0 +1,230 @@
+"""Coupled bodies whose automata break, yield and rub and whose cells yield: energies, events, bits, failures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.coupled_tools import SMALL, coupled, inclusion, mesh, rectangle, start_noise
+
+import granular_env as ge
+from granular_env.components.coupled import Coupled
+from granular_env.components.errors import GranularError, StepError
+from granular_env.components.support import memory_limits
+from granular_env.recording import open_log, verify
+
+# With density and shear modulus 1: strains of half a percent break a link.
+WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}
+YIELDING = {"name": "von_mises", "yield_stress": 0.02, "hardening": 0.1}
+PRESSED = {"name": "drucker_prager", "yield_stress": 0.01, "friction": 0.3, "dilatancy": 0.1}
+UNBREAKABLE = {"name": "strain", "tensile": 1e6, "shear": 1e6}
+LOST = ("fracture_energy", "friction_energy", "inelastic_energy", "plastic_work", "absorbed_energy")
+
+
+def sandwich(n: int = 1, *, plasticity: Any = None, step: float = 0.2, release: float = 2.0, **more: Any) -> Coupled:
+    """Return a layer of automata between two grids, the lower one fixed, the upper one moved along both axes."""
+    micro = more.pop("micro_steps", 1)
+    gap = {"name": "box", "x": [-1.0, 9.0], "y": [4.0, 8.0]}
+    grid: dict[str, Any] = {"mesh": mesh(8, 12, holes=[gap]), "boundaries": {"top": {"name": "velocity"}, "bottom": "fixed"}}
+    if plasticity is not None:
+        grid["plasticity"] = plasticity
+    # Release takes the same time whatever the step.
+    automata = {"shape": rectangle(8.0, 4.0), "criterion": WEAK, "release_ticks": round(release * micro / step), **more}
+    return coupled(grid, automata, n, origin=[0.0, 4.0], step_size=step, micro_steps=micro)
+
+
+def shear_off(medium: Coupled, until: float = 40.0) -> float:
+    """Shear and press the layer until it is in pieces that rub; return the residual of the energy in parts of the work."""
+    ticks = round((until - medium.time) / medium.step_size)
+    medium.step(ticks * medium.step_size, grid_top_velocity=ge.Profile.half_sine(1.0, 30.0) * [0.02, -0.01])
+    energy = medium.balances()[0]
+    return abs(float(energy.residual)) / float(energy.supplied["input_work"])
+
+
+# -- energy ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [{"n": 1}, {"n": 2, "step": 0.1}, {"n": 2, "micro_steps": 2}],
+    ids=["lockstep", "lockstep of halves", "micro-steps"],
+)
+def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters: dict[str, Any]) -> None:
+    """A third of the work and more breaks links and rubs; half the step leaves about a quarter of the error."""
+    medium = sandwich(**parameters)
+    residual = shear_off(medium)
+    energy = medium.balances()[0]
+    work = energy.supplied["input_work"]
+    assert energy.lost["fracture_energy"] > 0.04 * work and energy.lost["friction_energy"] > 0.2 * work
+    assert medium.get("automata_broken_links") >= 60 and medium.get("automata_touching") > 10
+    assert residual <= 0.01
+    assert np.abs(medium.get("momentum_residual")).max() <= 1e-12 * np.abs(medium.get("boundary_impulse")).max()
+    assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * abs(medium.get("boundary_angular_impulse"))
+    fine = shear_off(sandwich(**{**parameters, "step": 0.5 * parameters.get("step", 0.2)}))
+    assert 3.0 <= residual / fine <= 5.0
+
+
+STRENGTHS = [
+    {"name": "von_mises", "strength": 0.012},
+    {"name": "drucker_prager", "compressive": 0.02, "tensile": 0.006},
+    {"name": "strain", "tensile": 0.004, "shear": 0.006},
+]
+RESPONSES = [
+    {"name": "plastic", "yield_stress": 0.006, "hardening": 0.2},
+    {"name": "degrading", "onset": 0.006, "hardening": 0.2},
+    {"name": "plastic_degrading", "yield_stress": 0.006, "hardening": 0.2},
+]
+
+
+@pytest.mark.parametrize("criterion", STRENGTHS, ids=lambda law: law["name"])
+def test_every_criterion_closes_the_energy(criterion: dict[str, Any]) -> None:
+    medium = sandwich(criterion=criterion, step=0.1)
+    assert shear_off(medium) <= 0.01
+    assert medium.get("fracture_energy") > 0.01 * medium.get("input_work")
+
+
+@pytest.mark.parametrize("response", RESPONSES, ids=lambda law: law["name"])
+def test_every_response_closes_the_energy(response: dict[str, Any]) -> None:
+    medium = sandwich(criterion={"name": "none"}, response=response, step=0.1)
+    assert shear_off(medium) <= 0.01
+    assert medium.get("inelastic_energy") > 0.1 * medium.get("input_work")
+    assert medium.get("automata_inelastic_strain").max() > 1e-3
+
+
+@pytest.mark.parametrize("law", [YIELDING, PRESSED], ids=lambda law: law["name"])
+@pytest.mark.parametrize("micro_steps", [1, 2])
+def test_cells_may_yield_beside_automata_that_break(law: dict[str, Any], micro_steps: int) -> None:
+    medium = sandwich(n=micro_steps, plasticity=law, micro_steps=micro_steps)
+    assert shear_off(medium, 24.0) <= 0.01
+    work = medium.get("input_work")
+    assert medium.get("plastic_work") > 0.1 * work and medium.get("fracture_energy") > 0.005 * work
+    # What the stresses of the cells have done is elastic or plastic.
+    whole = medium.get("grid_internal_energy").sum()
+    assert whole == pytest.approx(medium.get("grid_elastic_energy") + medium.get("plastic_work"), rel=1e-12)
+    assert medium.get("grid_plastic_strain").max() > 1e-3
+
+
+def test_every_part_of_the_energy_is_named() -> None:
+    medium = sandwich(plasticity=YIELDING)
+    energy = medium.balances()[0]
+    assert list(energy.lost) == ["absorbed_energy", "plastic_work", "fracture_energy", "friction_energy", "inelastic_energy"]
+    assert {"contact_energy", "elastic_energy", "leapfrog_energy"} < set(energy.stored)
+
+
+# -- what never breaks, and what breaks when --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("micro_steps", [1, 2])
+def test_what_never_breaks_moves_as_what_cannot(micro_steps: int) -> None:
+    found = []
+    for laws in ({}, {"criterion": UNBREAKABLE}):
+        medium = inclusion(micro_steps, laws, micro_steps=micro_steps)
+        start_noise(medium, 2)
+        medium.step(200 * medium.step_size)
+        found.append([medium.get("grid_velocity"), medium.get("automata_velocity"), medium.get("automata_rotation")])
+    for linked, breakable in zip(*found, strict=True):
+        assert np.abs(linked - breakable).max() <= 1e-12 * SMALL
+
+
+def test_a_link_breaks_at_the_strain_that_theory_says() -> None:
+    """Uniaxial strain of both layers: a link along the load has the strain of the whole."""
+    medium = coupled(
+        {"mesh": mesh(4, 2), "boundaries": dict.fromkeys(("left", "right", "bottom"), "symmetry")},
+        {
+            "shape": rectangle(4.0, 2.0), "left": "symmetry", "right": "symmetry", "top": "platen",
+            "criterion": {"name": "strain", "tensile": 0.01, "shear": 1.0},
+        },
+        origin=[0.0, 2.0],
+    )  # fmt: skip
+    rate = 1e-5
+    medium.step(round(1100.0 / medium.step_size) * medium.step_size, automata_top_speed=ge.Profile.constant(4.0 * rate))
+    first = medium.events()[0]
+    assert first.kind == "automata_stretch_break" and first.limit == 0.01
+    assert first.tick * medium.step_size * rate == pytest.approx(0.01, rel=0.01)
+
+
+# -- events, bits, logs -------------------------------------------------------------------------------------------------------
+
+
+def test_events_of_both_parts_are_those_of_the_whole() -> None:
+    medium = sandwich(n=2, micro_steps=2, plasticity=YIELDING)
+    shear_off(medium)
+    events = medium.events()
+    counts = {kind: sum(event.kind == kind for event in events) for kind in medium.event_kinds}
+    assert counts["grid_cell_yielded"] == np.count_nonzero(medium.get("grid_plastic_strain"))
+    assert sum(count for kind, count in counts.items() if kind != "grid_cell_yielded") == medium.get("automata_broken_links")
+    assert [event.tick for event in events] == sorted(event.tick for event in events)
+    assert 1 <= events[0].tick and events[-1].tick <= medium.tick
+    own = medium.automata.events()
+    theirs = [event for event in events if event.kind.startswith("automata")]
+    assert [-(-event.tick // 2) for event in own] == [event.tick for event in theirs]
+
+
+@pytest.mark.parametrize("micro_steps", [1, 3])
+def test_a_run_that_cracks_goes_on_from_anywhere_with_the_same_bits(micro_steps: int) -> None:
+    def made() -> Coupled:
+        return sandwich(n=micro_steps, micro_steps=micro_steps, plasticity=YIELDING)
+
+    whole, again = made(), made()
+    shear_off(whole, 30.0)
+    for until in (10.0, 14.2, 14.4, 30.0):
+        pieces = made()
+        pieces.restore(ge.Snapshot.from_bytes(again.save().to_bytes()))
+        shear_off(pieces, until)
+        again = pieces
+    assert whole.get("automata_broken_links") > 0
+    assert again.save().to_bytes() == whole.save().to_bytes() and again.events() == whole.events()
+
+
+def test_a_log_of_a_run_that_cracks_is_verified_and_branched(tmp_path: Path) -> None:
+    medium = sandwich(n=2, micro_steps=2, plasticity=YIELDING)
+    with ge.record(medium, tmp_path / "a.mcap", every=2.0, hash_every=10):
+        shear_off(medium, 20.0)
+        shear_off(medium, 30.0)
+    assert medium.get("automata_broken_links") > 0
+    assert verify(tmp_path / "a.mcap").identical
+    with open_log(tmp_path / "a.mcap") as log:
+        assert [(e.tick, e.kind, e.index) for e in log.events()] == [(e.tick, e.kind, e.index) for e in medium.events()]
+        branch = log.branch(16.0)
+        branch.run(tmp_path / "b.mcap")
+    assert branch.component.save().data == medium.save().data
+
+
+# -- failures -------------------------------------------------------------------------------------------------------------
+
+
+def test_more_contacts_than_memory_holds_are_refused_and_the_state_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    medium = sandwich(n=2, step=0.1)
+    medium.step(0.1)
+    before = medium.save().to_bytes()
+    monkeypatch.setattr(memory_limits, "available", lambda: 1000)
+    with pytest.raises(GranularError, match="the list '(contacts|events|slid)' with .* rows needs at least"):
+        shear_off(medium)
+    assert medium.save().to_bytes() == before
+
+
+def test_automata_that_fly_too_fast_or_too_far_and_cells_that_invert_are_named() -> None:
+    medium = coupled(
+        {"mesh": mesh(8, 4)},
+        {"shape": rectangle(8.0, 4.0), "criterion": WEAK, "loaded": [30]},
+        origin=[0.0, 4.0],
+        step_size=0.2,
+    )
+    medium.reset()
+    before = medium.save().to_bytes()
+    with pytest.raises(
+        StepError, match=r"automata_velocity\[30\] reached .* soon after .* s, expected at most 0.5 m/s"
+    ) as fast:
+        medium.step(20.0, automata_force=[[3.0, 0.0]])
+    assert fast.value.variable == "automata_velocity" and fast.value.index == 30 and fast.value.time <= 20.0
+    assert medium.save().to_bytes() == before
+    medium.reset(automata_displacement={30: (1e13, 0.0)})
+    far = medium.save().to_bytes()
+    with pytest.raises(StepError, match=r"automata_displacement\[30\]"):
+        medium.step()
+    assert medium.save().to_bytes() == far
+    medium.reset(grid_velocity={0: (50.0, 0.0)})
+    with pytest.raises(StepError, match="grid_displacement: cell 0 has been inverted"):
+        medium.step(2.0)

@@ -1,0 +1,298 @@
+"""Errors carry their faults as data, with one notation of a location; one rule for numbers wherever they are given."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import granular_env as ge
+from granular_env.branch_run import run_branch
+from granular_env.components.errors import Fault, GranularError, ParameterError, location_text, shortened, to_location
+from granular_env.experiments import load_experiment
+from granular_env.experiments.preparation import branch_inputs, prepare
+from granular_env.recording import open_log
+from granular_env.sweep import check_sweep
+
+NAN = float("nan")
+ROW = "discs/broken-row"
+MASKED = np.ma.masked_array(np.ones((8, 2)), mask=[[True, False]] * 8)
+DISCS = {"name": "x", "duration": 1e-4, "component": {"type": "discs"}}
+
+
+def faults(action: Callable[[], Any]) -> tuple[Fault, ...]:
+    """Return the faults of the error that an action raises."""
+    with pytest.raises(GranularError) as caught, warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        action()
+    assert "\n" not in shortened(str(caught.value)) and "array(" not in str(caught.value)
+    return caught.value.faults
+
+
+def fault(action: Callable[[], Any]) -> Fault:
+    """Return the one fault."""
+    (one,) = faults(action)
+    return one
+
+
+@pytest.fixture
+def discs() -> ge.Component:
+    return ge.make("discs")
+
+
+# -- locations --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "location"),
+    [
+        ("input.force[0,1]", ("input", "force", 0, 1)),
+        ("stop[0].variable", ("stop", 0, "variable")),
+        ("velocity", ("velocity",)),
+        ("", ()),
+    ],
+)
+def test_a_location_is_written_in_one_way(text: str, location: tuple[str | int, ...]) -> None:
+    assert to_location(text) == location and location_text(location) == text
+
+
+def test_an_error_keeps_its_faults_between_processes() -> None:
+    error = ParameterError("got 1", expected="2", hint="give 2", at="a[3]", source="b")
+    assert pickle.loads(pickle.dumps(error)).faults == error.faults == (Fault(("a", 3), "got 1", "2", "give 2", "b"),)
+    step = ge.StepError("too fast", time=1.0, variable="velocity", index=3, value=2.0, limit=1.0)
+    assert vars(pickle.loads(pickle.dumps(step))) == vars(step)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (np.ones((8, 2), bool), "an array of bool of shape (8, 2)"),
+        (MASKED, "a masked array of float64 of shape (8, 2)"),
+        (np.float64(2.0), "2.0"),
+        (np.True_, "True"),
+        ("a\nb", r"'a\nb'"),
+    ],
+)
+def test_what_came_is_described_in_one_line(value: object, words: str) -> None:
+    assert shortened(value) == words
+
+
+# -- what a front end wants to know -----------------------------------------------------------------------------------
+
+UNIT_FORCE = np.zeros((8, 2))
+ONE_NAN = np.where(np.arange(16).reshape(8, 2) == 15, NAN, 0.0)
+CALLS: dict[str, tuple[Callable[[ge.Component], Any], tuple[str | int, ...], str, str, str]] = {
+    "nan in an input": (lambda c: c.step(None, force=ONE_NAN), ("input", "force", 7, 1), "got nan", "a finite number", ""),
+    "shape": (
+        lambda c: c.step(None, force=np.ones(3)),
+        ("input", "force"),
+        "got an array of shape (3,)",
+        "a number, an array of shape (8, 2) or a Profile",
+        "",
+    ),
+    "unknown input": (lambda c: c.step(None, forc=1.0), ("input", "forc"), "unknown", "", "did you mean 'force'?"),
+    "unknown variable": (
+        lambda c: c.get("velocty"),
+        ("variable",),
+        "got 'velocty'",
+        "the name of a variable of component 'discs'",
+        "did you mean 'velocity'?",
+    ),
+    "unknown start": (lambda c: c.reset(velocty=1.0), ("start", "velocty"), "unknown", "", "did you mean 'velocity'?"),
+    "output as a start": (
+        lambda c: c.reset(speed=1.0),
+        ("start", "speed"),
+        "an output, but not of the state",
+        "",
+        "known: displacement, velocity",
+    ),
+    "nan in a start": (
+        lambda c: c.reset(velocity={3: [0.0, NAN]}),
+        ("start", "velocity", 3, 1),
+        "got nan",
+        "a finite number",
+        "",
+    ),
+    "beyond the end": (
+        lambda c: c.reset(velocity={"9,0": 1.0}),
+        ("start", "velocity", 9, 0),
+        "there is no such element",
+        "an index of 2 numbers: -8 to 7, -2 to 1",
+        "",
+    ),
+    "duration": (lambda c: c.step(-1.0), ("duration",), "got -1.0 s", "more than 0 and finite", ""),
+    "unknown parameter": (lambda c: ge.make("discs", colums=3), ("colums",), "unknown", "", "did you mean 'columns'?"),
+    "parameter": (lambda c: ge.make("discs", rows=0), ("rows",), "got 0", "greater than or equal to 1", ""),
+    "unknown component": (
+        lambda c: ge.make("disks"),
+        (),
+        "got 'disks'",
+        "the name of a component",
+        "did you mean 'discs'?",
+    ),
+    "nested parameter": (
+        lambda c: ge.make("grid", mesh={"name": "rectangle", "colums": 3}),
+        ("mesh", "colums"),
+        "unknown",
+        "",
+        "did you mean 'columns'?",
+    ),
+    "law": (
+        lambda c: ge.make("chain", grains=3, law={"name": "power", "exponent": "2"}),
+        ("law", "exponent"),
+        "got '2'",
+        "a number",
+        "",
+    ),
+    "material": (
+        lambda c: ge.make("chain", grains=3, material={"density": 1.0, "young": 1e9}),
+        ("material", "poisson"),
+        "missing",
+        "",
+        "it is Poisson's ratio",
+    ),
+    "preset": (
+        lambda c: ge.make("chain", grains=3, material="stel"),
+        ("material",),
+        "got 'stel'",
+        "the name of a preset",
+        "did you mean 'steel'? or give density, young and poisson",
+    ),
+    "profile": (lambda c: ge.Profile.table([0.0, NAN], [1.0, 2.0]), ("times", 1), "got nan", "a finite number", ""),
+    "record": (
+        lambda c: load_experiment({**DISCS, "record": {"variables": ["speed", "speed"]}}),
+        ("record", "variables", 1),
+        "got 'speed' again",
+        "each name once",
+        "",
+    ),
+    "unknown to record": (
+        lambda c: prepare(load_experiment({**DISCS, "record": {"variables": ["sped"]}})),
+        ("record", "variables", 0),
+        "got 'sped'",
+        "an input or output of component 'discs'",
+        "did you mean 'speed'?",
+    ),
+    "stop": (
+        lambda c: prepare(load_experiment({**DISCS, "stop": [{"variable": "sped", "above": 1.0}]})),
+        ("stop", 0, "variable"),
+        "got 'sped'",
+        "an output of component 'discs'",
+        "did you mean 'speed'?",
+    ),
+    "energy": (
+        lambda c: c.reset(velocity=1e200),
+        ("start",),
+        "a kinetic_energy of inf J follows from these values",
+        "a finite one",
+        "give smaller values",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_fault_says_where_what_came_what_was_expected_and_what_to_do(discs: ge.Component, name: str) -> None:
+    action, *parts = CALLS[name]
+    found = fault(lambda: action(discs))
+    assert [found.location, found.received, found.expected, found.hint] == parts
+
+
+def test_a_foreign_snapshot_is_a_fault(discs: ge.Component) -> None:
+    found = fault(lambda: discs.restore(ge.make("discs", rows=3).save()))
+    assert found.location == ("snapshot",) and "got one of a component" in str(found) and discs.identity[:12] in found.expected
+
+
+# -- numbers ----------------------------------------------------------------------------------------------------------
+
+NO_NUMBERS = {
+    "truth": True, "numpy's truth": np.True_, "truths": [[True, False]] * 8, "an array of truths": np.ones((8, 2), bool),
+    "one truth": [[1.0, 1.0]] * 7 + [[1.0, True]], "text": "3", "an array of text": np.array("3"), "masked": MASKED,
+    "one masked": np.ma.masked, "a time": np.timedelta64(3), "too large": 10**400, "too wide": np.longdouble("1e4000"),
+    "complex": np.ones((8, 2), complex), "unlike rows": [[1.0], [1.0, 2.0]], "none": [[None, 1.0]] * 8,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NO_NUMBERS)
+def test_what_is_no_number_is_refused_wherever_it_is_given(discs: ge.Component, name: str) -> None:
+    value, before = NO_NUMBERS[name], discs.state_view().tobytes()
+    assert fault(lambda: discs.step(None, force=value)).location[:2] == ("input", "force")
+    assert fault(lambda: discs.reset(velocity=value)).location[:2] == ("start", "velocity")
+    assert fault(lambda: ge.Profile.constant(1.0) * value)
+    assert discs.state_view().tobytes() == before
+
+
+@pytest.mark.parametrize("value", ["3", True, np.True_, [3], 3.5, b"3"])
+def test_a_parameter_that_is_a_number_is_no_text_and_no_truth_value(value: object) -> None:
+    assert fault(lambda: ge.make("discs", rows=value)).expected.startswith("a whole number")
+    assert value == 3.5 or fault(lambda: ge.make("discs", mass=value)).location == ("mass",)
+    assert value == 3.5 or fault(lambda: ge.Material(density=value, young=1e9, poisson=0.2)).location == ("density",)
+
+
+def test_all_faults_of_parameters_are_told_at_once() -> None:
+    found = faults(lambda: ge.make("discs", rows="3", mass=True, colums=3))
+    assert [one.location for one in found] == [("rows",), ("mass",), ("colums",)]
+
+
+@pytest.mark.parametrize("value", [{0: [1.0, 1.0], "0,1": 2.0}, {"0,1": 2.0, -8: 1.0}, {3: 1.0, "3": 2.0}])
+def test_an_element_is_given_once(discs: ge.Component, value: dict[Any, Any]) -> None:
+    assert fault(lambda: discs.reset(velocity=value)).expected == "each element once"
+
+
+def test_a_whole_number_beyond_64_bits_is_a_number() -> None:
+    ready = prepare(load_experiment({**DISCS, "input": {"force": [[10**20, 1]] * 8}}))
+    assert ready.inputs["force"][0].tolist() == [1e20, 1.0]
+
+
+def test_a_variable_is_recorded_once(discs: ge.Component, tmp_path) -> None:
+    assert fault(lambda: ge.record(discs, tmp_path / "x.mcap", variables=["speed", "speed"])).location == ("variables", 1)
+    assert not list(tmp_path.iterdir())
+
+
+# -- elements of inputs -----------------------------------------------------------------------------------------------
+
+
+def test_an_element_of_an_input_has_one_name(tmp_path) -> None:
+    document = {**DISCS, "duration": 1e-3, "input": {"force": {"0": [1.0, 2.0], "3,1": 5.0}}}
+    held = prepare(load_experiment(document)).inputs["force"]
+    assert held[0].tolist() == [1.0, 2.0] and held[3].tolist() == [0.0, 5.0] and held.sum() == 8.0
+    overrides = {"input.force[0,1]": 3.0, "input.force[3]": [6.0, 7.0], "input.force[-1,0]": 4.0}
+    held = prepare(load_experiment(document, overrides)).inputs["force"]
+    assert held[0].tolist() == [1.0, 3.0] and held[3].tolist() == [6.0, 7.0] and held[7].tolist() == [4.0, 0.0]
+    alone = prepare(load_experiment(DISCS, {"input.force[0,1]": 3.0})).inputs["force"]
+    assert alone[0, 1] == alone.sum() == 3.0
+    ge.run(document, log=tmp_path / "discs.mcap")
+    with open_log(tmp_path / "discs.mcap") as log:
+        begun = log.branch(5e-4)
+        inputs = branch_inputs({"input.force[1,1]": 9.0}, begun.component)
+        result = run_branch(begun, tmp_path / "branch.mcap", inputs, None, progress=False)
+    assert result.component.get("force")[:2].tolist() == [[1.0, 2.0], [0.0, 9.0]]
+
+
+def test_an_element_of_a_profile_is_set_in_its_pattern() -> None:
+    found = fault(lambda: load_experiment(ROW, {"input.force[0,1]": 2.0}))
+    assert found.location == ("input", "force", 0, 1) and "pattern[0,1]" in found.hint
+    pattern = prepare(load_experiment(ROW, {"input.force.pattern[0,1]": 2.0})).inputs["force"].pattern
+    assert pattern[0, 1] == 2.0
+
+
+# -- who is to blame --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("overrides", "beginning"),
+    [
+        ({"component.columns": 3}, "with override 'component.columns=3': input.force.pattern: got an array of shape (10, 2)"),
+        ({"input.force.pattern": [1]}, "override 'input.force.pattern=[1]': input.force.pattern: got an array of shape (1,)"),
+        ({}, "experiment 'discs/broken-row' with grid.component.columns, grid.input.force.peak: input.force.pattern"),
+    ],
+)
+def test_a_sweep_blames_what_was_given_to_it(overrides: dict[str, Any], beginning: str, tmp_path) -> None:
+    grid = {"component.breaking_strain": [0.01, 0.02]} if overrides else {"component.columns": [3, 4]}
+    plan = {"version": 1, "experiment": ROW, "grid": {**grid, "input.force.peak": [1.0, 2.0]}, "measure": {"a": "max speed"}}
+    with pytest.raises(GranularError) as caught:
+        check_sweep(plan, overrides)
+    assert beginning in str(caught.value) and ("input.force.peak=" not in str(caught.value))
