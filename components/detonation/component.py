@@ -45,10 +45,10 @@ class DetonationTube(Component):
     parameters: DetonationParameters
     # In the order of their numbers in `kernels`.
     event_kinds = {
-        "ignited": "half of the gas in a cell had reacted for the first time anywhere; the index is the cell's",
-        "front_passed": "half of the gas had reacted at a gauge; the index is the gauge's",
-        "end_reached": "half of the gas had reacted at an end, ignited elsewhere: 0 left, 1 right",
         "diaphragm_opened": "the pressure on a diaphragm reached its bursting pressure: 0 left, 1 right",
+        "end_reached": "half of the gas had reacted at an end, ignited elsewhere: 0 left, 1 right",
+        "front_passed": "half of the gas had reacted at a gauge; the index is the gauge's",
+        "ignited": "half of the gas in a cell had reacted for the first time anywhere; the index is the cell's",
     }
 
     # -- building ---------------------------------------------------------------------------------------------------

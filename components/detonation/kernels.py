@@ -44,8 +44,8 @@ from .reactions.reaction import ARRHENIUS, CONSTANT_VOLUME, INERT, PRESSURE_BURN
 
 # The largest Courant number (|u| + c) dt / dx at which a tick is made.
 LARGEST_COURANT = 0.9
-# Kinds of events, in the order of `component.EVENT_KINDS`, and the progress at which gas counts as burnt.
-_IGNITED, _FRONT_PASSED, _END_REACHED, _OPENED = 0, 1, 2, 3
+# Kinds of events, in the order of `DetonationTube.event_kinds`, and the progress at which gas counts as burnt.
+_OPENED, _END_REACHED, _FRONT_PASSED, _IGNITED = 0, 1, 2, 3
 BURNT = 0.5
 
 
