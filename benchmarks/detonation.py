@@ -28,8 +28,8 @@ def burning(cells: int, reaction: str) -> Any:
 
 def measure(cells: int = 1520, triad_words: int = 100_000, rounds: int = 11) -> Iterator[Figure]:
     """A tube of 1.52 m whose state fits a second-level cache, as does the triad's."""
-    arrays = [np.ones(triad_words) for _ in range(3)]
-    moves = repeats_for(lambda: triad(*arrays, 100), _SAMPLE_SECONDS) * 100
+    a, b, c = (np.ones(triad_words) for _ in range(3))
+    moves = repeats_for(lambda: triad(a, b, c, 100), _SAMPLE_SECONDS) * 100
     for reaction in _REACTIONS:
         tube = burning(cells, reaction)
         start = tube.save()
@@ -40,7 +40,7 @@ def measure(cells: int = 1520, triad_words: int = 100_000, rounds: int = 11) -> 
 
         # Few enough that the front stays in the tube.
         ticks = min(repeats_for(lambda steps=steps: steps(20), _SAMPLE_SECONDS) * 20, _MOST_TICKS)
-        times = interleaved({"gas": lambda steps=steps, n=ticks: steps(n), "triad": lambda: triad(*arrays, moves)}, rounds)
+        times = interleaved({"gas": lambda steps=steps, n=ticks: steps(n), "triad": lambda: triad(a, b, c, moves)}, rounds)
         seconds = float(np.median(times["gas"])) / (ticks * cells)
         word = float(np.median(times["triad"])) / (moves * triad_words)
         yield Figure(
