@@ -105,8 +105,8 @@ class Component(Stepping, metaclass=_Fixed):
     def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
         """Take a part, which was made in the memory of this component, into its snapshots and events.
 
-        Call it in `_build`, after `_lay_out`. Lists that grow in the part then belong to this component's snapshots, and its
-        events are events of this component, their kinds named `<prefix>_<kind>`.
+        Call it in `_build`, after `_lay_out`. The lists that grow in the part belong to this component's snapshots then, and
+        its events are events of this component, their kinds named `<prefix>_<kind>`.
 
         Args:
             part: lies in the memory of this component's block.

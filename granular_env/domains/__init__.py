@@ -63,6 +63,7 @@ class Domain:
 
 
 DOMAINS: dict[str, Domain] = {
+    "automata": Domain(environments="granular_env.domains.automata.tasks:ENVIRONMENTS"),
     "chain": Domain(
         environments="granular_env.domains.chain.tasks:ENVIRONMENTS",
         batch="granular_env.domains.chain.envs.vector_env:ChainVectorEnv",
@@ -73,6 +74,7 @@ DOMAINS: dict[str, Domain] = {
         views="granular_env.domains.chain.viewing.views:ChainViews",
         papers={"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983:PAPER"},
     ),
+    "coupled": Domain(papers={"psakhie-2003": "granular_env.domains.coupled.psakhie_2003:PAPER"}),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
 }
