@@ -129,7 +129,7 @@ class DetonationTube(Component):
         )
         yield Variable(
             "area", "input", "m^2", (n,), "cross-section of each cell; walls that move do work on the gas",
-            start=float(self._areas[0]), minimum=1e-300, axes=cells, nominal=float(self._areas.mean()),
+            start=float(self._areas[0]), minimum=0.0, axes=cells, nominal=float(self._areas.mean()),
         )  # fmt: skip
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code in (OPEN, DIAPHRAGM):
@@ -149,7 +149,7 @@ class DetonationTube(Component):
         yield Variable("left_front", "output", "m", (), "where burnt gas begins; 0 where nothing has burnt")
         yield Variable("right_front", "output", "m", (), "where burnt gas ends; 0 where nothing has burnt")
         yield Variable(
-            "front_speed", "output", "m/s", (), f"speed of the right front over the last {_SPEED_CELLS} cells; 0 where unknown"
+            "front_speed", "output", "m/s", (), f"speed of the front over its last {_SPEED_CELLS} cells; 0 where unknown"
         )
         yield Variable("cj_ratio", "output", "1", (), "front_speed over that of the Chapman-Jouguet detonation")
         yield Variable("courant_number", "output", "1", (), "largest (|u| + c) dt / dx", minimum=0.0)
@@ -192,13 +192,19 @@ class DetonationTube(Component):
         return float(begin), float(end)
 
     def _front_speed(self) -> float:
+        """Return the speed of the front that runs to the right, or where there is none, of that to the left [m/s]."""
         reached = np.flatnonzero(self._state.arrival >= 0.0)
         if len(reached) < _LEAST_SPEED_CELLS:
             return 0.0
-        last = int(reached[-1])
-        first = max(int(reached[0]), last - _SPEED_CELLS)
-        since = float(self._state.arrival[last] - self._state.arrival[first])
-        return (last - first) * self.cell_size / since if since > 0.0 and self._state.arrival[first] >= 0.0 else 0.0
+        first, last = int(reached[0]), int(reached[-1])
+        return self._speed_between(max(first, last - _SPEED_CELLS), last) or self._speed_between(
+            min(last, first + _SPEED_CELLS), first
+        )
+
+    def _speed_between(self, earlier: int, later: int) -> float:
+        """Return the mean speed of a front from one cell to another [m/s]; 0 where none ran that way."""
+        begin, end = (float(self._state.arrival[cell]) for cell in (earlier, later))
+        return abs(later - earlier) * self.cell_size / (end - begin) if end > begin >= 0.0 else 0.0
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state, gas = self._state, self.gas

@@ -162,6 +162,16 @@ def compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
         left = (density[i] + dr[i], velocity[i] + du[i], pressure[i] + dp[i], fraction[i] + dy[i])
         right = (density[j] - dr[j], velocity[j] - du[j], pressure[j] - dp[j], fraction[j] - dy[j])
         mass[i], impulse[i], energy[i], fuel[i] = hllc_flux(medium, left, right)
+    compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
+
+
+@jit
+def compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
+    """Write the fluxes at both ends; a diaphragm on which the pressure is too high opens."""
+    n = state.density.size
+    density, velocity, pressure, fraction = scratch.density, scratch.velocity, scratch.pressure, scratch.fraction
+    dr, du, dp, dy = scratch.slopes[0], scratch.slopes[1], scratch.slopes[2], scratch.slopes[3]
+    mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
     for side in range(2):
         i, sign = (1, -1.0) if side == 0 else (n, 1.0)
         face = 0 if side == 0 else n
