@@ -46,6 +46,33 @@ def test_sods_problem() -> None:
     assert order(errors) > 0.75
 
 
+# E. F. Toro (2009), tests 1 to 5 of section 6.4: sonic rarefaction, near vacuum, left half of a blast, colliding blasts, a
+# contact that stands still; left state, right state, place of the jump, time.
+TORO = [
+    (Flow(1.0, 0.75, 1.0), Flow(0.125, 0.0, 0.1), 0.3, 0.2),
+    (Flow(1.0, -2.0, 0.4), Flow(1.0, 2.0, 0.4), 0.5, 0.15),
+    (Flow(1.0, 0.0, 1000.0), Flow(1.0, 0.0, 0.01), 0.5, 0.012),
+    (Flow(5.99924, 19.5975, 460.894), Flow(5.99242, -6.19633, 46.095), 0.4, 0.035),
+    (Flow(1.0, -19.59745, 1000.0), Flow(1.0, -19.59745, 0.01), 0.8, 0.012),
+]
+
+
+@pytest.mark.parametrize(("left", "right", "place", "time"), TORO)
+def test_the_riemann_problems_of_the_textbook(left: Flow, right: Flow, place: float, time: float) -> None:
+    """At 100 cells, as there: within 2.5 % of the largest density, velocity and pressure, in the mean."""
+    solution = riemann_problem(left, right, AIR.gamma)
+    thinnest = min(left.density, right.density)
+    fastest = abs(solution.velocity) + np.sqrt(AIR.gamma * max(left.pressure, right.pressure, solution.pressure) / thinnest)
+    fastest = max(fastest, *(abs(one.velocity) + np.sqrt(AIR.gamma * one.pressure / one.density) for one in (left, right)))
+    tube = air_tube(100, left="absorbing", right="absorbing", step_size=0.005 / fastest)
+    behind = tube.centres < place
+    tube.reset(**{name: np.where(behind, getattr(left, name), getattr(right, name)) for name in Flow._fields})
+    run_for(tube, time)
+    exact = solution.at((tube.centres - place) / tube.time)
+    for name, values in zip(Flow._fields, exact, strict=True):
+        assert np.abs(tube.get(name) - values).mean() < 0.025 * np.abs(values).max(), name
+
+
 def simple_wave_error(cells: int, limiter: str) -> float:
     """Return the mean error of the density of a wave that steepens, before it breaks.
 
@@ -263,6 +290,18 @@ def test_a_step_too_large_is_told_with_the_one_to_take() -> None:
     assert tube.save().to_bytes() == before
     with pytest.raises(ge.ParameterError, match=r"step_size: got 0.05 s, expected at most 0.01521 s: waves in cell 0"):
         air_tube(50, step_size=0.05)
+
+
+def test_gas_that_parts_faster_than_it_expands_is_refused_and_kept() -> None:
+    tube = air_tube(20, left="absorbing", right="absorbing", step_size=2e-4)
+    tube.reset(velocity=np.where(tube.centres < 0.5, -60.0, 60.0), pressure=0.01)
+    before = tube.save().to_bytes()
+    with pytest.raises(
+        ge.StepError, match=r"(pressure|density): fell to \S+ .* in cell \d+, x = .* expected more than 0"
+    ) as caught:
+        tube.step(0.05)
+    assert caught.value.value <= 0.0 and caught.value.index in (9, 10)
+    assert tube.save().to_bytes() == before
 
 
 @pytest.mark.parametrize(("area", "said"), [(-1.0, "got -1 m"), (1e3, "got 1000 m")])

@@ -72,7 +72,9 @@ def advance(medium, tube, state, scratch, signals, areas, tally, first_tick, eve
         status = change_area(medium, state, areas, signals[row, AREA], tally, failed)
         if status != 0:
             return status
-        flow(medium, tube, state, scratch, signals[row], tally, tick, events, counts)
+        status = flow(medium, tube, state, scratch, signals[row], tally, tick, events, counts, failed)
+        if status != 0:
+            return status
         add_heat(medium, tube, state, signals[row, POWER], tally)
         status = finish(medium, tube, state, tally, tick, events, counts, failed)
         if status != 0:
@@ -113,8 +115,11 @@ def change_area(medium, state, areas, factor, tally, failed):
 
 
 @jit
-def flow(medium, tube, state, scratch, signals, tally, tick, events, counts):
-    """Move the gas by one step of Heun: a whole step, and a second one from there, of which the mean is taken."""
+def flow(medium, tube, state, scratch, signals, tally, tick, events, counts, failed):
+    """Move the gas by one step of Heun: a whole step, and a second one from there, of which the mean is taken.
+
+    Returns 0, or a status where the first one leaves no gas in a cell, or no pressure.
+    """
     n = state.density.size
     for i in range(n):
         scratch.density[i + 1] = state.density[i]
@@ -131,10 +136,15 @@ def flow(medium, tube, state, scratch, signals, tally, tick, events, counts):
         scratch.density[i + 1] = r
         scratch.velocity[i + 1] = u
         scratch.fraction[i + 1] = y
-        scratch.pressure[i + 1] = (medium.gamma - 1.0) * (energy[i] - 0.5 * momentum[i] * u - fuel[i] * medium.heat)
+        p = (medium.gamma - 1.0) * (energy[i] - 0.5 * momentum[i] * u - fuel[i] * medium.heat)
+        scratch.pressure[i + 1] = p
+        if not (r > 0.0 and p > 0.0):
+            failed[0], state.density[i], state.pressure[i] = i, r, p
+            return NOT_POSITIVE
     compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
     tally_ends(medium, state, scratch, tally)
     update_second(medium, state, scratch, tally)
+    return 0
 
 
 @jit
