@@ -259,6 +259,10 @@ class DetonationTube(Component):
                 "take a smaller step_size, or leave it out"
             )
 
+    def tables(self) -> tuple[Medium, Tube, State, layout.Scratch, FloatArray]:
+        """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
+        return self._medium, self._tube, self._state, self._scratch, self._block["tally"]
+
     def _advance(self, ticks: int) -> int:
         signals, areas = tick_signals(self._held, self._tick, ticks), area_pattern(self._held)
         counts = np.array([self._block.count("events")])
