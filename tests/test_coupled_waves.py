@@ -65,8 +65,8 @@ def go_there_and_back(packing: str, length: int) -> dict[str, float]:
     """Send a pulse of so many cells through the interface, to the rigid end, and back: some 5 lengths far.
 
     Returns:
-        What is left of its height; the L2 misfit to the exact pulse where that is moved to fit best, and where it is not; by how
-        much of its way it is late; the residual of the energy in parts of the energy.
+        What is left of its height; the L2 misfit to the exact pulse where that is moved to fit best, and where it is not; by
+        what part of its way it is late; the residual of the energy in parts of the energy.
     """
     medium, axis = strip(packing, 5 * length // 2, 5 * length // 4)
     start_wave(medium, axis, lambda x: pulse(x - 0.75 * length, float(length)), 1.75 * length, False)
