@@ -368,7 +368,7 @@ def test_more_contacts_than_memory_holds_are_refused_and_the_state_is_kept(monke
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [
-        ({"criterion": "tresca"}, "criterion: name: 'tresca' is unknown; known: drucker_prager, mohr_coulomb"),
+        ({"criterion": "tresca"}, "criterion: got 'tresca', expected a known name; known: drucker_prager, mohr_coulomb"),
         ({"criterion": "strain"}, "tensile: missing"),
         ({"criterion": {"name": "drucker_prager", "compressive": 1.0, "tensile": 2.0}}, "expected at least tensile = 2 Pa"),
         ({"response": {"name": "plastic", "yield_stress": -1.0}}, "yield_stress: got -1"),

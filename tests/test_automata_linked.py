@@ -34,7 +34,7 @@ def residual(automata: Automata, gradient: np.ndarray) -> tuple[np.ndarray, np.n
     """Forces and torques on all automata under a homogeneous displacement gradient and the rotation that belongs to it."""
     turn = 0.5 * (gradient[1, 0] - gradient[0, 1])
     automata.reset(displacement=automata.packing.reference @ gradient.T, rotation=turn)
-    automata._steps.dilation()
+    automata.steps.dilation()
     scratch = automata.scratch
     forces(
         automata.body,

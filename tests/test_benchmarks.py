@@ -20,6 +20,7 @@ from benchmarks import (  # noqa: E402
     gradient,
     grid,
     kernel,
+    lammps_bonds_peer,
     lammps_peer,
     laws,
     mcap_peer,
@@ -105,6 +106,14 @@ def test_without_lammps_the_message_names_the_target(monkeypatch):
     monkeypatch.setitem(sys.modules, "lammps", None)
     with pytest.raises(SystemExit, match="make bench-peers"):
         next(lammps_peer.measure(grains=4, ticks=1, rounds=1))
+    with pytest.raises(SystemExit, match="make bench-peers"):
+        next(lammps_bonds_peer.measure(side=4, ticks=1, rounds=1))
+
+
+def test_peers_that_are_not_installed_are_skipped_by_name(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "lammps", None)
+    assert program.main(["--peers", "--strict"]) == 0
+    assert "lammps-bonds: skipped: LAMMPS cannot be used" in capsys.readouterr().err
 
 
 def test_the_verdict_is_the_bound_kept():

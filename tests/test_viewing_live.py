@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -208,11 +210,11 @@ def test_live_histories_are_laid_end_to_end(tmp_path):
 def test_live_scales_only_grow_to_hold_what_comes():
     chain = make("chain", grains=20, left="piston")
     chain.step(5e-5, left_velocity=5.0)
-    motion = from_component(chain).motion
-    scales = enlarge_scales(scales_of(motion), motion, None)
-    assert scales == scales_of(motion)
-    louder = type(motion)(**{**vars(motion), "colour": 3.0 * motion.colour})
-    assert enlarge_scales(scales, louder, None).colour_limit >= float(np.abs(louder.colour).max())
+    now = from_component(chain)
+    scales = enlarge_scales(scales_of(now), now, None)
+    assert scales == scales_of(now)
+    louder = replace(now.motion, colour=3.0 * now.motion.colour)
+    assert enlarge_scales(scales, replace(now, motion=louder), None).colour_limit >= float(np.abs(louder.colour).max())
 
 
 def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):

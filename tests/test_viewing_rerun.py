@@ -30,8 +30,8 @@ def test_a_saved_scene_holds_grains_of_true_size_stretched_by_the_stated_factor(
     from rerun.chunk import RrdReader
 
     path = save_rrd(chain_log, tmp_path / "scene.rrd")
-    motion = from_log(chain_log).motion
-    factor = scales_of(motion).exaggeration
+    scene_data = from_log(chain_log)
+    motion, factor = scene_data.motion, scales_of(scene_data).exaggeration
     found, timelines = columns(path)
     grains = found[f"scene/particles_displacement_x{factor:g}"]
     radii = next(row for row in grains["radii"] if row is not None)
@@ -53,7 +53,7 @@ def test_a_saved_scene_has_all_its_parts_and_says_what_they_are(chain_log, tmp_p
         "inputs/left_velocity",
     } <= set(found)  # fmt: skip
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
-    factor = scales_of(from_log(chain_log).motion).exaggeration
+    factor = scales_of(from_log(chain_log)).exaggeration
     assert f"drawn {factor:g} x larger" in words and "m/s" in words and "radius 2 to 3 mm" in words
     assert r"piston \*bold\*" in words
 

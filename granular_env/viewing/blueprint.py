@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from .legend import LEGEND
 from .optional_packages import import_optional
 from .plot_groups import Plot, select_plots
 from .scene import TIMELINE, Scales, whole_camera
-from .scene_data import Motion, SceneData
+from .scene_data import SceneData
 from .views import Views
 
 # A run is played back in about this wall time [s].
@@ -15,13 +16,16 @@ _PLAYBACK_SECONDS = 10.0
 # With or without particles: more than so many plots are too small to be read; the others can be added in the viewer.
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
 
+# A plane less wide than so many heights stands beside the plots, not above them.
+_WIDE = 2.0
+
 
 def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None, duration: float | None) -> Any:
     """Return the layout of a scene.
 
     Args:
         scene_data: what is shown.
-        scales: None where there are no particles.
+        scales: None where nothing is drawn in space.
         views: of the component's domain; None where there are no particles.
         duration: of the run [s], which sets the playback speed; None for a run that is still going on.
     """
@@ -32,17 +36,42 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
         shown.insert(0, rrb.Vertical(*(_plot(rrb, plot) for plot in scalars)))
     motion = scene_data.motion
     rows: list[tuple[Any, float]] = []
-    if motion is not None and scales is not None and views is not None:
-        shown = [*views.panes(motion, scales), *shown]
-        rows = [(_whole(rrb, motion, scales, views), 3.6), *views.rows(motion, scales)]
-    rows.append((rrb.Horizontal(*shown, column_shares=[4.0, 4.0, 3.0][-len(shown) :]), 6.0))
+    if scales is not None:
+        rows = [(_whole(rrb, scene_data, scales, views), 3.6)]
+        if scales.colours and scene_data.is_plane:
+            rows.append((_legend(rrb), 0.45 + 0.75 * len(scales.colours)))
+        if motion is not None and views is not None:
+            shown = [*views.panes(motion, scales), *shown]
+            rows += views.rows(motion, scales)
+    if scales is not None and _is_tall(scene_data, scales):
+        # Beside each other: a picture as high as it is wide has little room above the plots.
+        beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])
+        content = rrb.Horizontal(_stack(rrb, rows, 10.0), beside, column_shares=[5.0, 4.0])
+    else:
+        rows.append((rrb.Horizontal(*shown, column_shares=[4.0, 4.0, 3.0][-len(shown) :]), 6.0))
+        content = _stack(rrb, rows)
     return rrb.Blueprint(
-        rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows]),
+        content,
         _time_panel(rrb, duration),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
         auto_views=False,
     )
+
+
+def _stack(rrb: Any, rows: list[tuple[Any, float]], first: float | None = None) -> Any:
+    """Return panes one above the other, each with its share of the height; `first`: that of the first one instead."""
+    shares = [share for _, share in rows]
+    return rrb.Vertical(*(row for row, _ in rows), row_shares=[first or shares[0], *shares[1:]])
+
+
+def _is_tall(scene_data: SceneData, scales: Scales) -> bool:
+    width, height = (high - low for low, high in zip(scales.low[:2], scales.high[:2], strict=True))
+    return scene_data.is_plane and width < _WIDE * height
+
+
+def _legend(rrb: Any) -> Any:
+    return rrb.Spatial2DView(origin=LEGEND, name="Colours", background=[13, 16, 17])
 
 
 def _time_panel(rrb: Any, duration: float | None) -> Any:
@@ -59,18 +88,21 @@ def _plot(rrb: Any, plot: Plot) -> Any:
     return rrb.TimeSeriesView(contents=list(plot.paths), name=title, plot_legend=legend)
 
 
-def _whole(rrb: Any, motion: Motion, scales: Scales, views: Views) -> Any:
+def _whole(rrb: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
     """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in."""
-    drawn = f"displacements drawn {scales.stretch}" if motion.located else "positions at the start"
-    name = f"{'From above' if motion.is_plane else 'From the side'}; {drawn}, particles to scale"
+    located = any(shape.located for shape in scene_data.shapes)
+    drawn = f"displacements drawn {scales.stretch}" if located else "positions at the start"
+    sizes = ", particles to scale" if scene_data.motions else ""
+    name = f"{'From above' if scene_data.is_plane else 'From the side'}; {drawn}{sizes}"
     return rrb.Tabs(
-        whole_camera(motion, scales, views).view(name, ["scene/**"]),
+        whole_camera(scene_data, scales, views).view(name, ["scene/**"]),
         rrb.Spatial3DView(origin="scene", name="The same in 3D", line_grid=False, eye_controls=_oblique(rrb, scales)),
         active_tab=0,
     )
 
 
 def _oblique(rrb: Any, scales: Scales) -> Any:
-    x, y, z = (0.5 * (low + high) for low, high in zip(scales.low, scales.high, strict=True))
-    position = [x - 0.35 * scales.length, y - 0.55 * scales.length, z + 0.3 * scales.length]
+    x, y, z = (0.5 * scales.magnification * (low + high) for low, high in zip(scales.low, scales.high, strict=True))
+    length = scales.magnification * scales.length
+    position = [x - 0.35 * length, y - 0.55 * length, z + 0.3 * length]
     return rrb.EyeControls3D(kind="Orbital", position=position, look_target=[x, y, z], eye_up=[0.0, 0.0, 1.0])

@@ -16,6 +16,8 @@ from .optional_packages import import_optional
 # Distance in widths: the ends are seen at 18 degrees. Further away, rerun's single precision frays the spheres.
 _DISTANCE = 1.5
 _PIXELS = 2000.0
+# Rerun draws nothing that is nearer than 0.1 to a camera [m].
+_NEAREST = 0.15
 
 
 # Where the camera's right, down and forward point to, as columns: along +y with z up (a row is seen from the side), or along -z
@@ -48,12 +50,14 @@ class Camera:
     def send(self, recording: Any) -> None:
         """Put the camera into the scene."""
         rr = import_optional("rerun", "the viewer")
-        distance = _DISTANCE * self.width
+        distance = max(_DISTANCE * self.width, _NEAREST)
         width, height = self._image
         x, other = self.middle
         spot = [x, other, distance] if self.is_above else [x, -distance, other]
         place = rr.Transform3D(translation=spot, mat3x3=_ABOVE if self.is_above else _SIDE)
-        lens = rr.Pinhole(focal_length=_DISTANCE * width, width=width, height=height, camera_xyz=rr.ViewCoordinates.RDF)
+        lens = rr.Pinhole(
+            focal_length=distance / self.width * width, width=width, height=height, camera_xyz=rr.ViewCoordinates.RDF
+        )
         recording.log(self.path, place, lens, static=True)
 
     def view(self, name: str, contents: list[str]) -> Any:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from .scene_data import Motion, SceneData
+from .colour_scales import ColourScale
+from .cracks import MOST_LINES
+from .scene_data import MeshFrames, Motion, SceneData
 
 if TYPE_CHECKING:
     from .scene import Scales
@@ -24,11 +25,15 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
     """Return a markdown text that lets a stranger read the scene."""
     lines = [f"# {plain(scene_data.title)}", ""]
     motion = scene_data.motion
-    if motion is not None and scales is not None:
-        lines += _motion_lines(motion, scales)
-        for words in [] if views is None else views.words(motion, scales):
-            lines += [words, ""]
-        lines += _frame_lines(motion)
+    if scales is not None:
+        lines += [words for shape in scene_data.shapes for words in (_shape_words(shape), "")]
+        lines += [words for scale in scales.colours for words in (_colour_words(scale), "")]
+        lines += [_stretch_words(scene_data, scales), ""]
+        lines += [words for one in scene_data.motions for text in _detail_words(one) for words in (text, "")]
+        if motion is not None and views is not None:
+            for words in views.words(motion, scales):
+                lines += [words, ""]
+        lines += _frame_lines(scene_data.shapes[0])
     elif not scene_data.notes:
         lines += ["This component has no particles; its outputs and its balances are plotted.", ""]
     if any(scene_data.group(balance.entries) for balance in scene_data.balances):
@@ -41,31 +46,45 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
     return "\n".join(lines)
 
 
-def _motion_lines(motion: Motion, scales: Scales) -> list[str]:
-    name, unit = plain(motion.colour_variable.name), plain(motion.colour_variable.unit)
-    radii = f"{motion.radius.min() * 1e3:.4g}"
-    if motion.radius.max() > motion.radius.min():
-        radii += f" to {motion.radius.max() * 1e3:.4g}"
-    lines = [f"**{motion.total} particles**, radius {radii} mm (true to scale).", ""]
-    if motion.located and scales.settled and scales.exaggeration == 1.0:
-        lines += ["**Displacements are true to scale** as well.", ""]
-    elif motion.located:
-        lines += [
-            f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.** The overlaps you see are stretched "
-            "by the same factor." + ("" if scales.settled else " Factor and limits are adjusted while the run goes on."),
-            "",
-        ]
-    if motion.colour is not None:
-        has_sign = not scales.settled or bool(np.nanmin(motion.colour, initial=0.0) < 0.0)
-        below = f"-{scales.colour_limit:g} {unit} (blue) through " if has_sign else ""
-        lines += [f"**Colour: {name}**, from {below}0 (white) to +{scales.colour_limit:g} {unit} (red).", ""]
+def _shape_words(shape: Motion | MeshFrames) -> str:
+    if isinstance(shape, MeshFrames):
+        return f"**{plain(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
+    least, largest = f"{shape.radius.min() * 1e3:.4g}", f"{shape.radius.max() * 1e3:.4g}"
+    radii = least if least == largest else f"{least} to {largest}"
+    return f"**{shape.total} {plain(shape.name)}**, radius {radii} mm (true to scale)."
+
+
+def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
+    if not any(shape.located for shape in scene_data.shapes):
+        return ""
+    if scales.settled and scales.exaggeration == 1.0:
+        return "**Displacements are true to scale** as well."
+    words = f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.**"
+    if scene_data.motions:
+        words += " The overlaps you see are stretched by the same factor."
+    return words + ("" if scales.settled else " Factor and limits are adjusted while the run goes on.")
+
+
+def _colour_words(scale: ColourScale) -> str:
+    unit = "" if scale.unit == "1" else f" {plain(scale.unit)}"
+    below = f"-{scale.limit:g}{unit} (blue) through " if scale.has_sign else ""
+    beyond = " and more" if scale.is_exceeded else ""
+    names = " and ".join(plain(name) for name in scale.names)
+    return f"**Colour: {names}**, from {below}0 (white) to +{scale.limit:g}{unit} (red){beyond}."
+
+
+def _detail_words(motion: Motion) -> Iterator[str]:
+    if motion.rotation is not None and motion.is_plane:
+        yield "**Spokes** show how they are turned (true to scale)."
     for links in motion.links:
-        words = f"a broken one, whose {plain(links.state_name)} is 0, has no line"
-        lines += [f"**Lines: {len(links.pairs)} {plain(links.name)}**; {words}.", ""]
-    return lines
+        words = f"a broken one ({plain(links.state_name)} is 0) is a short black line across, while its two ends are near"
+        if len(links.pairs) > MOST_LINES:
+            yield f"**Cracks:** of {len(links.pairs)} {plain(links.name)} those that hold are not drawn; {words}."
+        else:
+            yield f"**Lines: {len(links.pairs)} {plain(links.name)}**; {words}."
 
 
-def _frame_lines(motion: Motion) -> list[str]:
+def _frame_lines(motion: Motion | MeshFrames) -> list[str]:
     if len(motion.times) < 2:
         return []
     first, last = motion.times[0] * 1e6, motion.times[-1] * 1e6

@@ -80,6 +80,11 @@ def picture(svg: str, description: str) -> Markup:
     return _parts().picture(Markup(svg), description)
 
 
+def film(shown: Any, description: str) -> Markup:
+    """Return a `film.Film` with a time axis to choose its instants on."""
+    return _parts().film(shown, Markup(shown.bars), description)
+
+
 def page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]) -> str:
     """Return the whole page.
 

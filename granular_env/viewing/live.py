@@ -20,7 +20,7 @@ from .optional_packages import import_optional
 from .pace import Pace
 from .rerun_file import rerun_target
 from .rerun_process import RerunProcess, require_screen
-from .scene import APPLICATION, Scales, enlarge_scales, scales_of, send_curves, send_motion, send_static
+from .scene import APPLICATION, Scales, enlarge_scales, scales_of, send_curves, send_frames, send_static
 from .scene_data import Motion, SceneData, from_component
 from .views import Views, make_views
 from .web_page import WebPage, web_arguments
@@ -89,8 +89,8 @@ class LiveViewer:
         rr = import_optional("rerun", "the live viewer")
         self._recording = rr.RecordingStream(APPLICATION)
         scene_data = from_component(component, title)
-        if scene_data.motion is not None:
-            self._scales = _first_scales(scene_data.motion, exaggerate)
+        self._scales = _first_scales(scene_data, exaggerate)
+        if scene_data.motion is not None and self._scales is not None:
             end = None if duration is None else component.time + duration
             self._views = make_views(component.name, scene_data.motion, self._scales, component.time, end)
         self._connect(blueprint(scene_data, self._scales, self._views, None), web, save)
@@ -196,14 +196,16 @@ class LiveViewer:
 
     def _send_frame(self, component: Component, anew: bool) -> None:
         scene_data = self._shift(from_component(component, self._title))
-        if scene_data.motion is not None and self._scales is not None and self._views is not None:
-            scales = enlarge_scales(self._scales, scene_data.motion, self._exaggerate)
-            anew = self._views.grow(scene_data.motion) or anew or scales != self._scales
+        if self._scales is not None:
+            scales = enlarge_scales(self._scales, scene_data, self._exaggerate)
+            anew = anew or scales != self._scales
+            if scene_data.motion is not None and self._views is not None:
+                anew = self._views.grow(scene_data.motion) or anew
             self._scales = scales
         if anew:
             send_static(self._recording, scene_data, self._scales, self._views)
-        if scene_data.motion is not None and self._scales is not None and self._views is not None:
-            send_motion(self._recording, scene_data.motion, self._scales, self._views)
+        if self._scales is not None:
+            send_frames(self._recording, scene_data, self._scales, self._views)
             if perf_counter() >= self._drawn_at + _PICTURE_SECONDS:
                 self._draw_pictures(scene_data.motion)
         send_curves(self._recording, scene_data)
@@ -229,6 +231,8 @@ class LiveViewer:
         return dataclasses.replace(
             scene_data,
             motion=None if scene_data.motion is None else later(scene_data.motion),
+            more=tuple(later(motion) for motion in scene_data.more),
+            meshes=tuple(later(mesh) for mesh in scene_data.meshes),
             curves={name: later(curve) for name, curve in scene_data.curves.items()},
             inputs={name: later(curve) for name, curve in scene_data.inputs.items()},
         )
@@ -246,9 +250,11 @@ def _ticks_per_second(component: Component, duration: float | None, pace: float 
     return duration / component.step_size / pace
 
 
-def _first_scales(motion: Motion, exaggerate: float | None) -> Scales:
-    """Return scales with room for what may come: the particles at rest, and beside them where they may go."""
-    first = scales_of(motion, exaggerate)
+def _first_scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
+    """Return scales with room for what may come: the shapes at rest, and beside them where they may go."""
+    first = scales_of(scene_data, exaggerate)
+    if first is None:
+        return None
     extent = first.high[0] - first.low[0]
     low, high = (first.low[0] - _ROOM[0] * extent, *first.low[1:]), (first.high[0] + _ROOM[1] * extent, *first.high[1:])
     return dataclasses.replace(first, low=low, high=high, settled=False)

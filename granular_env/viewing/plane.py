@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.colours import DIVERGING, symmetric_limit
-from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
+from granular_env.colours import DIVERGING
+from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs, spatial
 from granular_env.components.support.arrays import FloatArray
-from granular_env.components.support.roots import round_down_to_125
-from granular_env.recording.displacement_scale import choose_exaggeration
 
+from .colour_scales import ColourScale, colour_scales, scale_of
+from .cracks import MOST_LINES, crack_lines
 from .figure_style import new_figure, time_unit, with_style
 from .figures import frame_at
+from .legend import add_bar
 from .optional_packages import import_optional
-from .scene_data import MAXIMUM_SHOWN_LINKS, Motion, sample_frames
-from .units import label_with_unit
+from .scene import scales_of
+from .scene_data import MAXIMUM_SHOWN_LINKS, SceneData, sample_frames
+from .shapes import common_exaggeration, is_hidden, is_plane
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,11 +29,13 @@ if TYPE_CHECKING:
 
 # Beyond so many things a picture holds pixels, not shapes: a page with a path for each of them would be slow.
 _MOST_SHAPES = 400
-# Nodes are drawn so far from where they began, at most, in lengths of the picture.
-_DRAWN_TRAVEL = 0.1
 _WIDTH, _TWO_ABREAST, _LARGEST_HEIGHT = 8.0, 2.5, 4.5  # inch, width over height, inch
-# The edges are grey on any page; links are seen on white, on red and on the pages' grounds.
-_EDGE, _LINK = "#737373", "#218a52"
+# The edges are grey on any page, and narrower than a twelfth of a thing; links and cracks are seen on white, on red and on the
+# pages' grounds.
+_EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
+_WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # point, of a thing, point
+# An event that is so near to the start or the end, in lengths of the run, has no picture of its own.
+_MARGIN = 0.05
 
 
 @dataclass(frozen=True)
@@ -41,15 +46,15 @@ class Plane:
         drawables: points, links and cells with at least two coordinates.
         times: of the frames, ascending [s].
         values: the outputs that the drawables name, as far as they were recorded, name -> (frames, *shape).
-        units: of these outputs.
         exaggeration: factor of the displacements.
+        scales: of the colours.
     """
 
     drawables: tuple[Drawable, ...]
     times: FloatArray
     values: Mapping[str, FloatArray]
-    units: Mapping[str, str]
     exaggeration: float
+    scales: tuple[ColourScale, ...]
 
     def places(self, drawable: Points | Cells, frame: int | slice) -> FloatArray:
         """Return x and y of points, or of the nodes of cells, as they are drawn, shape (..., n, 2) [m]."""
@@ -57,18 +62,27 @@ class Plane:
         moved = self.values.get(drawable.displacement)
         return rest + (0.0 if moved is None else self.exaggeration * moved[frame][..., :2])
 
-    def limit(self, name: str) -> tuple[float, bool]:
-        """Return the magnitude at the ends of the colours of an output, and whether it has a sign."""
-        values = self.values[name]
-        return symmetric_limit(values), bool(np.nanmin(values, initial=0.0) < 0.0)
+    @cached_property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """The corners of what is drawn in any of the frames [m]."""
+        corners = []
+        for one in self.drawables:
+            if isinstance(one, Points | Cells):
+                reach = one.radius[:, None] if isinstance(one, Points) else 0.0
+                places = self.places(one, slice(None))
+                corners += [(places - reach).reshape(-1, 2), (places + reach).reshape(-1, 2)]
+        everything = np.concatenate(corners)
+        low, high = everything.min(axis=0), everything.max(axis=0)
+        room = 0.02 * float((high - low).max())
+        return low - room, high + room
 
 
-def load_plane(log: Any, motion: Motion | None, times: Sequence[float] | None = None) -> Plane | None:
+def load_plane(log: Any, scene_data: SceneData | None, times: Sequence[float] | None = None) -> Plane | None:
     """Read what a log holds of a plane at some instants.
 
     Args:
         log: an open log.
-        motion: of its particles; None where there are none.
+        scene_data: of it: displacements are stretched and colours chosen for the whole run; None for what suits the instants.
         times: the instants [s]; default: four that show the run, the first event among them.
 
     Returns:
@@ -77,22 +91,29 @@ def load_plane(log: Any, motion: Motion | None, times: Sequence[float] | None = 
     Raises:
         ParameterError: an instant outside the recorded span.
     """
-    drawables = tuple(one for one in log.drawables if _is_planar(one, log) and not _is_hidden(one, log.drawables))
+    drawables = tuple(one for one in log.drawables if _is_planar(one, log) and not is_hidden(one, log.drawables))
     names = [name for name in drawn_outputs(drawables) if name in log.variables and len(log.times(name))]
     if not any(not isinstance(one, Links) for one in drawables) or not names:
         return None
     clock = np.asarray(log.times(names[0]), dtype=np.float64)
     picked = np.unique([frame_at(clock, time) for time in (_instants(log, clock) if times is None else times)])
     values = {name: sample_frames(log, name, picked)[1] for name in names}
-    units = {name: log.variables[name].unit for name in names}
-    return Plane(drawables, clock[picked], values, units, _exaggeration(drawables, values, motion))
+    coloured = [one.field if isinstance(one, Cells) else getattr(one, "colour", "") for one in drawables]
+    if scene_data is None:
+        factor = _exaggeration(drawables, values)
+        scales = colour_scales(((log.variables[name], values[name]) for name in coloured if name in values), is_plane=True)
+    else:
+        now = scales_of(scene_data)
+        factor, scales = (1.0, ()) if now is None else (now.exaggeration, now.colours)
+    shown = tuple(scale for scale in scales if set(scale.names) & set(coloured) & set(values))
+    return Plane(drawables, clock[picked], values, factor, shown)
 
 
-def _is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
-    """Return whether a drawable would hide others: points that are the nodes of cells, which are drawn themselves."""
-    return isinstance(drawable, Points) and any(
-        isinstance(one, Cells) and one.displacement == drawable.displacement and np.array_equal(one.nodes, drawable.reference)
-        for one in others
+def _exaggeration(drawables: Sequence[Drawable], values: Mapping[str, FloatArray]) -> float:
+    moved = [one for one in drawables if isinstance(one, Points | Cells) and one.displacement in values]
+    return common_exaggeration(
+        ((spatial(one.reference), one.radius, spatial(values[one.displacement])) for one in moved if isinstance(one, Points)),
+        ((one.nodes, values[one.displacement]) for one in moved if isinstance(one, Cells)),
     )
 
 
@@ -104,9 +125,7 @@ def _is_planar(drawable: Drawable, log: Any) -> bool:
     if not isinstance(drawable, Points | Cells):
         return False
     rest = drawable.reference if isinstance(drawable, Points) else drawable.nodes
-    displacement = log.variables.get(drawable.displacement)
-    moves = displacement is not None and len(displacement.shape) == 2 and displacement.shape[1] > 1
-    return rest.shape[1] > 1 and (moves or bool(np.ptp(rest[:, 1]) > 0.0))
+    return rest.shape[1] > 1 and is_plane(rest, log.variables.get(drawable.displacement))
 
 
 def _instants(log: Any, clock: FloatArray) -> list[float]:
@@ -114,126 +133,126 @@ def _instants(log: Any, clock: FloatArray) -> list[float]:
     start, end = float(clock[0]), float(clock[-1])
     third, events = start + (end - start) / 3.0, log.events()
     first = events[0].tick * log.step_size if events else third
-    if not 0.5 * (start + third) <= first <= 0.5 * (third + end):
+    if not _MARGIN <= (first - start) / max(end - start, 1e-300) <= 1.0 - _MARGIN:
         first = third  # too near to the start or to the end for a picture of its own
     return [start, first, 0.5 * (first + end), end]
-
-
-def _exaggeration(drawables: Sequence[Drawable], values: Mapping[str, FloatArray], motion: Motion | None) -> float:
-    """Return one factor for all displacements: particles do not pass one another, nodes stay near."""
-    factors = []
-    if motion is not None and motion.located:
-        factors.append(choose_exaggeration(motion.reference, motion.radius, motion.displacement))
-    for one in drawables:
-        if isinstance(one, Cells) and (travel := float(np.abs(values.get(one.displacement, np.zeros(1))).max())) > 0.0:
-            size = float(np.ptp(one.nodes, axis=0).max())
-            factors.append(max(1.0, round_down_to_125(_DRAWN_TRAVEL * size / travel)))
-    return min(factors, default=1.0)
 
 
 @with_style
 def draw_plane(plane: Plane) -> Figure:
     """Draw the plane at each of its instants, with a colour bar for each quantity."""
-    low, high = _box(plane)
+    low, high = plane.box
     width, height = (high - low).tolist()
     columns = 2 if width < _TWO_ABREAST * height and len(plane.times) > 1 else 1
     rows = -(-len(plane.times) // columns)
     tall = min(_WIDTH / columns * height / width + 0.35, _LARGEST_HEIGHT)
-    figure = new_figure(_WIDTH, rows * tall + 0.9)
+    figure = new_figure(_WIDTH, rows * tall + 0.7 * len(plane.scales))
     panels = np.atleast_1d(figure.subplots(rows, columns)).ravel()
     scale, unit = time_unit(float(plane.times[-1]))
-    drawn: dict[str, Any] = {}
     for frame, (axes, time) in enumerate(zip(panels, plane.times, strict=False)):
-        for drawable in plane.drawables:
-            drawn |= _draw(axes, plane, drawable, frame)
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
+        draw_instant(axes, plane, frame)
         axes.set_title(f"t = {time * scale:.4g} {unit}", fontsize=11)
-        axes.spines[:].set_visible(False)
     for axes in panels[len(plane.times) :]:
         axes.set_visible(False)
-    for name, collection in drawn.items():
-        bar = figure.colorbar(
-            collection, ax=panels, orientation="horizontal", label=label_with_unit(name, plane.units[name]),
-            shrink=0.5, aspect=40, pad=0.02,
-        )  # fmt: skip
-        limit, has_sign = plane.limit(name)
-        bar.ax.set_xlim(-limit if has_sign else 0.0, limit)
+    for one in plane.scales:
+        add_bar(figure, one, ax=panels, shrink=0.5, aspect=40, pad=0.02)
     return figure
 
 
-def _box(plane: Plane) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of what is drawn in any of the frames [m]."""
-    corners = []
-    for one in plane.drawables:
-        if isinstance(one, Points | Cells):
-            reach = one.radius[:, None] if isinstance(one, Points) else 0.0
-            places = plane.places(one, slice(None))
-            corners += [(places - reach).reshape(-1, 2), (places + reach).reshape(-1, 2)]
-    everything = np.concatenate(corners)
-    low, high = everything.min(axis=0), everything.max(axis=0)
-    room = 0.02 * float((high - low).max())
-    return low - room, high + room
+def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
+    """Draw everything in one frame; the axes show the box of all frames."""
+    low, high = plane.box
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+    for kind in (Cells, Points, Links):
+        for drawable in plane.drawables:
+            if isinstance(drawable, kind):
+                _draw(axes, plane, drawable, frame)
 
 
-def _draw(axes: Axes, plane: Plane, drawable: Drawable, frame: int) -> dict[str, Any]:
-    """Draw one drawable in one frame; return what its colours belong to, name -> collection."""
+def _draw(axes: Axes, plane: Plane, drawable: Drawable, frame: int) -> None:
     if isinstance(drawable, Links):
-        return _draw_links(axes, plane, drawable, frame)
-    if isinstance(drawable, Cells):
-        return _draw_cells(axes, plane, drawable, frame)
-    return _draw_points(axes, plane, drawable, frame) if isinstance(drawable, Points) else {}
+        _draw_links(axes, plane, drawable, frame)
+    elif isinstance(drawable, Cells):
+        _draw_cells(axes, plane, drawable, frame)
+    elif isinstance(drawable, Points):
+        _draw_points(axes, plane, drawable, frame)
 
 
-def _draw_points(axes: Axes, plane: Plane, points: Points, frame: int) -> dict[str, Any]:
+def _edge_width(axes: Axes, plane: Plane, size: float) -> float:
+    """Return how wide the edge of a thing of some size [m] is [point]: where things are small, edges would hide the colours."""
+    low, high = plane.box
+    place, figure = axes.get_position(), axes.get_figure(root=True)
+    assert figure is not None
+    inches = figure.get_size_inches() * np.array([place.width, place.height])
+    drawn = size * float((72.0 * inches / (high - low)).min())
+    return min(_WIDEST_EDGE, _EDGE_PART * drawn) if drawn >= _LEAST_EDGED else 0.0
+
+
+def _draw_points(axes: Axes, plane: Plane, points: Points, frame: int) -> None:
     collections = import_optional("matplotlib.collections", "figures")
     places, size = plane.places(points, frame), 2.0 * points.radius
-    angles = np.zeros(len(size))
+    width = _edge_width(axes, plane, float(np.median(size)))
     discs = collections.EllipseCollection(
-        size, size, angles, units="xy", offsets=places, offset_transform=axes.transData, edgecolor=_EDGE, linewidth=0.6
-    )
-    drawn = _add(axes, plane, discs, points.colour, frame, len(size))
-    if points.rotation in plane.values and len(size) <= _MOST_SHAPES:
+        size, size, np.zeros(len(size)), units="xy", offsets=places, offset_transform=axes.transData, edgecolor=_EDGE,
+        linewidth=width,
+    )  # fmt: skip
+    _add(axes, plane, discs, points.colour, frame, len(size))
+    if width and points.rotation in plane.values:
         angle = plane.values[points.rotation][frame]
         along = points.radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        axes.add_collection(collections.LineCollection(list(np.stack([places, places + along], axis=1)), colors=_EDGE))
-    return drawn
+        spokes = collections.LineCollection(
+            list(np.stack([places, places + along], axis=1)), colors=_SPOKE, linewidths=2.0 * width
+        )
+        spokes.set_rasterized(len(size) > _MOST_SHAPES)
+        axes.add_collection(spokes)
 
 
-def _draw_cells(axes: Axes, plane: Plane, cells: Cells, frame: int) -> dict[str, Any]:
+def _draw_cells(axes: Axes, plane: Plane, cells: Cells, frame: int) -> None:
     corners = plane.places(cells, frame)[cells.connectivity]
-    shapes = import_optional("matplotlib.collections", "figures").PolyCollection(corners, edgecolor=_EDGE, linewidth=0.2)
-    return _add(axes, plane, shapes, cells.field, frame, len(corners), cells.connectivity)
+    size = float(np.sqrt(np.median(np.ptp(corners, axis=1).prod(axis=1))))
+    width = min(0.2, _edge_width(axes, plane, size))
+    # Smooth edges of cells without lines between them would leave seams.
+    edge = {"edgecolor": _EDGE, "linewidth": width} if width else {"linewidth": 0.0, "antialiased": False}
+    shapes = import_optional("matplotlib.collections", "figures").PolyCollection(corners, **edge)
+    _add(axes, plane, shapes, cells.field, frame, len(corners), cells.connectivity)
 
 
-def _draw_links(axes: Axes, plane: Plane, links: Links, frame: int) -> dict[str, Any]:
+def _draw_links(axes: Axes, plane: Plane, links: Links, frame: int) -> None:
+    """Draw the cracks and, where they hide nothing, the links that hold."""
     if links.state not in plane.values:
-        return {}
+        return
     points = next(one for one in plane.drawables if isinstance(one, Points) and one.name == links.points)
-    whole = links.pairs[plane.values[links.state][frame] != 0.0]
-    lines = import_optional("matplotlib.collections", "figures").LineCollection(
-        list(plane.places(points, frame)[whole]), colors=_LINK, linewidths=2.0 if len(links.pairs) <= _MOST_SHAPES else 0.8
+    places, state = plane.places(points, frame), plane.values[links.state][frame]
+    width = _edge_width(axes, plane, 2.0 * float(np.median(points.radius)))
+    if len(links.pairs) <= MOST_LINES:
+        _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, 2.0)
+    _add_lines(axes, crack_lines(places, points.reference[:, :2], links.pairs, state), _CRACK, max(3.0 * width, 0.5))
+
+
+def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None:
+    shapes = import_optional("matplotlib.collections", "figures").LineCollection(
+        list(lines), colors=colour, linewidths=width, capstyle="round"
     )
-    lines.set_rasterized(len(whole) > _MOST_SHAPES)
-    axes.add_collection(lines)
-    return {}
+    shapes.set_rasterized(len(lines) > _MOST_SHAPES)
+    axes.add_collection(shapes)
 
 
 def _add(
     axes: Axes, plane: Plane, shapes: Any, name: str, frame: int, count: int, connectivity: np.ndarray | None = None
-) -> dict[str, Any]:
+) -> None:
     """Put shapes into a picture, in the colours of an output where it was recorded: of nodes, in the mean of each cell's."""
     shapes.set_rasterized(count > _MOST_SHAPES)
     axes.add_collection(shapes)
-    if name not in plane.values:
+    scale = scale_of(plane.scales, name)
+    if scale is None:
         shapes.set_facecolor("#dadada")
-        return {}
+        return
     values = plane.values[name][frame]
     if connectivity is not None and len(values) != count:
         values = values[connectivity].mean(axis=1)
-    limit, _ = plane.limit(name)
     colours = import_optional("matplotlib.colors", "figures").LinearSegmentedColormap.from_list("granular", DIVERGING)
-    shapes.set(array=values, clim=(-limit, limit), cmap=colours)
-    return {name: shapes}
+    shapes.set(array=values, clim=(-scale.limit, scale.limit), cmap=colours)
 
 
 def words(plane: Plane) -> str:
@@ -246,6 +265,11 @@ def words(plane: Plane) -> str:
         parts.append("at their places at the start, since no displacements were recorded")
     elif plane.exaggeration != 1.0:
         parts.append(f"displacements drawn {plane.exaggeration:g} x larger")
-    if any(isinstance(one, Links) and one.state in plane.values for one in plane.drawables):
-        parts.append("a broken link has no line")
+    if any(isinstance(one, Points) and one.rotation in plane.values for one in plane.drawables):
+        parts.append("a spoke shows how each is turned")
+    links = [one for one in plane.drawables if isinstance(one, Links) and one.state in plane.values]
+    if links:
+        parts.append("a broken link is a short black line across, while its two ends are near")
+    if any(len(one.pairs) > MOST_LINES for one in links):
+        parts.append("links that hold are not drawn: they would hide the colours")
     return "; ".join(parts) + "."

@@ -78,7 +78,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     share = 1.0 / (1 + len(arrays))
     scene_data = from_log(log, FRAMES, lambda part: progress(share * part))
     drawn: dict[str, Shown] = {}
-    if choice.variables is None and (shown := plane.load_plane(log, scene_data.motion, choice.times)) is not None:
+    if choice.variables is None and (shown := plane.load_plane(log, scene_data, choice.times)) is not None:
         drawn["plane"] = Shown("In the plane", plane.draw_plane(shown), plane.words(shown))
     main = (
         scene_data.motion.colour_variable.name

@@ -14,11 +14,13 @@ from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from . import figures, html_page, report_tables
+from .film import film_of
 from .incidents import incident_sentences
 from .report_figures import Choice, Shown, draw_report
 from .scene_data import SceneData
 
 _PAGE = "report.html"
+_FILM_WORDS = "The run as a film: choose an instant on the time axis below (the arrow keys go through them), or play."
 # Parts of the work that are done when the log is read, and when the pictures are drawn.
 _READING, _DRAWING = 0.6, 0.85
 
@@ -68,7 +70,11 @@ def _write(log: Any, target: Path, choice: Choice, tell: Callable[[float], None]
     for name, shown in drawn.items():
         files[target.parent / f"{name}.png"] = figures.png(shown.figure)
         tell(_READING + (_DRAWING - _READING) * len(files) / len(drawn))
-    html = html_page.page(f"Run report: {scene_data.title}", _lead(log, scene_data), _sections(log, scene_data, drawn))
+    sections = _sections(log, scene_data, drawn)
+    if choice.variables is None and choice.times is None:
+        film = film_of(log, scene_data, lambda part: tell(_DRAWING + (1.0 - _DRAWING) * part))
+        sections = ([] if film is None else [("Film", html_page.film(film, _FILM_WORDS))]) + sections
+    html = html_page.page(f"Run report: {scene_data.title}", _lead(log, scene_data), sections)
     write_files({**files, target: html.encode("utf-8", "replace")})
     tell(1.0)
     return target

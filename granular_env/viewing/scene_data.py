@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,16 +12,18 @@ import numpy.typing as npt
 
 from granular_env.components.component import Component
 from granular_env.components.contract import Variable
-from granular_env.components.drawables import Drawable, Links, Points, main_points, spatial
+from granular_env.components.drawables import Cells, Drawable, Links, Points, spatial
 from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.header import BalanceNames, balance_facts, balance_names_from
 
+from .shapes import is_plane, visible_points
 from .views import views_class
 
 # Bounds of what is shown: viewers die of more.
 MAXIMUM_FRAMES = 400
 MAXIMUM_SHOWN_PARTICLES = 20_000
 MAXIMUM_SHOWN_LINKS = 60_000
+MAXIMUM_SHOWN_NODES = 500_000
 MAXIMUM_POINTS = 1_000_000
 MAXIMUM_CURVE_POINTS = 4_000
 # Up to so many numbers a whole series is read at once; beyond, frame by frame.
@@ -87,6 +89,8 @@ class Motion:
         cuts: indices of the first frames of later segments.
         is_plane: whether they lie, or can move, in two dimensions; otherwise they are a row along x.
         links: between them; none where particles are left out.
+        name: what they are, such as "grains".
+        rotation: their angles, shape (frames, n) [rad]; None where they were not recorded.
     """
 
     times: FloatArray
@@ -105,11 +109,49 @@ class Motion:
     cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     is_plane: bool = False
     links: tuple[LinkFrames, ...] = ()
+    name: str = "particles"
+    rotation: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class MeshFrames:
+    """Cells in some frames of a run.
+
+    Attributes:
+        name: what they are, such as "grid".
+        times: shape (frames,) [s].
+        ticks: shape (frames,).
+        nodes: before anything moves, shape (n, 3) [m].
+        connectivity: nodes of each cell in order around it, shape (m, k).
+        displacement: of the nodes, shape (frames, n, 3) [m]; zeros where it was not recorded.
+        field: what colours them, shape (frames, n) or (frames, m); None where it was not recorded.
+        field_variable: name, unit and meaning of it.
+        located: whether the displacements were recorded.
+        is_plane: whether they lie, or can move, in two dimensions.
+    """
+
+    name: str
+    times: FloatArray
+    ticks: npt.NDArray[np.int64]
+    nodes: FloatArray
+    connectivity: npt.NDArray[np.int64]
+    displacement: FloatArray
+    field: FloatArray | None
+    field_variable: Variable
+    located: bool
+    is_plane: bool
 
 
 @dataclass(frozen=True)
 class SceneData:
-    """A run as it is shown: moving particles (None where there are none) and curves."""
+    """A run as it is shown: what moves, and curves.
+
+    Attributes:
+        title: of the run.
+        motion: the first particles; None where there are none.
+        more: further particles.
+        meshes: cells.
+    """
 
     title: str
     motion: Motion | None
@@ -118,6 +160,32 @@ class SceneData:
     notes: tuple[str, ...] = ()
     balances: tuple[BalanceNames, ...] = ()
     """The names of the curves behind each balance; a vector has one curve for each axis."""
+    more: tuple[Motion, ...] = ()
+    meshes: tuple[MeshFrames, ...] = ()
+
+    @property
+    def motions(self) -> tuple[Motion, ...]:
+        """All particles."""
+        return self.more if self.motion is None else (self.motion, *self.more)
+
+    @property
+    def shapes(self) -> tuple[Motion | MeshFrames, ...]:
+        """All that is drawn in space."""
+        return (*self.motions, *self.meshes)
+
+    @property
+    def is_plane(self) -> bool:
+        """True where anything drawn lies in a plane, or can move in it; otherwise all is in a row along x."""
+        return any(shape.is_plane for shape in self.shapes)
+
+    def coloured(self) -> Iterator[tuple[Variable, FloatArray]]:
+        """Yield each output that colours something, and its values in all frames."""
+        for motion in self.motions:
+            if motion.colour is not None:
+                yield motion.colour_variable, motion.colour
+        for mesh in self.meshes:
+            if mesh.field is not None:
+                yield mesh.field_variable, mesh.field
 
     def group(self, names: Iterable[str]) -> list[Curve]:
         """Return the curves of these names that there are, without those that stay zero."""
@@ -129,7 +197,13 @@ class SceneData:
 
 def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None) -> SceneData:
     """At most `frames` frames of a log and all its scalar outputs and inputs, thinned; `progress`: as in `sampled`."""
-    motion = _motion(log, frames, progress or (lambda part: None))
+    tell = progress or (lambda part: None)
+    found: list[Motion] = []
+    for points in visible_points(log.drawables):
+        motion = _motion(log, points, frames, (lambda part: None) if found else tell)
+        found += [] if motion is None else [motion]
+    motion = found[0] if found else None
+    meshes = tuple(mesh for cells in log.drawables if isinstance(cells, Cells) and (mesh := _mesh(log, cells, frames)))
     outputs = {name: variable for name, variable in log.variables.items() if variable.causality == "output"}
     vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     shown = [name for name in outputs if (outputs[name].shape == () or name in vectors) and len(log.times(name))]
@@ -137,8 +211,9 @@ def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float],
     inputs = {
         name: input_curve_of(log, name) for name, (times, values) in log.inputs.items() if len(times) and values.ndim == 1
     }
-    notes = tuple(_notes(log, motion))
-    return SceneData(title_of(log), motion, curves, inputs, notes, _balances_to_show(log.balances, log.variables))
+    notes = tuple(_notes(log, motion, meshes))
+    balances = _balances_to_show(log.balances, log.variables)
+    return SceneData(title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes)
 
 
 def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
@@ -168,10 +243,8 @@ def title_of(log: Any) -> str:
     return str(named or f"{stem} ({log.metadata.get('component') or 'run'})")
 
 
-def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion | None:
-    particles = main_points(log.drawables)
-    if particles is None:
-        return None
+def _motion(log: Any, points: Points, frames: int, progress: Callable[[float], None]) -> Motion | None:
+    particles = replace(points, reference=spatial(points.reference))
     source = _displacement_source(log, particles)
     # Without displacements, what colours the particles still says when and what.
     clock = source or (particles.colour if _has_frames(log, particles.colour) else None)
@@ -192,14 +265,34 @@ def _motion(log: Any, frames: int, progress: Callable[[float], None]) -> Motion 
         return sample_frames(log, name, picked)[1] if name in log.variables else None
 
     contacts = views_class(str(log.metadata.get("component"))).contacts
+    rotation = read(particles.rotation) if _has_frames(log, particles.rotation) and every == 1 else None
     return Motion(
         np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
         particles.reference[shown], particles.radius[shown], displacement[:, shown],
         colour, log.variables.get(particles.colour) or Variable(particles.colour, "output", "", (), particles.colour),
         *(contacts(particles, displacement if source else None, read) if every == 1 else (None, "", "")),
         every, len(particles.radius), source is not None, cuts_of(log, clock, picked),
-        _is_plane(particles, log.variables.get(particles.displacement)),
+        is_plane(particles.reference, log.variables.get(particles.displacement)),
         tuple(LinkFrames(one.name, one.pairs, sample_frames(log, one.state, picked)[1], one.state) for one in joined),
+        particles.name, rotation,
+    )  # fmt: skip
+
+
+def _mesh(log: Any, cells: Cells, frames: int) -> MeshFrames | None:
+    clock = next((name for name in (cells.displacement, cells.field) if _has_frames(log, name)), None)
+    count = len(cells.nodes)
+    if clock is None or count > MAXIMUM_SHOWN_NODES:
+        return None
+    picked = evenly_picked(len(log.times(clock)), max(2, min(frames, MAXIMUM_POINTS // count)))
+    nodes, displacement = spatial(cells.nodes), np.zeros((len(picked), count, 3))
+    if located := _has_frames(log, cells.displacement):
+        displacement = _as_vectors(sample_frames(log, cells.displacement, picked)[1])
+    field = sample_frames(log, cells.field, picked)[1] if _has_frames(log, cells.field) else None
+    return MeshFrames(
+        cells.name, np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
+        nodes, cells.connectivity, displacement, field,
+        log.variables.get(cells.field) or Variable(cells.field, "output", "", (), cells.field),
+        located, is_plane(nodes, log.variables.get(cells.displacement)),
     )  # fmt: skip
 
 
@@ -207,12 +300,6 @@ def _links_to_show(drawables: Iterable[Drawable], points: Points, is_known: Call
     """Return the links between these points, so few that they can be drawn, whose state is known."""
     links = (one for one in drawables if isinstance(one, Links) and one.points == points.name and len(one.pairs))
     return [one for one in links if len(one.pairs) <= MAXIMUM_SHOWN_LINKS and is_known(one.state)]
-
-
-def _is_plane(points: Points, displacement: Variable | None) -> bool:
-    """Return whether points, their reference of three columns, lie or move in more than one dimension."""
-    moves = displacement is not None and len(displacement.shape) == 2 and displacement.shape[1] > 1
-    return moves or bool(np.ptp(points.reference[:, 1:], axis=0).any())
 
 
 def _displacement(
@@ -310,19 +397,29 @@ def input_curve_of(log: Any, name: str) -> Curve:
     return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked])
 
 
-def _notes(log: Any, motion: Motion | None) -> Iterable[str]:
+def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Iterable[str]:
     if not log.complete:
         yield "The log is incomplete: the run was interrupted, what was written until then is shown."
-    if main_points(log.drawables) is not None and motion is None:
+    if motion is None and visible_points(log.drawables):
         yield "The motion of the particles was not recorded; record displacement or position to see them."
     if motion is not None and not motion.located:
         yield "Displacements were not recorded: the particles are drawn at their positions at the start."
     if motion is not None and motion.colour is None and motion.colour_variable.name:
         yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
-    if motion is not None and len(motion.links) < sum(isinstance(one, Links) for one in log.drawables):
+    # Where nothing can happen, no link breaks.
+    if motion is not None and log.event_kinds and len(motion.links) < sum(isinstance(one, Links) for one in log.drawables):
         yield "Not all links are shown: their state was not recorded, or there are too many."
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown."
+    for cells in log.drawables:
+        if isinstance(cells, Cells) and not any(mesh.name == cells.name for mesh in meshes):
+            missing = f"neither {cells.displacement} nor {cells.field} was recorded"
+            yield f"The {cells.name} is not drawn: {missing}, or it is too large."
+    for mesh in meshes:
+        if not mesh.located:
+            yield f"The {mesh.name} is drawn as it was at the start: its displacements were not recorded."
+        if mesh.field is None and mesh.field_variable.name:
+            yield f"{mesh.field_variable.name} was not recorded; the {mesh.name} is grey."
 
 
 # -- from a component that runs -------------------------------------------------------------------------------------------
@@ -339,19 +436,25 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
 
     scalars = [v for v in component.variables.values() if v.shape == () or v.name in component.balance_names]
     balances = balance_names_from([balance_facts(balance) for balance in component.balances()])
+    drawables = component.drawables()
+    found = [_present_motion(component, points, now, tick) for points in visible_points(drawables)]
     return SceneData(
         title or component.name,
-        _present_motion(component, now, tick),
+        found[0] if found else None,
         {curve.name: curve for variable in scalars if variable.causality == "output" for curve in curves(variable)},
         {curve.name: curve for variable in scalars if variable.causality == "input" for curve in curves(variable)},
         balances=_balances_to_show(balances, component.variables),
+        more=tuple(found[1:]),
+        meshes=tuple(
+            _present_mesh(component, cells, now, tick)
+            for cells in drawables
+            if isinstance(cells, Cells) and len(cells.nodes) <= MAXIMUM_SHOWN_NODES
+        ),
     )
 
 
-def _present_motion(component: Component, now: FloatArray, tick: npt.NDArray[np.int64]) -> Motion | None:
-    particles = main_points(component.drawables())
-    if particles is None:
-        return None
+def _present_motion(component: Component, points: Points, now: FloatArray, tick: npt.NDArray[np.int64]) -> Motion:
+    particles = replace(points, reference=spatial(points.reference))
     total = len(particles.radius)
     every = -(-total // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
@@ -368,5 +471,18 @@ def _present_motion(component: Component, now: FloatArray, tick: npt.NDArray[np.
         np.asarray(component.get(particles.colour))[None, shown] if particles.colour else None,
         component.variables.get(particles.colour) or Variable("", "output", "", (), ""),
         *(contacts(particles, displacement, read) if every == 1 else (None, "", "")),
-        every, total, is_plane=_is_plane(particles, component.variables.get(particles.displacement)), links=links,
+        every, total, is_plane=is_plane(particles.reference, component.variables.get(particles.displacement)), links=links,
+        name=particles.name, rotation=read(particles.rotation) if every == 1 else None,
+    )  # fmt: skip
+
+
+def _present_mesh(component: Component, cells: Cells, now: FloatArray, tick: npt.NDArray[np.int64]) -> MeshFrames:
+    nodes = spatial(cells.nodes)
+    displacement = np.zeros((1, *nodes.shape))
+    if cells.displacement:
+        displacement = _as_vectors(np.asarray(component.get(cells.displacement))[None])
+    return MeshFrames(
+        cells.name, now, tick, nodes, cells.connectivity, displacement,
+        np.asarray(component.get(cells.field))[None], component.variables[cells.field],
+        bool(cells.displacement), is_plane(nodes, component.variables.get(cells.displacement)),
     )  # fmt: skip

@@ -224,4 +224,4 @@ def _window(size: Any) -> tuple[int, int]:
 def _scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
     if exaggerate is not None and not 0.0 < _number("exaggerate", exaggerate) < float("inf"):
         raise ParameterError(f"exaggerate: got {exaggerate!r}, expected a positive number")
-    return None if scene_data.motion is None else scales_of(scene_data.motion, exaggerate)
+    return scales_of(scene_data, exaggerate)

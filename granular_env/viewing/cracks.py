@@ -1,0 +1,42 @@
+"""Links that are seen: lines where they hold, cracks where they are broken.
+
+Where points lie dense, lines between all of them would hide their colours: then the cracks alone are drawn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.components.support.arrays import FloatArray
+
+# So many links can be drawn as lines without hiding what they join.
+MOST_LINES = 400
+# A crack is so long, in distances of its two points; it is not drawn where these are further apart than so many.
+_LENGTH, _FARTHEST = 0.6, 1.5
+
+
+def crack_lines(
+    places: FloatArray, rest: FloatArray, pairs: npt.NDArray[np.int64], state: FloatArray, normal: tuple[float, ...] = ()
+) -> FloatArray:
+    """Return a short line across each broken link, halfway between its points, shape (cracks, 2, d) [m].
+
+    Points that have moved apart leave a gap that is seen by itself; they have no line.
+
+    Args:
+        places: where the points are drawn, shape (n, d) with two or three columns [m].
+        rest: where they began, shape (n, d) [m].
+        pairs: indices of the points, shape (m, 2).
+        state: 0 where a link is broken, shape (m,).
+        normal: in three dimensions the direction from which the scene is seen.
+    """
+    broken = pairs[state == 0.0]
+    along, began = places[broken[:, 1]] - places[broken[:, 0]], rest[broken[:, 1]] - rest[broken[:, 0]]
+    length = np.sqrt((along * along).sum(axis=1))
+    distance = np.sqrt((began * began).sum(axis=1))
+    is_near = (length < _FARTHEST * distance) & (length > 0.0)
+    along, length, distance, broken = along[is_near], length[is_near], distance[is_near], broken[is_near]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) if along.shape[1] == 2 else np.cross(np.array(normal), along)
+    reach = 0.5 * _LENGTH * (distance / length)[:, None] * across
+    middle = 0.5 * (places[broken[:, 0]] + places[broken[:, 1]])
+    return np.stack([middle - reach, middle + reach], axis=1)

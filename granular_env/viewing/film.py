@@ -1,0 +1,133 @@
+"""A film of the plane for a page: a picture for each of several instants, and a time axis with what happened when.
+
+The page runs no script: the instants are radio buttons, which a mouse and the arrow keys choose from, and the style sheet shows
+the picture of the one that is chosen; "play" lets it show them in turn.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .figure_style import canvas, new_figure, svg, time_unit, with_style
+from .legend import add_bar
+from .optional_packages import import_optional
+from .plane import Plane, draw_instant, load_plane
+from .scene_data import SceneData, evenly_picked
+
+_MOST_FRAMES = 25
+# The largest picture [inch] and its fineness.
+_LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
+# So many colours are enough for what is coloured by one scale, and make small files.
+_COLOURS = 64
+_BINS = 100
+
+
+@dataclass(frozen=True)
+class Instant:
+    """One picture of a film: its time in words, and its address (data:)."""
+
+    words: str
+    address: str
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film.
+
+    Attributes:
+        instants: its pictures, in the order of time.
+        ratio: width over height of each.
+        events: height of the bar of each of several equal parts of the run, 0 to 1; empty where nothing happened.
+        words: what happened when.
+        bars: what the colours mean, as SVG; empty where there are none.
+    """
+
+    instants: tuple[Instant, ...]
+    ratio: float
+    events: tuple[float, ...]
+    words: str
+    bars: str
+
+
+def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) -> Film | None:
+    """Draw the film of a log; None where nothing lies or moves in a plane, or nothing moves at all.
+
+    Args:
+        log: an open log.
+        scene_data: what it holds.
+        progress: told the part that is done.
+    """
+    clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
+    if not scene_data.is_plane or not clocks:
+        return None
+    times = clocks[0][evenly_picked(len(clocks[0]), _MOST_FRAMES)]
+    plane = load_plane(log, scene_data, times.tolist())
+    if plane is None or len(plane.times) < 2:
+        return None
+    scale, unit = time_unit(float(plane.times[-1]))
+    instants = []
+    for frame, time in enumerate(plane.times):
+        picture = base64.b64encode(_picture(plane, frame)).decode()
+        instants.append(Instant(f"{time * scale:.4g} {unit}", f"data:image/png;base64,{picture}"))
+        progress((frame + 1) / len(plane.times))
+    events, words = _events(log, float(plane.times[0]), float(plane.times[-1]))
+    width, height = _size(plane)
+    return Film(tuple(instants), width / height, events, words, _bars(plane) if plane.scales else "")
+
+
+def _size(plane: Plane) -> tuple[float, float]:
+    """Return width and height of the pictures [inch]."""
+    low, high = plane.box
+    width, height = (high - low).tolist()
+    inches = min(_LARGEST[0] / width, _LARGEST[1] / height)
+    return inches * width, inches * height
+
+
+@with_style
+def _picture(plane: Plane, frame: int) -> bytes:
+    """Return the picture of one frame, on no ground, as the bytes of a PNG file."""
+    figure = new_figure(*_size(plane))
+    figure.set_layout_engine("none")
+    figure.patch.set_alpha(0.0)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.patch.set_alpha(0.0)
+    draw_instant(axes, plane, frame)
+    pixels = np.asarray(canvas(figure, _DOTS_PER_INCH).buffer_rgba())
+    image = import_optional("PIL.Image", "figures")
+    picture = image.fromarray(pixels).quantize(_COLOURS, method=image.Quantize.FASTOCTREE, dither=image.Dither.NONE)
+    buffer = io.BytesIO()
+    picture.save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+@with_style
+def _bars(plane: Plane) -> str:
+    figure = new_figure(_LARGEST[0], 0.7 * len(plane.scales))
+    panels = figure.subplots(len(plane.scales), 1, squeeze=False)[:, 0]
+    for axes, scale in zip(panels, plane.scales, strict=True):
+        add_bar(figure, scale, cax=axes)
+    return svg(figure, "film-bars")
+
+
+def _events(log: Any, start: float, end: float) -> tuple[tuple[float, ...], str]:
+    """Return the heights of the bars of events, and in words how many there are and when the first one was."""
+    found = log.events()
+    if not found:
+        return (), ""
+    times = np.array([event.tick for event in found]) * log.step_size
+    counts, _ = np.histogram(times, _BINS, (start, end))
+    # A single event beside thousands is still seen.
+    heights = np.where(counts > 0, np.maximum(counts / max(counts.max(), 1), 0.08), 0.0)
+    scale, unit = time_unit(end)
+    return tuple(heights.tolist()), f"{_count_words(found)}, the first at {times[0] * scale:.4g} {unit}"
+
+
+def _count_words(events: Sequence[Any]) -> str:
+    kinds = [event.kind for event in events]
+    return ", ".join(f"{kinds.count(kind)} x {kind.replace('_', ' ')}" for kind in dict.fromkeys(kinds))

@@ -1,0 +1,81 @@
+"""Cells in a rerun scene: triangles that move, coloured by a field, with their edges, or the outline where cells are many."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .optional_packages import import_optional
+from .scene_data import MeshFrames
+
+# Up to so many cells, the edges of all of them are drawn; beyond, those at the rim.
+_MOST_EDGED_CELLS = 2000
+# The edges lie before the cells, by this part of the mesh's length.
+_IN_FRONT = 2e-3
+_EDGE = (120, 124, 128)
+
+
+def cells_entity(mesh: MeshFrames) -> str:
+    """Return the path of the triangles."""
+    return f"scene/cells_{mesh.name}"
+
+
+def triangles_of(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return the triangles that fill cells, fans around the first corner of each, shape (m (k - 2), 3)."""
+    first, second, third = connectivity[:, :1], connectivity[:, 1:-1], connectivity[:, 2:]
+    fans = np.stack([np.broadcast_to(first, second.shape), second, third], axis=2)
+    return fans.reshape(-1, 3)
+
+
+def edges_of(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return the edges to draw, shape (edges, 2): each once, or where cells are many those that belong to one cell only."""
+    ends = np.stack([connectivity, np.roll(connectivity, -1, axis=1)], axis=2).reshape(-1, 2)
+    edges, counts = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+    return edges if len(connectivity) <= _MOST_EDGED_CELLS else edges[counts == 1]
+
+
+def send_triangles(recording: Any, mesh: MeshFrames) -> None:
+    """Send what does not change: which nodes make which triangle."""
+    rr = import_optional("rerun", "the viewer")
+    connectivity = mesh.connectivity
+    if _is_of_cells(mesh):
+        # A colour for each cell: no corners are shared.
+        connectivity = np.arange(connectivity.size).reshape(connectivity.shape)
+    triangles = rr.Mesh3D.from_fields(triangle_indices=triangles_of(connectivity).astype(np.uint32))
+    recording.log(cells_entity(mesh), triangles, static=True)
+
+
+def send_mesh(
+    recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], colours: npt.NDArray[np.uint8], when: list[Any]
+) -> None:
+    """Send some frames.
+
+    Args:
+        recording: rerun's recording.
+        mesh: the frames.
+        drawn: where the nodes are drawn, shape (frames, n, 3) [m].
+        colours: of the nodes or of the cells, shape (frames, n or m, 3).
+        when: rerun's time columns.
+    """
+    rr = import_optional("rerun", "the viewer")
+    frames = len(drawn)
+    corners = drawn
+    if _is_of_cells(mesh):
+        corners = drawn[:, mesh.connectivity.ravel()]
+        colours = np.repeat(colours, mesh.connectivity.shape[1], axis=1)
+    shown = rr.Mesh3D.columns(vertex_positions=corners.reshape(-1, 3), vertex_colors=colours.reshape(-1, 3))
+    recording.send_columns(cells_entity(mesh), when, shown.partition(np.full(frames, corners.shape[1])))
+    edges = edges_of(mesh.connectivity)
+    strips = drawn[:, edges].reshape(-1, 2, 3)
+    strips[..., 2] += _IN_FRONT * float(np.ptp(mesh.nodes, axis=0).max())
+    colour = np.broadcast_to(np.array(_EDGE, np.uint8), (len(strips), 3))
+    radii = np.full(len(strips), rr.Radius.ui_points(0.5), np.float32)
+    lines = rr.LineStrips3D.columns(strips=strips, colors=colour, radii=radii)
+    recording.send_columns(f"scene/edges_{mesh.name}", when, lines.partition(np.full(frames, len(edges))))
+
+
+def _is_of_cells(mesh: MeshFrames) -> bool:
+    """Return whether the field has a value for each cell; otherwise for each node."""
+    return mesh.field is not None and mesh.field.shape[1] == len(mesh.connectivity) != len(mesh.nodes)

@@ -1,0 +1,56 @@
+"""Points and cells as viewers see them: which are drawn, which of them lie in a plane, how far displacements are stretched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from granular_env.components.contract import Variable
+from granular_env.components.drawables import Cells, Drawable, Points
+from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.roots import round_down_to_125
+from granular_env.recording.displacement_scale import choose_exaggeration
+
+# Nodes of cells are drawn so far from where they began, at most, in lengths of the picture.
+_DRAWN_TRAVEL = 0.1
+
+
+def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
+    """Return whether a drawable would hide others: points that are the nodes of cells, which are drawn themselves."""
+    return isinstance(drawable, Points) and any(
+        isinstance(one, Cells) and one.displacement == drawable.displacement and np.array_equal(one.nodes, drawable.reference)
+        for one in others
+    )
+
+
+def visible_points(drawables: Sequence[Drawable]) -> list[Points]:
+    """Return the points that are drawn."""
+    return [one for one in drawables if isinstance(one, Points) and not is_hidden(one, drawables)]
+
+
+def is_plane(reference: FloatArray, displacement: Variable | None) -> bool:
+    """Return whether places lie in two dimensions or more, or can move in them; otherwise they are a row along x.
+
+    Args:
+        reference: before anything moves, shape (n, d) [m].
+        displacement: the output that moves them; None where there is none.
+    """
+    moves = displacement is not None and len(displacement.shape) == 2 and displacement.shape[1] > 1
+    return moves or bool(np.ptp(reference[:, 1:], axis=0).any())
+
+
+def common_exaggeration(
+    points: Iterable[tuple[FloatArray, FloatArray, FloatArray]], cells: Iterable[tuple[FloatArray, FloatArray]]
+) -> float:
+    """Return one factor for all displacements: no particles pass one another, and nodes stay near.
+
+    Args:
+        points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].
+        cells: reference (n, d) and displacement (frames, n, d) of the nodes of cells [m].
+    """
+    factors = [choose_exaggeration(*one) for one in points]
+    for nodes, displacement in cells:
+        if (travel := float(np.abs(displacement).max(initial=0.0))) > 0.0:
+            factors.append(max(1.0, round_down_to_125(_DRAWN_TRAVEL * float(np.ptp(nodes, axis=0).max()) / travel)))
+    return min(factors, default=1.0)

@@ -1,0 +1,171 @@
+"""Planes in the viewer and on the page: cells, discs with spokes and cracks, scales of colours, the film."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from support.rerun_tools import columns
+
+import granular_env as ge
+from granular_env.components.contract import Variable
+from granular_env.components.drawables import Cells, Links, Points
+from granular_env.viewing import LiveViewer, report, save_rrd
+from granular_env.viewing.colour_scales import colour_scales
+from granular_env.viewing.cracks import MOST_LINES, crack_lines
+from granular_env.viewing.meshes import edges_of, triangles_of
+from granular_env.viewing.scene import scales_of, whole_camera
+from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.shapes import common_exaggeration, visible_points
+
+ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
+BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}
+
+
+@pytest.fixture(scope="module")
+def coupled_log(tmp_path_factory):
+    """A grid beside automata, pushed from the left."""
+    path = tmp_path_factory.mktemp("coupled") / "coupled.mcap"
+    part = {"name": "rectangle", "columns": 6, "rows": 4, "cell_size": 5e-3}
+    beside = {"name": "rectangle", "width": 0.03, "height": 0.02}
+    coupled = ge.make(
+        "coupled", origin=[0.03, 0.0],
+        grid={"mesh": part, "material": ROCK, "boundaries": {"left": {"name": "velocity", "components": "x"}}},
+        automata={"shape": beside, "diameter": 5e-3, "packing": "square", "material": ROCK},
+    )  # fmt: skip
+    variables = ["grid_speed", "grid_displacement", "automata_speed", "automata_displacement"]
+    with ge.record(coupled, path, every=2e-6, variables=variables):
+        coupled.step(1e-5, grid_left_velocity=[0.5, 0.0])
+    return ge.open_log(path)
+
+
+@pytest.fixture(scope="module")
+def cracking_log(tmp_path_factory):
+    """A brittle sample that is torn apart: so many automata that the links which hold would hide them."""
+    path = tmp_path_factory.mktemp("cracking") / "cracking.mcap"
+    automata = ge.make(
+        "automata", shape={"name": "rectangle", "width": 0.03, "height": 0.03}, diameter=2e-3, packing="square", material=ROCK,
+        criterion=BRITTLE, boundaries={"bottom": "fixed", "top": "velocity"},
+    )  # fmt: skip
+    with ge.record(automata, path, every=2e-6, variables=["displacement", "rotation", "damage", "linked"]):
+        automata.step(2e-5, top_velocity=[0.3, 2.0])
+    return ge.open_log(path)
+
+
+def test_a_grid_and_automata_are_drawn_side_by_side_in_the_same_colours(coupled_log, tmp_path):
+    pytest.importorskip("rerun", reason="the extra `view` is not installed")
+    scene_data = from_log(coupled_log)
+    scales = scales_of(scene_data)
+    found, _ = columns(save_rrd(coupled_log, tmp_path / "scene.rrd"))
+    cells, nodes = next(one for one in coupled_log.drawables if isinstance(one, Cells)), scene_data.meshes[0]
+    drawn = np.array([row for row in found["scene/cells_grid"]["vertex_positions"] if row is not None])
+    moved = coupled_log.series("grid_displacement")[1]
+    np.testing.assert_allclose(drawn[:, :, :2], cells.nodes + scales.exaggeration * moved, atol=1e-7)
+    triangles = next(row for row in found["scene/cells_grid"]["triangle_indices"] if row is not None)
+    assert len(triangles) == 2 * len(cells.connectivity)
+    # The nodes of the grid are no particles, one scale serves both parts, and the legend says what it means.
+    assert scene_data.motion.name == "automata" and len(scene_data.motions) == 1 and nodes.located
+    (scale,) = scales.colours
+    assert scale.names == ("automata_speed", "grid_speed") and scale.unit == "m/s" and not scale.has_sign
+    assert any(row is not None for row in found["legend"]["buffer"])
+    words = next(row for row in found["caption"]["text"] if row is not None)[0]
+    assert "Grid: 24 cells" in words and "automata" in words and "grid\\_speed" in words
+
+
+def test_a_grid_alone_has_a_scene_also_while_it_runs(tmp_path):
+    pytest.importorskip("rerun", reason="the extra `view` is not installed")
+    mesh = {"name": "rectangle", "columns": 4, "rows": 3, "cell_size": 5e-3}
+    grid = ge.make("grid", mesh=mesh, material=ROCK, boundaries={"left": {"name": "velocity", "components": "x"}})
+    with LiveViewer(grid, save=tmp_path / "live.rrd"):
+        grid.step(1e-5, left_velocity=[0.5, 0.0])
+    found, _ = columns(tmp_path / "live.rrd")
+    drawn = [row for row in found["scene/cells_grid"]["vertex_positions"] if row is not None]
+    assert len(drawn) >= 2 and not any(name.startswith("scene/particles") for name in found)
+    assert np.ptp(np.array(drawn[-1]), axis=0)[0] > 0.0 and from_component(grid).motion is None
+
+
+def test_a_field_of_cells_colours_whole_cells(tmp_path):
+    connectivity = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    assert triangles_of(connectivity).tolist() == [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]
+    assert sorted(map(tuple, edges_of(connectivity).tolist())) == [(0, 1), (0, 3), (1, 2), (1, 4), (2, 5), (3, 4), (4, 5)]
+    side = 50
+    corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
+    many = np.stack([corner, corner + 1, corner + side + 2, corner + side + 1], axis=1)
+    assert len(edges_of(many)) == 4 * side  # the rim alone
+
+
+def test_cracks_lie_across_broken_links_while_their_ends_are_near():
+    rest = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])
+    places = rest + [[0.0, 0.0], [0.2, 0.0], [0.2, 0.0], [3.0, 0.0]]
+    pairs = np.array([[0, 1], [1, 2], [2, 3]])
+    assert crack_lines(places, rest, pairs, np.ones(3)).shape == (0, 2, 2)
+    (line,) = crack_lines(places, rest, pairs, np.array([0.0, 1.0, 0.0]))  # the second broken one has gaped
+    np.testing.assert_allclose(sorted(line.tolist()), [[0.6, -0.3], [0.6, 0.3]])
+    (deep,) = crack_lines(places @ np.eye(2, 3), rest @ np.eye(2, 3), pairs[:1], np.zeros(1), (0.0, 0.0, 1.0))
+    np.testing.assert_allclose(sorted(deep[:, :2].tolist()), sorted(line.tolist()))
+
+
+def test_cracked_automata_have_spokes_and_cracks_and_no_links_over_them(cracking_log, tmp_path):
+    pytest.importorskip("rerun", reason="the extra `view` is not installed")
+    found, _ = columns(save_rrd(cracking_log, tmp_path / "scene.rrd"))
+    links = next(one for one in cracking_log.drawables if isinstance(one, Links))
+    broken = np.count_nonzero(cracking_log.series("linked")[1] == 0.0, axis=1)
+    cracks = [len(row) for row in found["scene/cracks_links"]["strips"] if row is not None]
+    assert len(links.pairs) > MOST_LINES and "scene/links_links" not in found
+    assert cracks[0] == 0 < max(cracks) and all(np.array(cracks) <= broken)
+    turned = cracking_log.series("rotation")[1][-1]
+    spokes = np.array(found["scene/spokes_automata"]["strips"][-1])
+    along = spokes[:, 1] - spokes[:, 0]
+    np.testing.assert_allclose(np.arctan2(along[:, 1], along[:, 0]), turned, atol=1e-4)
+
+
+def test_a_small_scene_is_magnified_for_the_viewer(cracking_log):
+    scene_data = from_log(cracking_log)
+    scales = scales_of(scene_data, 1.0)
+    assert scales.length < 0.1 and scales.magnification == 10.0
+    camera = whole_camera(scene_data, scales, None)
+    assert camera.is_above and camera.width == pytest.approx(10.5 * (scales.high[0] - scales.low[0]))
+
+
+def test_outputs_of_one_unit_share_a_scale_and_outstanding_values_do_not_set_it():
+    speed, other = (Variable(name, "output", "m/s", (), "") for name in ("grid_speed", "automata_speed"))
+    damage = Variable("damage", "output", "1", (), "")
+    values = np.linspace(0.0, 1.0, 2001)
+    shared, own = colour_scales([(speed, values), (damage, np.zeros(3)), (other, 2.0 * values)], is_plane=True)
+    assert shared.names == ("grid_speed", "automata_speed") and shared.limit == 2.0 and not shared.is_exceeded
+    assert own.names == ("damage",) and own.limit == 1.0
+    (capped,) = colour_scales([(speed, np.append(values, 50.0))], is_plane=True)
+    assert capped.is_exceeded and capped.limit == pytest.approx(1.0)
+    (row,) = colour_scales([(speed, np.append(values, -50.0))])
+    assert row.limit == 50.0 and row.has_sign and not row.is_exceeded
+
+
+def test_nodes_of_cells_are_no_points_of_their_own():
+    nodes = np.zeros((2, 2))
+    cells = Cells("grid", nodes, np.array([[0, 1, 0]]), "speed", "moved")
+    hidden, shown = Points("nodes", nodes, np.ones(2), "moved"), Points("balls", nodes + 1.0, np.ones(2), "moved")
+    assert visible_points([cells, hidden, shown]) == [shown] and visible_points([hidden]) == [hidden]
+
+
+def test_one_factor_stretches_points_and_cells():
+    points = (np.array([[0.0, 0.0, 0.0]]), np.ones(1), np.full((1, 1, 3), 1e-3))
+    cells = (np.array([[0.0, 0.0], [10.0, 0.0]]), np.full((1, 2, 2), 1e-2))
+    assert common_exaggeration([points], []) == 2000.0 and common_exaggeration([], [cells]) == 100.0
+    assert common_exaggeration([points], [cells]) == 100.0 and common_exaggeration([], []) == 1.0
+
+
+def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking_log, tmp_path):
+    page = report(cracking_log, tmp_path / "report").read_text()
+    frames = len(cracking_log.times("displacement"))
+    instants = re.findall(r'type="radio" name="instant" aria-label="t = ([^"]+)"(?: checked)?><img src="data:image/png', page)
+    assert len(instants) == frames and instants[0] == "0 \u00b5s" and instants[-1] == "20 \u00b5s"
+    assert "<script" not in page and "img-src data:" in page
+    events = cracking_log.events()
+    strip = re.search(r'<svg class="events".*?</svg>', page, re.DOTALL)[0]
+    times = [event.tick * cracking_log.step_size for event in events]
+    counts, _ = np.histogram(times, 100, (0.0, cracking_log.times("displacement")[-1]))
+    assert strip.count("<rect") == np.count_nonzero(counts)
+    assert f"{sum(event.kind == 'tension_break' for event in events)} x tension break" in page
+    # What is asked for by name has no film.
+    assert 'class="film"' not in report(cracking_log, tmp_path / "chosen", variables=["damage"]).read_text()
