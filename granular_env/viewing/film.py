@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from .figure_style import canvas, new_figure, svg, time_unit, with_style
+from .figures import EVENT_BINS
 from .legend import add_bar
 from .optional_packages import import_optional
 from .plane import Plane, draw_instant, load_plane
@@ -25,7 +26,6 @@ _MOST_FRAMES = 25
 _LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
 # So many colours are enough for what is coloured by one scale, and make small files.
 _COLOURS = 64
-_BINS = 100
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def _events(log: Any, start: float, end: float) -> tuple[tuple[float, ...], str]
     if not found:
         return (), ""
     times = np.array([event.tick for event in found]) * log.step_size
-    counts, _ = np.histogram(times, _BINS, (start, end))
+    counts, _ = np.histogram(times, EVENT_BINS, (start, end))
     # A single event beside thousands is still seen.
     heights = np.where(counts > 0, np.maximum(counts / max(counts.max(), 1), 0.08), 0.0)
     scale, unit = time_unit(end)
