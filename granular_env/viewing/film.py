@@ -21,7 +21,8 @@ from .optional_packages import import_optional
 from .plane import Plane, draw_instant, load_plane
 from .scene_data import SceneData, evenly_picked
 
-_MOST_FRAMES = 25
+# Frames, and things drawn in all of them together: fewer frames of many things, and none where few would be left.
+_MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
 # The largest picture [inch] and its fineness.
 _LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
 # So many colours are enough for what is coloured by one scale, and make small files.
@@ -56,7 +57,7 @@ class Film:
 
 
 def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) -> Film | None:
-    """Draw the film of a log; None where nothing lies or moves in a plane, or nothing moves at all.
+    """Draw the film of a log; None where nothing lies or moves in a plane, nothing moves at all, or too much would be drawn.
 
     Args:
         log: an open log.
@@ -66,7 +67,11 @@ def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) 
     clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
     if not scene_data.is_plane or not clocks:
         return None
-    times = clocks[0][evenly_picked(len(clocks[0]), _MOST_FRAMES)]
+    count = sum(len(one.radius) for one in scene_data.motions) + sum(len(one.connectivity) for one in scene_data.meshes)
+    frames = min(_MOST_FRAMES, _MOST_DRAWN // count)
+    if frames < _FEWEST_FRAMES:
+        return None
+    times = clocks[0][evenly_picked(len(clocks[0]), frames)]
     plane = load_plane(log, scene_data, times.tolist())
     if plane is None or len(plane.times) < 2:
         return None
