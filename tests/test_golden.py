@@ -32,6 +32,8 @@ FINAL = {
     "coupled-inclusion": "9efa6156ee8d7a39143d679ecfb07615",
     "coupled-layers": "aaa23c2128ed042d28ee66d43f0f0043",
     "coupled-cracking": "caf5cf0153da4a16fb95bf0fc529fd53",
+    "detonation-bursting": "47123689fe89b486a8ccad203ba9f941",
+    "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
 }
 
 

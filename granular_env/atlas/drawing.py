@@ -10,13 +10,15 @@ from granular_env.viewing.figure_style import PAPER, new_figure, svg, with_style
 from granular_env.viewing.optional_packages import import_optional
 
 from .model import Axis, CurveStyle, Figure, Mark
+from .plane import draw_arrows, draw_letter, draw_shading, height_of_plane
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
     from matplotlib.text import Annotation
 
-_WIDTH, _HEIGHT = 480.0 / 72.0, 300.0 / 72.0
+# Of a drawing [pt], and points of an inch.
+_WIDTH, _HEIGHT, _INCH = 480.0, 300.0, 72.0
 _TICKS, _DIM, _GRID = 7, "#595959", "#b0b0b0"
 _SETTINGS = {
     "font.size": 12.0, "axes.labelsize": 12.5, "axes.edgecolor": _DIM, "axes.axisbelow": True, "axes.xmargin": 0.0,
@@ -49,13 +51,17 @@ def draw(figure: Figure) -> str:
 @with_style
 def _drawing(figure: Figure) -> Any:
     with import_optional("matplotlib", "the atlas").rc_context(_SETTINGS):
-        drawn = new_figure(_WIDTH, _HEIGHT)
+        height = height_of_plane(figure, _WIDTH) if figure.equal else _HEIGHT
+        drawn = new_figure(_WIDTH / _INCH, height / _INCH)
         axes = drawn.subplots()
+        _draw_plane(axes, figure)
         for curve in figure.curves:
             axes.plot(*curve.points(), color=PALETTE[curve.colour % len(PALETTE)], **_LINES[curve.style])
         marks = [(mark, *_draw_mark(axes, mark, number)) for number, mark in enumerate(figure.marks)]
         _scale(axes, "x", figure.x)
         _scale(axes, "y", figure.y)
+        if figure.equal:
+            axes.set_aspect("equal")
         drawn.draw_without_rendering()
     drawn.set_layout_engine("none")
     for mark, line, name in marks:
@@ -65,6 +71,17 @@ def _drawing(figure: Figure) -> Any:
             line.remove()
             name.remove()
     return drawn
+
+
+def _draw_plane(axes: Axes, figure: Figure) -> None:
+    """Draw what lies under the curves, and letters."""
+    if figure.shading is not None:
+        draw_shading(axes, figure.shading)
+    if figure.arrows is not None:
+        draw_arrows(axes, figure.arrows)
+        axes.grid(False)
+    for letter in figure.letters:
+        draw_letter(axes, letter)
 
 
 def _scale(axes: Axes, letter: Literal["x", "y"], axis: Axis) -> None:

@@ -9,11 +9,13 @@ import shlex
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from granular_env.output_files import write_files
 
 from .computation import Atlas, Done
 from .folder import DATA, PAGE, logs_of_data, remove_logs
-from .model import Curve, Figure, Item
+from .model import Arrows, Curve, Figure, Item, Shading
 from .page import html
 from .verdicts import Value
 
@@ -114,7 +116,7 @@ def _value(value: Value) -> dict[str, Any]:
 
 
 def _figure(figure: Figure) -> dict[str, Any]:
-    return {
+    found: dict[str, Any] = {
         "name": figure.name,
         "title": figure.title,
         "caption": figure.caption,
@@ -123,6 +125,25 @@ def _figure(figure: Figure) -> dict[str, Any]:
         "curves": [_curve(curve) for curve in figure.curves],
         "marks": [{"label": mark.label, "x": mark.x, "y": mark.y} for mark in figure.marks],
     }
+    if figure.shading is not None:
+        found["shading"] = {"label": figure.shading.label, **_arrays(figure.shading, "x", "y", "values")}
+    if figure.arrows is not None:
+        found["arrows"] = {"label": figure.arrows.label, **_arrays(figure.arrows, "x", "y", "u", "v")}
+    if figure.letters:
+        found["letters"] = [{"text": letter.text, "x": letter.x, "y": letter.y} for letter in figure.letters]
+    return found
+
+
+def _arrays(part: Shading | Arrows, *names: str) -> dict[str, str]:
+    """Return arrays of a plane, each in one string: numbers with blanks between, rows with line ends between.
+
+    In lists each number would have a line of its own, and there are tens of thousands. Four digits are finer than a shade.
+    """
+    found: dict[str, str] = {}
+    for name in names:
+        rows = np.atleast_2d(np.asarray(getattr(part, name), dtype=np.float64))
+        found[name] = "\n".join(" ".join(f"{value:.4g}" for value in row) for row in rows.tolist())
+    return found
 
 
 def _curve(curve: Curve) -> dict[str, Any]:

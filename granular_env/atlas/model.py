@@ -102,6 +102,64 @@ class Mark:
 
 
 @dataclasses.dataclass(frozen=True)
+class Shading:
+    """A quantity over the plane, drawn the darker the more there is of it, with a scale beside the figure.
+
+    Attributes:
+        label: quantity and unit, for the scale.
+        x: of the columns, evenly spaced, shape (columns,).
+        y: of the rows, evenly spaced, shape (rows,).
+        values: shape (rows, columns); NaN where there is nothing.
+        most: the magnitude that is drawn darkest, as is what exceeds it; default: the largest.
+        power: the shade goes as this power of the magnitude; less than 1 shows what is weak.
+        signed: whether negative values have a colour of their own; otherwise there are none.
+    """
+
+    label: str
+    x: Numbers
+    y: Numbers
+    values: Numbers
+    most: float | None = None
+    power: float = 1.0
+    signed: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Arrows:
+    """Vectors in the plane.
+
+    Attributes:
+        label: quantity and unit, for the legend.
+        x: where they stand, shape (arrows,).
+        y: shape (arrows,).
+        u: their components along x, shape (arrows,).
+        v: along y, shape (arrows,).
+        longest: the length of the longest one, in the unit of x.
+        most: the magnitude that is drawn so long, as is what exceeds it; default: the largest.
+        power: lengths go as this power of the magnitude; less than 1 shows what is weak.
+    """
+
+    label: str
+    x: Numbers
+    y: Numbers
+    u: Numbers
+    v: Numbers
+    longest: float
+    most: float | None = None
+    power: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Letter:
+    """A short name at a place in a figure; it has the colour of the curves that it names."""
+
+    text: str
+    x: float
+    y: float
+    colour: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
 class Figure:
     """A drawing with its data.
 
@@ -113,6 +171,10 @@ class Figure:
         y: the vertical axis.
         curves: what we compute.
         marks: what the paper states.
+        shading: a quantity over the plane of both axes, under everything else.
+        arrows: vectors in that plane.
+        letters: names of places.
+        equal: whether a length is as long along one axis as along the other; both axes then need limits.
     """
 
     name: str
@@ -120,8 +182,12 @@ class Figure:
     caption: str
     x: Axis
     y: Axis
-    curves: Sequence[Curve]
+    curves: Sequence[Curve] = ()
     marks: Sequence[Mark] = ()
+    shading: Shading | None = None
+    arrows: Arrows | None = None
+    letters: Sequence[Letter] = ()
+    equal: bool = False
 
 
 @dataclasses.dataclass(frozen=True)

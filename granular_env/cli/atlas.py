@@ -10,24 +10,36 @@ from granular_env.cli.command import Overrides, command, quiet_option, set_optio
 from granular_env.cli.completion import folders, papers
 from granular_env.cli.status import Status
 from granular_env.components.errors import ParameterError, shortened
+from granular_env.terminal import columns, wrap_text
 
 
 @command("atlas")
-@click.argument("paper", help="Such as nesterenko-1983.", shell_complete=papers)
+@click.argument("paper", required=False, help="Such as nesterenko-1983; without it, list them.", shell_complete=papers)
 @click.option("-o", "--out", metavar="FOLDER", shell_complete=folders, help="Where to write it (default: atlas/PAPER).")
 @set_option("A constant of the paper, such as A=6.391e12 or N=50; the page says what was changed.")
 @click.option("--only", metavar="ENTRY", multiple=True, help="Compute this entry, not all of them (may be repeated).")
 @click.option("--processes", metavar="N", type=int, default=2, help="How many entries at a time (default: 2).")
 @quiet_option("page")
-def atlas(paper: str, out: str | None, overrides: Overrides, only: tuple[str, ...], processes: int, quiet: bool) -> int:
+def atlas(paper: str | None, out: str | None, overrides: Overrides, only: tuple[str, ...], processes: int, quiet: bool) -> int:
     """Compute a paper's figures and numbers anew, on one page beside the printed ones."""
     from granular_env.atlas import run_atlas
     from granular_env.atlas.console import closing
 
+    if paper is None:
+        _list_papers()
+        return Status.DONE
     constants = _constants(overrides)
     done = run_atlas(paper, out, overrides=constants, only=only, processes=processes, progress=not quiet)
     print(done.page if quiet else closing(done))
     return Status.DIFFERENT if done.failed else Status.DONE
+
+
+def _list_papers() -> None:
+    """Print the names and titles of the papers that have an atlas."""
+    from granular_env.atlas import names, paper
+
+    print(columns((name, paper(name).title) for name in names()))
+    print(wrap_text("granular-env atlas PAPER computes one."))
 
 
 def _constants(overrides: Overrides) -> dict[str, Any]:

@@ -74,6 +74,7 @@ DOMAINS: dict[str, Domain] = {
         views="granular_env.domains.chain.viewing.views:ChainViews",
         papers={"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983:PAPER"},
     ),
+    "coupled": Domain(papers={"psakhie-2003": "granular_env.domains.coupled.psakhie_2003:PAPER"}),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
 }
@@ -85,6 +86,11 @@ _NOTHING = Domain()
 def domain_of(component: str) -> Domain:
     """Return what the domain of a component offers, by the component's name; nothing where it has no domain."""
     return DOMAINS.get(component, _NOTHING)
+
+
+def find_environment(name: str) -> str | None:
+    """Return the registered name of an environment, from that or from its last part; None where there is none."""
+    return next((known for known in environments() if name in (known, known.rpartition("/")[2])), None)
 
 
 def environments() -> dict[str, Environment]:

@@ -1,0 +1,1 @@
+"""Grid and automata with a common interface: the atlas of the paper that couples them."""
