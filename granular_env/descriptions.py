@@ -72,7 +72,7 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
 
 
 def _remarks(variable: Variable) -> str:
-    """Return in brackets what else is declared of a variable: what its indices count, whether it is part of the state, bounds."""
+    """Return in brackets what else is declared of a variable: what its indices count, whether it is state, bounds."""
     remarks = [f"by {' and '.join(variable.axes)}"] if variable.axes else []
     remarks += ["state"] if variable.state else []
     remarks += [variable.variability] if variable.variability != "continuous" else []

@@ -21,8 +21,8 @@ STEP = 0.25
 def misfits(length: int, shift: int) -> tuple[list[float], list[float]]:
     """Return the relative L2 misfits of the displacement near the surface, and inside, on both sides of the load.
 
-    The left of the half-space is a grid, the right one automata of the same size; `length` of them are L = c_s T. The load stands
-    on the surface, `shift` L to the left of the interface at x = 0. Nothing comes back from the walls before the end.
+    The left of the half-space is a grid, the right one automata of the same size; `length` of them are L = c_s T. The load
+    stands on the surface, `shift` L to the left of the interface at x = 0. Nothing comes back from the walls before the end.
     """
     source, depth = -shift * length, round(4.4 * length)
     left, right = round(4.6 * length) - source, round(4.6 * length) + source

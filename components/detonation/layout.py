@@ -118,5 +118,5 @@ NOT_POSITIVE, TOO_FAST, BAD_AREA = 1, 2, 3
 
 def make_scratch(cells: int) -> Scratch:
     """Return scratch for so many cells."""
-    rows = (np.zeros(cells + 2) for _ in range(4))
-    return Scratch(*rows, np.zeros((4, cells + 2)), np.zeros((4, cells + 1)), np.zeros((4, cells)))
+    rows = [np.zeros(cells + 2) for _ in range(4)]
+    return Scratch(rows[0], rows[1], rows[2], rows[3], np.zeros((4, cells + 2)), np.zeros((4, cells + 1)), np.zeros((4, cells)))
