@@ -86,14 +86,42 @@ def test_a_grid_alone_has_a_scene_also_while_it_runs(tmp_path):
     assert np.ptp(np.array(drawn[-1]), axis=0)[0] > 0.0 and from_component(grid).motion is None
 
 
+def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_path):
+    pytest.importorskip("rerun", reason="the extra `view` is not installed")
+    tube = ge.make("detonation", cells=50)
+    with ge.record(tube, tmp_path / "tube.mcap", every=2 * tube.step_size, variables=["pressure"]):
+        tube.step(8 * tube.step_size)
+    with ge.open_log(tmp_path / "tube.mcap") as log:
+        found, _ = columns(save_rrd(log, tmp_path / "scene.rrd"))
+        page = report(log, tmp_path / "report").read_text()
+    colours = [row for row in found["scene/cells_tube"]["vertex_colors"] if row is not None]
+    assert len(colours) == 5 and len(colours[0]) == 4 * 50  # one colour for each cell: no shared corners
+    words = next(row for row in found["caption"]["text"] if row is not None)[0]
+    assert "isplacement" not in words and "isplacement" not in page.partition("Validity")[0]
+    # In one row, numbers say where a cell is.
+    assert "Pressure of every cell (across)" in page and "chosen cells" in page and 'class="film"' in page
+
+
 def test_a_field_of_cells_colours_whole_cells(tmp_path):
     connectivity = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
     assert triangles_of(connectivity).tolist() == [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]
-    assert sorted(map(tuple, edges_of(connectivity).tolist())) == [(0, 1), (0, 3), (1, 2), (1, 4), (2, 5), (3, 4), (4, 5)]
+    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
+    assert sorted(map(tuple, edges_of(connectivity, nodes).tolist())) == [
+        (0, 1),
+        (0, 3),
+        (1, 2),
+        (1, 4),
+        (2, 5),
+        (3, 4),
+        (4, 5),
+    ]
     side = 50
     corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
     many = np.stack([corner, corner + 1, corner + side + 2, corner + side + 1], axis=1)
-    assert len(edges_of(many)) == 4 * side  # the rim alone
+    square = np.stack(np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0)), axis=-1).reshape(-1, 2)
+    assert len(edges_of(many, square)) == 4 * side  # the rim alone
+    # Two long rows of nodes: lines between the cells would be closer than the pixels.
+    assert len(edges_of(connectivity, nodes * [500.0, 1.0])) == 6
 
 
 def test_cracks_lie_across_broken_links_while_their_ends_are_near():
@@ -189,6 +217,8 @@ def test_what_is_drawn_says_what_its_outputs_belong_to(coupled_log, cracking_log
     found = places_of_outputs(cracking_log.drawables)
     assert found["damage"].name == found["rotation"].name == "automata" and found["linked"].name == "links"
     assert found["damage"].fills_plane and found["linked"].fills_plane
-    assert places_of_outputs(coupled_log.drawables)["grid_speed"].name == "grid"
+    assert places_of_outputs(coupled_log.drawables)["grid_speed"].fills_plane
+    tube = Cells("tube", np.array([[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]]), np.array([[0, 1, 2, 3]]), "pressure")
+    assert not places_of_outputs([tube])["pressure"].fills_plane and places_of_outputs([tube])["pressure"].name == ""
     row = Points("beads", np.array([[0.0, 0.0], [1.0, 0.0]]), np.ones(2), "moved", "speed")
     assert not places_of_outputs([row])["speed"].fills_plane

@@ -25,8 +25,8 @@ from .scene_data import SceneData, evenly_picked
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
 # The largest picture [inch] and its fineness.
 _LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
-# So many colours are enough for what is coloured by one scale, and make small files.
-_COLOURS = 64
+# A picture of more bytes gets a palette: a third of the size, and where so much is drawn its steps are not seen.
+_MOST_BYTES, _COLOURS = 40_000, 64
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,14 @@ def _picture(plane: Plane, frame: int) -> bytes:
     draw_instant(axes, plane, frame)
     pixels = np.asarray(canvas(figure, _DOTS_PER_INCH).buffer_rgba())
     image = import_optional("PIL.Image", "figures")
-    picture = image.fromarray(pixels).quantize(_COLOURS, method=image.Quantize.FASTOCTREE, dither=image.Dither.NONE)
+    picture = image.fromarray(pixels)
+    data = _png(picture)
+    if len(data) > _MOST_BYTES:
+        data = _png(picture.quantize(_COLOURS, method=image.Quantize.FASTOCTREE, dither=image.Dither.NONE))
+    return data
+
+
+def _png(picture: Any) -> bytes:
     buffer = io.BytesIO()
     picture.save(buffer, "PNG")
     return buffer.getvalue()

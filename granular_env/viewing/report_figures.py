@@ -122,7 +122,7 @@ def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place 
 
     What is drawn side by side in a plane has histories alone, unless it is asked for: its numbers do not say where it is.
     """
-    things = f"{field.place}s" if drawn_at is None else drawn_at.name.replace("_", " ")
+    things = drawn_at.name.replace("_", " ") if drawn_at is not None and drawn_at.name else f"{field.place}s"
     name = field.variable.name.replace("_", " ")
     stem = "" if is_main else f"{field.variable.name}-"
     sign = "red is positive, blue negative" if field.values.min(initial=0.0) < 0.0 else "the redder the larger"

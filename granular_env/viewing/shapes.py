@@ -46,7 +46,7 @@ class Place:
     """The things that an output that is drawn belongs to.
 
     Attributes:
-        name: of the drawable, a plural such as "discs".
+        name: of points and links, a plural such as "discs"; empty for cells, whose name is that of all of them together.
         fills_plane: whether the things lie side by side in a plane, so that their numbers say little about where they are.
     """
 
@@ -59,12 +59,18 @@ def places_of_outputs(drawables: Sequence[Drawable]) -> dict[str, Place]:
     points = {one.name: one for one in drawables if isinstance(one, Points)}
     found: dict[str, Place] = {}
     for one in drawables:
-        rest = points[one.points].reference if isinstance(one, Links) else None
-        rest = one.nodes if isinstance(one, Cells) else one.reference if isinstance(one, Points) else rest
-        if rest is not None and not is_hidden(one, drawables):
-            place = Place(one.name, bool(np.ptp(rest[:, 1:], axis=0).any()))
-            found |= dict.fromkeys(drawn_outputs([one]), place)
+        if isinstance(one, Cells):
+            found |= dict.fromkeys(drawn_outputs([one]), Place("", fills_plane(one.nodes[one.connectivity].mean(axis=1))))
+        elif isinstance(one, Points | Links) and not is_hidden(one, drawables):
+            reference = (one if isinstance(one, Points) else points[one.points]).reference
+            found |= dict.fromkeys(drawn_outputs([one]), Place(one.name, fills_plane(reference)))
     return found
+
+
+def fills_plane(places: FloatArray) -> bool:
+    """Return whether places, shape (n, d), lie side by side and not in one row along x; rounding apart."""
+    across = np.ptp(places[:, 1:], axis=0)
+    return bool((across > 1e-9 * np.ptp(places[:, 0])).any())
 
 
 def common_exaggeration(
