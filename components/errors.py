@@ -174,6 +174,15 @@ class GranularError(Exception):
         error.faults = tuple(fault.within(*location) for fault in self.faults)
         return error
 
+    def renamed(self, argument: str, name: str) -> Self:
+        """Return the error with an argument called by the name that it has for the caller; to be raised in its place."""
+        error = _recreate(type(self), self.args, vars(self))
+        error.faults = tuple(
+            dataclasses.replace(fault, location=(name, *fault.location[1:])) if fault.location[:1] == (argument,) else fault
+            for fault in self.faults
+        )
+        return error
+
     def text(self, words: Words = python_words) -> str:
         """Return all faults, one a line."""
         return "\n".join(fault.text(words) for fault in self.faults)

@@ -14,16 +14,17 @@ import numpy as np
 
 import granular_env  # noqa: F401 - registers the environments
 from granular_env.components.chain.layout import U, V
-from granular_env.domains import load
+from granular_env.components.elements import parse_element
+from granular_env.domains import environments, load
 from granular_env.domains.chain import ChainEnv
-from granular_env.domains.chain.tasks import ENVIRONMENTS
-from granular_env.envs import render
+from granular_env.envs import ComponentEnv, render
 from granular_env.envs.policies import OpenLoop
 
 DOCS = Path(__file__).resolve().parent
 PAGES, IMAGES = DOCS / "environments", DOCS / "images" / "environments"
 FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
 SIZE = (720, 270)  # pixels
+ENVIRONMENTS = environments()
 PUSH = "a push of 2.4 m/s for 18 us"
 # What is shown: the seed of the episode, and which baseline plays; Piston-v1 has none but this drive, `PUSH`.
 PLAYS = {
@@ -33,6 +34,9 @@ PLAYS = {
     "Absorption-v1": (1, "theory"),
     "EnergyDelivery-v1": (0, "best"),
     "SolitonTrain-v1": (2, "theory"),
+    "Splitting-v1": (0, "theory"),
+    "BuriedTarget-v1": (0, "theory"),
+    "Confinement-v1": (0, "nothing"),
 }
 
 
@@ -54,7 +58,7 @@ def slug(short: str) -> str:
 def page(name: str) -> str:
     """Return the page of an environment."""
     env, short = gymnasium.make(name).unwrapped, name.rpartition("/")[2]
-    assert isinstance(env, ChainEnv)
+    assert isinstance(env, ComponentEnv)
     spec, sections = gymnasium.spec(name), docstring_sections(load(ENVIRONMENTS[name].entry_point))
     lines = [f"# {short}", "", sections.pop(""), ""]
     lines += [f"![{caption(short)}](../images/environments/{slug(short)}.gif)", "", f"*{caption(short)}*", ""]
@@ -69,14 +73,15 @@ def page(name: str) -> str:
         if title == "Observation space":
             lines += [*observation_table(env), ""]
         lines += [text]
-    return "\n".join([*lines, "", *shared_lines()]).rstrip() + "\n"
+    return "\n".join([*lines, "", *shared_lines(env)]).rstrip() + "\n"
 
 
-def shared_lines() -> list[str]:
-    """Return what holds of every environment of a chain: the sections of `ChainEnv`, a level lower."""
-    sections = docstring_sections(ChainEnv)
+def shared_lines(env: ComponentEnv) -> list[str]:
+    """Return what holds of every environment of a chain, or of any: the sections of its class, a level lower."""
+    of_chain = isinstance(env, ChainEnv)
+    sections = docstring_sections(ChainEnv if of_chain else ComponentEnv)
     sections.pop("")
-    lines = ["## Of every environment of a chain", ""]
+    lines = ["## Of every environment of a chain" if of_chain else "## Of every environment", ""]
     for title, text in sections.items():
         # The component and the task are given already.
         kept = re.sub(r"^\* `(component|task)`:.*?(?=^\* )", "", text, flags=re.MULTILINE | re.DOTALL)
@@ -98,7 +103,7 @@ def escaped(text: str) -> str:
     return "".join(piece if place % 2 else piece.replace("*", r"\*") for place, piece in enumerate(pieces))
 
 
-def shown_box(env: ChainEnv) -> str:
+def shown_box(env: ComponentEnv) -> str:
     """Return the observation space in a line."""
     low, high = env.observation_space.low, env.observation_space.high
     same = np.ptp(low) == 0.0 and np.ptp(high) == 0.0
@@ -109,16 +114,21 @@ def shown_box(env: ChainEnv) -> str:
     )
 
 
-def action_table(env: ChainEnv) -> list[str]:
+def action_table(env: ComponentEnv) -> list[str]:
     """Return the lines of the table of an action."""
     lines = ["| index | quantity | 1 stands for | min | max |", "|---|---|---|---|---|"]
-    for index, (name, scale) in enumerate(env.task.actions.items()):
-        unit, space = env.component.variables[name].unit, env.action_space
-        lines.append(f"| {index} | `{name}` | {scale:g} {unit} | {space.low[index]:g} | {space.high[index]:g} |")
+    place = 0
+    for name, scale in env.task.actions.items():
+        variable, space = env.component.variables[parse_element(name).name], env.action_space
+        last = place + (1 if parse_element(name).index else int(np.prod(variable.shape))) - 1
+        which = str(place) if place == last else f"{place} to {last}"
+        lines.append(f"| {which} | `{name}` | {scale:g} {variable.unit} | {space.low[place]:g} | {space.high[place]:g} |")
+        place = last + 1
+    assert place == env.action_space.shape[0]
     return lines
 
 
-def observation_table(env: ChainEnv) -> list[str]:
+def observation_table(env: ComponentEnv) -> list[str]:
     """Return the lines of the table of an observation."""
     lines = ["| index | quantity | 1 stands for | min | max |", "|---|---|---|---|---|"]
     for first, last, quantity, unit in observation_rows(env):
@@ -128,8 +138,29 @@ def observation_table(env: ChainEnv) -> list[str]:
     return lines
 
 
-def observation_rows(env: ChainEnv) -> Iterator[tuple[int, int, str, str]]:
+def observation_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
     """Yield first and last index, quantity and unit of each part of an observation."""
+    yield from chain_rows(env) if isinstance(env, ChainEnv) else component_rows(env)
+
+
+def component_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
+    """Yield the rows of an environment of any component; see `observation_rows`."""
+    place = 0
+    for name, scale in env.task.observations.items():
+        variable, index = env.component.variables[parse_element(name).name], parse_element(name).index
+        size = 1 if index else int(np.prod(variable.shape))
+        axes = "" if index or not variable.axes else f" of every {variable.axes[0]}"
+        rows = f", {' x '.join(map(str, variable.shape))} numbers" if len(variable.shape) > 1 and not index else ""
+        yield place, place + size - 1, f"`{name}`{axes}{rows}", f"{scale:.6g} {variable.unit}".removesuffix(" 1")
+        place += size
+    for k in range(1, env.clock + 1):
+        yield place, place, f"clock: cos({'' if k == 1 else k} pi t / T)".replace("( ", "("), "1"
+        place += 1
+    assert place == env.observation_space.shape[0]
+
+
+def chain_rows(env: ChainEnv) -> Iterator[tuple[int, int, str, str]]:
+    """Yield the rows of an environment of a chain; see `observation_rows`."""
     task, grains, place = env.task, env.component.parameters.grains, 0
     for (kind, first, count), factor in zip(env.observing.blocks.tolist(), env.observing.factors.tolist(), strict=True):
         what, unit = {U: ("displacement", "m"), V: ("velocity", "m/s")}.get(kind, ("force", "N"))
@@ -151,7 +182,8 @@ def observation_rows(env: ChainEnv) -> Iterator[tuple[int, int, str, str]]:
 def caption(short: str) -> str:
     """Return what a moving picture shows."""
     policy = PLAYS[short][1]
-    who = {"best": "the best known drive", "theory": "the baseline of theory"}[policy] if isinstance(policy, str) else PUSH
+    words = {"best": "the best known drive", "theory": "the baseline of theory", "nothing": "without any action"}
+    who = words[policy] if isinstance(policy, str) else PUSH
     return f"{short}: {who}"
 
 

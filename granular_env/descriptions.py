@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
+
 from granular_env.components import catalogue
+from granular_env.components.contract import Variable
 from granular_env.components.support.tagged_union import tables
 from granular_env.components.support.validation import Parameters
 from granular_env.domains import domain_of
-from granular_env.experiments.templates import default_of, example_of, unit_of
+from granular_env.experiments.templates import default_of, example_of, unit_of, value_text
 from granular_env.package_contents import first_sentence
 from granular_env.terminal import columns, wrap_text
 
@@ -30,17 +34,14 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
         parts += ["", f"{causality}s"]
         chosen = (v for v in variables if v.causality == causality)
         parts.append(
-            columns(
-                (v.name, v.unit, str(v.shape) if v.shape else "number", v.description + (" (state)" if v.state else ""))
-                for v in chosen
-            )
+            columns((v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _remarks(v)) for v in chosen)
         )
     if component.event_kinds:
         parts += ["", "events", columns(component.event_kinds.items())]
     if offered := _environments(name):
         parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", columns(offered)]
     given = ", ".join(
-        f"{key} = {getattr(component.parameters, key)}"
+        f"{key} = {value_text(getattr(component.parameters, key))}"
         for key, field in kind.Parameters.model_fields.items()
         if field.is_required()
     )
@@ -48,7 +49,7 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
         "",
         wrap_text(f"Shapes and inputs are those for {given}; see others with --set.", 0)
         if given
-        else "A (state) can be given to reset and [start].",
+        else "What is (state) can be given to reset and [start].",
     ]
     return "\n".join(parts)
 
@@ -66,12 +67,28 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     ]
     facts["parameters"] = [dict(zip(keys, row, strict=True)) for row in _rows(kind.Parameters)]
     for causality in ("input", "output"):
-        facts[f"{causality}s"] = [
-            {"name": v.name, "unit": v.unit, "shape": list(v.shape), "state": v.state, "description": v.description}
-            for v in variables
-            if v.causality == causality
-        ]
+        facts[f"{causality}s"] = [_facts_of_variable(v) for v in variables if v.causality == causality]
     return facts
+
+
+def _remarks(variable: Variable) -> str:
+    """Return in brackets what else is declared of a variable: what its indices count, whether it is state, bounds."""
+    remarks = [f"by {' and '.join(variable.axes)}"] if variable.axes else []
+    remarks += ["state"] if variable.state else []
+    remarks += [variable.variability] if variable.variability != "continuous" else []
+    remarks += [f"from {variable.minimum:g}"] if math.isfinite(variable.minimum) else []
+    remarks += [f"to {variable.maximum:g}"] if math.isfinite(variable.maximum) else []
+    return f" ({', '.join(remarks)})" if remarks else ""
+
+
+def _facts_of_variable(variable: Variable) -> dict[str, Any]:
+    """Return the declaration of a variable as JSON values, its attributes by FMI's names; bounds that do not bind are null."""
+    facts = {
+        key: getattr(variable, key) for key in ("name", "unit", "state", "description", "variability", "initial", "nominal")
+    }
+    bounds = {key: getattr(variable, key) for key in ("minimum", "maximum")}
+    facts |= {key: bound if math.isfinite(bound) else None for key, bound in bounds.items()}
+    return {**facts, "shape": list(variable.shape), "axes": list(variable.axes), "start": np.asarray(variable.start).tolist()}
 
 
 def _environments(name: str) -> list[tuple[str, str]]:

@@ -89,11 +89,11 @@ def resolve_file(path: str | os.PathLike[str]) -> Path:
     try:
         target = Path(os.path.realpath(path))
     except ValueError as error:
-        raise ParameterError(f"{os.fspath(path)!r} is no path: {error}") from None
+        raise ParameterError(f"{os.fspath(path)!r} is no path: {error}", at="path") from None
     # Not Path.exists: that one raises for names that are too long, which the writing itself will tell.
     if os.path.exists(target) and not os.path.isfile(target):
         what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"
-        raise ParameterError(f"{os.fspath(path)!r} is {what}", hint="give the path of a file to write")
+        raise ParameterError(f"{os.fspath(path)!r} is {what}", hint="give the path of a file to write", at="path")
     return target
 
 

@@ -20,6 +20,11 @@ def shipped_files(kind: str) -> dict[str, Path]:
     return dict(sorted(found.items()))
 
 
+def shipped_names() -> list[str]:
+    """Return the names of everything that comes with the package."""
+    return [*catalogue.names(), *(name for kind in _FOLDERS for name in shipped_files(kind))]
+
+
 def overview() -> dict[str, dict[str, str]]:
     """Return kind -> name -> one line, of everything that comes with the package."""
     found = {"components": {name: catalogue.summary(name) for name in catalogue.names()}}

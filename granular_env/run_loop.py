@@ -327,7 +327,10 @@ def _record(
     from granular_env.recording.record import note_log_on_error
 
     refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
-    recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+    try:
+        recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+    except ParameterError as error:
+        raise error.renamed("path", "log") from None
     stack.enter_context(note_log_on_error(recorder))
     stack.enter_context(recorder)
 
@@ -383,6 +386,10 @@ def _progress_display(
     return show
 
 
+# Less energy than this is the rounding of a state at rest, of which nothing is a part [J].
+_LEAST_ENERGY = 1e-24
+
+
 def energy_residual(component: Component) -> str:
     """Return in words the energy that the numerics made or lost, beside the energy that was there."""
     residual, share = _energy_residual(component)
@@ -396,4 +403,4 @@ def _energy_residual(component: Component) -> tuple[float, float | None]:
         return 0.0, None
     scale = max(sum(map(float, energy.stored.values())), *(abs(float(amount)) for amount in energy.supplied.values()), 0.0)
     residual = float(energy.residual)
-    return residual, residual / scale if scale > 0.0 else None
+    return residual, residual / scale if scale > _LEAST_ENERGY else None

@@ -14,11 +14,13 @@ from benchmarks import (  # noqa: E402
     calls,
     chains,
     compilation,
+    coupled,
     environments,
     facts,
     gradient,
     grid,
     kernel,
+    lammps_bonds_peer,
     lammps_peer,
     laws,
     mcap_peer,
@@ -43,6 +45,7 @@ SMALL = {
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 3),
     "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4), 5),
+    "coupled": (lambda: coupled.measure(side=6, rounds=2), 2),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "mcap": (lambda: mcap_peer.measure(small=20, large=2, large_words=100, rounds=2), 4),
@@ -103,6 +106,14 @@ def test_without_lammps_the_message_names_the_target(monkeypatch):
     monkeypatch.setitem(sys.modules, "lammps", None)
     with pytest.raises(SystemExit, match="make bench-peers"):
         next(lammps_peer.measure(grains=4, ticks=1, rounds=1))
+    with pytest.raises(SystemExit, match="make bench-peers"):
+        next(lammps_bonds_peer.measure(side=4, ticks=1, rounds=1))
+
+
+def test_peers_that_are_not_installed_are_skipped_by_name(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "lammps", None)
+    assert program.main(["--peers", "--strict"]) == 0
+    assert "lammps-bonds: skipped: LAMMPS cannot be used" in capsys.readouterr().err
 
 
 def test_the_verdict_is_the_bound_kept():

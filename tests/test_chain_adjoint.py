@@ -444,7 +444,7 @@ def test_gradients_that_there_are_not(key: str, said: str) -> None:
     [
         (np.zeros(3), 1, r"drive: got the shape \(3,\)"),
         (np.zeros((0, 2)), 1, r"drive: got the shape \(0, 2\)"),
-        (np.array([[0.0, 0.0], [np.nan, 0.0]]), 1, r"drive\[1, 0\]: got nan"),
+        (np.array([[0.0, 0.0], [np.nan, 0.0]]), 1, r"drive\[1,0\]: got nan"),
         ("push", 1, "drive: got 'push'"),
         (np.zeros((3, 2)), 0, "ticks: got 0"),
         (np.zeros((3, 2)), 1.5, "ticks: got 1.5"),

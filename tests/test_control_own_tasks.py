@@ -157,9 +157,9 @@ def test_what_is_no_task_is_one_clear_fault(module, tmp_path):
         f"{module}:answer": "which is 42, expected what makes a ComponentEnv",
         f"{module}:no_chain": "it makes 3, expected a ComponentEnv",
         f"{module}:LastVelocity": "it makes a task, expected its environment",
-        f"{module}:own/Missing-v0": "got 'own/Missing-v0', which is no task",
+        f"{module}:own/Missing-v0": "got 'own/Missing-v0', expected the name of a task",
         f"{module}:boom": f"^task {module}:boom: it ends with RuntimeError: boom$",
-        "own/Missing-v0": "or 'module:id' of one that the module registers",
+        "own/Missing-v0": "or 'module:id' of one that it registers",
         "pulse-formign": "did you mean 'pulse-forming'?",
     }
     for name, said in cases.items():
@@ -172,7 +172,7 @@ def test_what_is_no_task_is_one_clear_fault(module, tmp_path):
     with pytest.raises(ParameterError, match="its import ends with ZeroDivisionError: division by zero"):
         TaskProblem("broken_module:make", {}, tmp_path)
     (tmp_path / "study.toml").write_text(STUDY.format(name=f"{module}:mkae"))
-    with pytest.raises(ExperimentError, match=r"study.toml: task: name: got .*:mkae'") as caught:
+    with pytest.raises(ExperimentError, match=r"study.toml: task.name: got .*:mkae'") as caught:
         run_study(tmp_path / "study.toml", tmp_path / "results")
     assert len(str(caught.value).splitlines()) == 1 and not (tmp_path / "results").exists()
 

@@ -133,13 +133,13 @@ def test_a_link_breaks_at_the_strain_that_theory_says() -> None:
     medium = coupled(
         {"mesh": mesh(4, 2), "boundaries": dict.fromkeys(("left", "right", "bottom"), "symmetry")},
         {
-            "shape": rectangle(4.0, 2.0), "left": "symmetry", "right": "symmetry", "top": "platen",
-            "criterion": {"name": "strain", "tensile": 0.01, "shear": 1.0},
+            "shape": rectangle(4.0, 2.0), "criterion": {"name": "strain", "tensile": 0.01, "shear": 1.0},
+            "boundaries": {"left": "symmetry", "right": "symmetry", "top": {"name": "velocity", "components": "y"}},
         },
         origin=[0.0, 2.0],
     )  # fmt: skip
     rate = 1e-5
-    medium.step(round(1100.0 / medium.step_size) * medium.step_size, automata_top_speed=ge.Profile.constant(4.0 * rate))
+    medium.step(round(1100.0 / medium.step_size) * medium.step_size, automata_top_velocity=[0.0, 4.0 * rate])
     first = medium.events()[0]
     assert first.kind == "automata_stretch_break" and first.limit == 0.01
     assert first.tick * medium.step_size * rate == pytest.approx(0.01, rel=0.01)
@@ -208,7 +208,7 @@ def test_more_contacts_than_memory_holds_are_refused_and_the_state_is_kept(monke
 def test_automata_that_fly_too_fast_or_too_far_and_cells_that_invert_are_named() -> None:
     medium = coupled(
         {"mesh": mesh(8, 4)},
-        {"shape": rectangle(8.0, 4.0), "criterion": WEAK, "loaded": [30]},
+        {"shape": rectangle(8.0, 4.0), "criterion": WEAK, "forced_automata": [30]},
         origin=[0.0, 4.0],
         step_size=0.2,
     )

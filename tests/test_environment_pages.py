@@ -10,10 +10,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from granular_env.domains.chain.tasks import ENVIRONMENTS
+from granular_env.domains import environments
 from granular_env.envs import register_all
 
 register_all()
+ENVIRONMENTS = environments()
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
 
@@ -39,8 +40,8 @@ def test_a_page_is_what_the_environment_says(pages: ModuleType, name: str) -> No
 def test_a_table_covers_the_observation_and_says_what_each_number_is(pages: ModuleType, name: str) -> None:
     env = gymnasium.make(name).unwrapped
     observation, info = env.reset(seed=1)
-    for action in (0.3, -0.2, 0.4):
-        observation, *_, info = env.step([action])
+    for action in (0.1, -0.2, 0.15):
+        observation, *_, info = env.step(np.full(env.action_space.shape, action))
     covered = []
     for first, last, quantity, unit in pages.observation_rows(env):
         covered += range(first, last + 1)
@@ -49,6 +50,9 @@ def test_a_table_covers_the_observation_and_says_what_each_number_is(pages: Modu
         if what in ("displacement", "velocity"):
             numbers = [int(word) for word in where.split() if word.isdigit()]
             expected = info[what][numbers[0] : numbers[-1] + 1] / scale
+            np.testing.assert_allclose(observation[first : last + 1], expected, rtol=1e-6, atol=1e-12)
+        elif quantity.startswith("`") and "of the goal" not in quantity:
+            expected = np.ravel(info[quantity.split("`")[1]]) / scale
             np.testing.assert_allclose(observation[first : last + 1], expected, rtol=1e-6, atol=1e-12)
         elif "of the goal" in quantity:
             assert observation[first] == pytest.approx(info[quantity.split("`")[1]] / scale, rel=1e-5)

@@ -32,6 +32,8 @@ FINAL = {
     "coupled-inclusion": "9efa6156ee8d7a39143d679ecfb07615",
     "coupled-layers": "aaa23c2128ed042d28ee66d43f0f0043",
     "coupled-cracking": "caf5cf0153da4a16fb95bf0fc529fd53",
+    "detonation-bursting": "47123689fe89b486a8ccad203ba9f941",
+    "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
 }
 
 
@@ -62,8 +64,8 @@ def test_a_golden_log_holds_the_run(name: str) -> None:
     component, log = played(name), ge.open_log(log_path(name))
     assert log.complete
     names = [name for name, variable in component.variables.items() if variable.state]
-    moving = [name for name in names if name.endswith(("position", "displacement", "velocity"))]
-    assert len(moving) >= 2
-    for variable in moving:
+    recorded = [name for name in names if name in log.variables]
+    assert len(recorded) >= 2
+    for variable in recorded:
         _, values = log.series(variable)
         assert np.asarray(values[-1]).tobytes() == np.asarray(component.get(variable)).tobytes()

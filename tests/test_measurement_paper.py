@@ -360,7 +360,7 @@ def test_watches_that_cannot_watch() -> None:
     for every in (0.0, -1e-6, float("nan"), "often"):
         with pytest.raises(ParameterError, match="every: got"):
             measurement.observe(chain, 1e-5, every)  # type: ignore[arg-type]
-    with pytest.raises(ParameterError, match="every: 7e-07 s is 1.4 internal steps"):
+    with pytest.raises(ParameterError, match="every: got 7e-07 s, which is 1.4 internal steps"):
         measurement.observe(chain, 1e-5, 7e-7)
     with pytest.raises(ParameterError, match="it has seen no chain yet"):
         _ = measurement.Watch(1e-6).history

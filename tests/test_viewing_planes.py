@@ -46,7 +46,7 @@ def cracking_log(tmp_path_factory):
     path = tmp_path_factory.mktemp("cracking") / "cracking.mcap"
     automata = ge.make(
         "automata", shape={"name": "rectangle", "width": 0.03, "height": 0.03}, diameter=2e-3, packing="square", material=ROCK,
-        criterion=BRITTLE, bottom="fixed", top="velocity",
+        criterion=BRITTLE, boundaries={"bottom": "fixed", "top": "velocity"},
     )  # fmt: skip
     with ge.record(automata, path, every=2e-6, variables=["displacement", "rotation", "damage", "linked"]):
         automata.step(2e-5, top_velocity=[0.3, 2.0])

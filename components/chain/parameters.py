@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ..errors import shortened
+from ..errors import ParameterError, shortened
 from ..materials.elastic import Material, Preset, preset_list
 from ..support.fields import Index, NotNegative, Positive
 from ..support.fields import field as _field
@@ -82,29 +82,35 @@ class ChainParameters(Parameters):
         ):
             value = getattr(self, name)
             if isinstance(value, list) and len(value) != count:
-                raise ValueError(f"{name}: got {len(value)} values, expected one for all or {count}, one for each {what}")
+                raise ParameterError(
+                    f"got {len(value)} values", expected=f"one for all or {count}, one for each {what}", at=name
+                )
         if isinstance(self.mass, dict) and any(index >= self.grains for index in self.mass):
-            raise ValueError(f"mass: got index {max(self.mass)}, expected 0 to {self.grains - 1}")
+            raise ParameterError(f"got index {max(self.mass)}", expected=f"0 to {self.grains - 1}", at="mass")
         for side in ("left", "right"):
             if getattr(self, f"{side}_wall_material") is not None and getattr(self, side) not in WALLS:
-                raise ValueError(
-                    f"{side}_wall_material: there is no wall, {side} is {getattr(self, side)!r}; "
-                    f"expected {side} to be one of {', '.join(WALLS)}"
+                raise ParameterError(
+                    f"there is no wall, {side} is {getattr(self, side)!r}",
+                    hint=f"expected {side} to be one of {', '.join(WALLS)}",
+                    at=f"{side}_wall_material",
                 )
             if getattr(self, f"{side}_wall_material") is not None and getattr(self, side) == "rigid_plane":
-                raise ValueError(f"{side}_wall_material: a rigid plane has none; give {side} = 'plane' or leave it out")
+                raise ParameterError(
+                    "a rigid plane has none", hint=f"give {side} = 'plane' or leave it out", at=f"{side}_wall_material"
+                )
         refuse_incomplete(type(self.law), self.law.name)
         if self.law.needs_stiffness and self.contact_stiffness is None:
-            raise ValueError(
-                f"contact_stiffness: law {self.law.name!r} needs it, in N/m^exponent; "
-                "radii and materials tell it for spheres only"
+            raise ParameterError(
+                f"law {self.law.name!r} needs it, in N/m^exponent",
+                hint="radii and materials tell it for spheres only",
+                at="contact_stiffness",
             )
         self._check_places()
         if "piston" in (self.left, self.right) and self.grains == 1:
-            raise ValueError("grains: got 1, expected at least 2 where an end is a piston: it needs a grain to push")
+            raise ParameterError("got 1", expected="at least 2 where an end is a piston: it needs a grain to push", at="grains")
         gaps = self.gap if isinstance(self.gap, list) else [self.gap]
         if self.precompression > 0.0 and any(gap > 0.0 for gap in gaps):
-            raise ValueError("gap: a precompressed chain has none; give gap = 0 or precompression = 0")
+            raise ParameterError("a precompressed chain has none", hint="give gap = 0 or precompression = 0", at="gap")
         return self
 
     def _check_places(self) -> None:
@@ -118,15 +124,19 @@ class ChainParameters(Parameters):
                 continue
             name = name if holder is self else f"law.{name}"
             if len(values) != self.contact_places:
-                raise ValueError(
-                    f"{name}: got {len(values)} values, expected one for all or {self.contact_places}, one for each place: "
-                    "the first is left of the first grain, the last right of the last one, 0 where there is no contact"
+                raise ParameterError(
+                    f"got {len(values)} values",
+                    expected=(
+                        f"one for all or {self.contact_places}, one for each place: the first is left of the first grain, the "
+                        "last right of the last one, 0 where there is no contact"
+                    ),
+                    at=name,
                 )
             for place, value in enumerate(values):
                 if not self.has_contact(place) and value != 0.0:
-                    raise ValueError(f"{name}[{place}]: got {value:g}, expected 0: {self.absent_contact(place)}")
+                    raise ParameterError(f"got {value:g}", expected=f"0: {self.absent_contact(place)}", at=f"{name}[{place}]")
                 if self.has_contact(place) and needed and value == 0.0:
-                    raise ValueError(f"{name}[{place}]: got 0, expected more than 0: a contact is there")
+                    raise ParameterError("got 0", expected="more than 0: a contact is there", at=f"{name}[{place}]")
 
     @model_validator(mode="after")
     def _validate_arrangement(self) -> ChainParameters:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
+from ..errors import ParameterError
 from ..support.fields import field
 from ..support.validation import Parameters
 
@@ -18,5 +19,5 @@ class UniformRadii(Parameters):
     @model_validator(mode="after")
     def _validate_order(self) -> UniformRadii:
         if self.high < self.low:
-            raise ValueError(f"high: got {self.high:g} m, expected at least low = {self.low:g} m")
+            raise ParameterError(f"got {self.high:g} m", expected=f"at least low = {self.low:g} m", at="high")
         return self

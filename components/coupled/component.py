@@ -265,15 +265,6 @@ class Coupled(Component):
         parts = self.grid.mass.sum() + self.automata.mass.sum()
         return float((own.sum() + free) - parts)
 
-    def report(self) -> dict[str, float]:
-        """Return how close the steps are to the largest stable ones, and what the grid has to say of its cells."""
-        own = {
-            "step over the largest stable one of the grid": self.grid_step_part,
-            "micro-step over the largest stable one of the automata": self.automata_step_part,
-        }
-        cells = self.grid.report()
-        return {**own, **{name: cells[name] for name in cells if "cell" in name}}
-
     def cautions(self) -> list[str]:
         """Return those of the parts."""
         return [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]

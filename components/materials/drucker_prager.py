@@ -15,6 +15,7 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
+from ..errors import ParameterError
 from ..support.fields import field
 from ..support.jit import inlined
 from .plastic_law import DRUCKER_PRAGER, PlasticLaw
@@ -34,8 +35,10 @@ class DruckerPrager(PlasticLaw):
     @model_validator(mode="after")
     def _validate_dilatancy(self) -> DruckerPrager:
         if self.dilatancy > self.friction:
-            raise ValueError(
-                f"dilatancy: got {self.dilatancy:g}, expected at most friction = {self.friction:g}: more would give energy"
+            raise ParameterError(
+                f"got {self.dilatancy:g}",
+                expected=f"at most friction = {self.friction:g}: more would give energy",
+                at="dilatancy",
             )
         return self
 

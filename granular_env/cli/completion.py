@@ -28,11 +28,17 @@ def names(*kinds: str) -> Completer:
     def complete(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem[str]]:
         from granular_env.package_contents import overview
 
-        known = overview()
+        known = overview() | ({"environments": _environments()} if "environments" in kinds else {})
         found = _beginning({name: line for kind in kinds for name, line in known[kind].items()}, begun)
         return found or files(ctx, param, begun)
 
     return complete
+
+
+def _environments() -> dict[str, str]:
+    from granular_env.domains import environments
+
+    return dict.fromkeys(environments(), "")
 
 
 def papers(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem[str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +35,28 @@ def list_shipped(for_programs: bool) -> int:
 
 
 @command("describe")
-@click.argument("name", help="A name of `granular-env list`, or a TOML file.", shell_complete=_ANYTHING)
+@click.argument(
+    "name",
+    help="A name of `granular-env list`, an environment such as Splitting-v1, or a TOML file.",
+    shell_complete=names("components", "experiments", "plans of sweeps", "studies", "environments"),
+)
 @json_option()
-@set_option("A component's parameter, such as grains=5: shapes and inputs depend on them.")
+@set_option("A parameter of a component, or an argument of an environment, such as grains=5.")
 def describe(name: str, for_programs: bool, overrides: Overrides) -> int:
-    """Print a component's variables, or the file of an experiment, a plan or a study."""
+    """Print a component's variables, an environment's spaces, or the file of an experiment, a plan or a study."""
     from granular_env.components import catalogue
+    from granular_env.domains import environments, find_environment
 
+    given = _arguments(overrides)
     if name in catalogue.names():
-        _describe_component(name, for_programs, {override.key[-1]: override.value for override in overrides})
+        _describe_component(name, for_programs, given)
+        return 0
+    if (environment := find_environment(name)) is not None:
+        _describe_environment(environment, for_programs, given)
         return 0
     from granular_env.experiments.templates import template
 
-    text = _shipped_text(name)[0] or template(name)
+    text = _shipped_text(name)[0] or template(name, others=environments())
     if for_programs:
         print(json.dumps(tomllib.loads(text), indent=2, default=str))
     else:
@@ -61,6 +71,26 @@ def _describe_component(name: str, for_programs: bool, parameters: dict[str, Any
         print(json.dumps(descriptions.component_facts(name, parameters), indent=2))
     else:
         print(descriptions.describe_component(name, parameters))
+
+
+def _arguments(overrides: Overrides) -> dict[str, Any]:
+    """Return what overrides set, as nested mappings; a component's parameters may be named as in a file, component.grains."""
+    from granular_env.documents.overrides import set_key
+
+    given: dict[str, Any] = {}
+    for override in overrides:
+        key = override.key[1:] if override.key[0] == "component" and len(override.key) > 1 else override.key
+        set_key(given, replace(override, key=key))
+    return given
+
+
+def _describe_environment(name: str, for_programs: bool, arguments: dict[str, Any]) -> None:
+    from granular_env.envs.description import describe_environment, environment_facts
+
+    if for_programs:
+        print(json.dumps(environment_facts(name, arguments), indent=2))
+    else:
+        print(describe_environment(name, arguments))
 
 
 @command("new")

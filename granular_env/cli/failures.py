@@ -5,23 +5,25 @@ from __future__ import annotations
 import io
 import os
 import sys
+from dataclasses import replace
 
 import click
 
 from granular_env.cli.status import Status
-from granular_env.components.errors import GranularError, Override, Term, shortened
+from granular_env.components.errors import Fault, GranularError, Override, Term, shortened
 from granular_env.terminal import printable
 
 
-def report_failure(command: str, failure: BaseException) -> int:
+def report_failure(command: click.Command | None, failure: BaseException) -> int:
     """Write what ended a command in words; return its exit status."""
-    message, status = _message(failure)
+    message, status = _message(command, failure)
     if status is Status.FAULT:
         import traceback
 
         traceback.print_exception(failure)
     lines = [printable(line) for line in message.split("\n")]
-    print(f"{f'granular-env {command}'.rstrip()}: " + "\n".join(lines), file=sys.stderr)
+    print(f"granular-env {command.name}: " if command else "granular-env: ", end="", file=sys.stderr)
+    print("\n".join(lines), file=sys.stderr)
     discard_output()
     return status
 
@@ -34,10 +36,11 @@ def report_misuse(misuse: click.ClickException) -> int:
     return Status.ERROR
 
 
-def _message(failure: BaseException) -> tuple[str, Status]:
+def _message(command: click.Command | None, failure: BaseException) -> tuple[str, Status]:
     match failure:
         case GranularError():
-            return "\n".join([failure.text(command_words), *getattr(failure, "__notes__", ())]), Status.ERROR
+            faults = [_with_option(command, fault).text(command_words) for fault in failure.faults]
+            return "\n".join([*faults, *getattr(failure, "__notes__", ())]), Status.ERROR
         case MemoryError():
             return "it asks for more memory than there is; ask for less", Status.ERROR
         case KeyboardInterrupt():
@@ -46,6 +49,17 @@ def _message(failure: BaseException) -> tuple[str, Status]:
             where = f"{failure.filename!r}: " if failure.filename is not None else ""
             return f"{where}the system refused it: {failure.strerror or failure}", Status.ERROR
     return "this is a fault of granular-env, not of what you gave; please report it with the lines above", Status.FAULT
+
+
+def _with_option(command: click.Command | None, fault: Fault) -> Fault:
+    """Return a fault of an argument with the option that gave it in its place; one of a document has a source."""
+    flags: dict[str | int | None, str] = {}
+    for option in command.params if command else ():
+        if isinstance(option, click.Option):
+            flag = max(option.opts, key=len)
+            flags |= {option.name: flag, flag.lstrip("-").replace("-", "_"): flag}
+    first, *rest = fault.location or (None,)
+    return fault if fault.source or first not in flags else replace(fault, location=(flags[first], *rest))
 
 
 def command_words(term: Term) -> str:

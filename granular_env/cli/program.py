@@ -72,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         discard_output()
         return Status.DONE
     except (Exception, KeyboardInterrupt) as failure:
-        return report_failure(next((one for one in given if one in program.commands), ""), failure)
+        return report_failure(next((program.commands[one] for one in given if one in program.commands), None), failure)
 
 
 def _run(given: list[str]) -> int:

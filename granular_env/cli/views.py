@@ -10,6 +10,7 @@ from granular_env.cli.command import command, exclusive, large_option, list_opti
 from granular_env.cli.completion import files, folders
 from granular_env.cli.logs import log_argument
 from granular_env.cli.status import Status
+from granular_env.components.errors import ParameterError
 
 
 @command("view")
@@ -39,15 +40,18 @@ def view(
     from granular_env.recording import open_log
 
     opened = open_log(log, allow_large=allow_large)
-    if save:
-        written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=True)
-    elif screenshot:
-        written = viewing.screenshot(opened, screenshot, exaggerate=exaggerate)
-    elif foxglove_layout:
-        written = viewing.save_foxglove_layout(opened, foxglove_layout)
-    else:
-        viewing.view(opened, web=web, exaggerate=exaggerate)
-        return Status.DONE
+    try:
+        if save:
+            written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=True)
+        elif screenshot:
+            written = viewing.screenshot(opened, screenshot, exaggerate=exaggerate)
+        elif foxglove_layout:
+            written = viewing.save_foxglove_layout(opened, foxglove_layout)
+        else:
+            viewing.view(opened, web=web, exaggerate=exaggerate)
+            return Status.DONE
+    except ParameterError as error:
+        raise error.renamed("path", "save" if save else "screenshot" if screenshot else "foxglove_layout") from None
     print(f"written: {written}")
     return Status.DONE
 

@@ -63,6 +63,7 @@ class Domain:
 
 
 DOMAINS: dict[str, Domain] = {
+    "automata": Domain(environments="granular_env.domains.automata.tasks:ENVIRONMENTS"),
     "chain": Domain(
         environments="granular_env.domains.chain.tasks:ENVIRONMENTS",
         batch="granular_env.domains.chain.envs.vector_env:ChainVectorEnv",
@@ -85,6 +86,11 @@ _NOTHING = Domain()
 def domain_of(component: str) -> Domain:
     """Return what the domain of a component offers, by the component's name; nothing where it has no domain."""
     return DOMAINS.get(component, _NOTHING)
+
+
+def find_environment(name: str) -> str | None:
+    """Return the registered name of an environment, from that or from its last part; None where there is none."""
+    return next((known for known in environments() if name in (known, known.rpartition("/")[2])), None)
 
 
 def environments() -> dict[str, Environment]:

@@ -74,9 +74,7 @@ def refuse_unknown(make: Callable[..., Any], keywords: Iterable[str]) -> None:
     """Raise `ParameterError` with the nearest name for a keyword that a class or a factory does not take."""
     known = known_arguments(make)
     if known is not None and (unknown := [name for name in keywords if name not in known]):
-        raise ParameterError(
-            "unknown", source=f"an argument of {make.__name__}", hint=nearest(unknown[0], known), at=unknown[0]
-        )
+        raise ParameterError("unknown", source=make.__name__, hint=nearest(unknown[0], known), at=unknown[0])
 
 
 @cache

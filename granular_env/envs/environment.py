@@ -119,6 +119,11 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             )
         super().__setattr__(name, value)
 
+    @property
+    def driven_elements(self) -> list[tuple[Element, float]]:
+        """Return the inputs, or elements of them, that actions drive, each with its value at action 1."""
+        return list(self._scales)
+
     def _lay_out_action(self) -> None:
         """Say which entries of the action are which input, and what each entry is called in messages."""
         self._driven: list[_Driven] = []
@@ -491,7 +496,7 @@ def element_scales(what: str, scales: Mapping[str, float], component: Component,
             element = parse_element(name)
             element.find(component.variables, f"an {causality} of component {component.name!r}", causality)
         except ParameterError as error:
-            raise error.within(what, shortened(name)) from None
+            raise error.within(what, str(name)) from None
         checked.append((element, positive_number((what, name), scale)))
     if not checked:
         raise ParameterError("the task names none", expected=f"at least one {causality}", at=what)

@@ -2,7 +2,7 @@
 
 From the top: time and inputs in words; the particles in true size and place, coloured by velocity (blue to the left, red to the
 right), and its walls; the same values as bars under each particle, with what is wanted of them as dark marks. Particles in
-a plane are seen from above. A component without particles shows its observed outputs as bars.
+a plane, and cells, are seen from above. A component without either shows its observed outputs as bars.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 from granular_env.colours import diverging
+from granular_env.viewing.shapes import visible_points
 
 from ..components.component import Component
-from ..components.drawables import Points, main_points
+from ..components.drawables import Cells, Points, main_points
 from ..components.elements import parse_element
 from .task import Task
 
@@ -47,13 +48,14 @@ def draw(
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
     _write(pen, _MARGIN, 24, _caption(component, task))
-    points = main_points(component.drawables())
-    if points is None:
-        _draw_outputs(pen, component, task)
-    elif component.get(points.displacement).ndim == 2:
-        _draw_plane(pen, component, task, points)
-    else:
+    drawables = component.drawables()
+    points, cells = main_points(visible_points(drawables)), [one for one in drawables if isinstance(one, Cells)]
+    if cells or (points is not None and component.get(points.displacement).ndim == 2):
+        _draw_plane(pen, component, task, [] if points is None else [points], cells)
+    elif points is not None:
         _draw_row(pen, component, task, points, walls, wanted)
+    else:
+        _draw_outputs(pen, component, task)
     return np.array(image)
 
 
@@ -62,22 +64,46 @@ def _caption(component: Component, task: Task) -> str:
     for name in task.actions:
         element = parse_element(name)
         value, unit = element.of(component.get(element.name)), component.variables[element.name].unit
-        shown = f"{name} = {value:+.2f}" if np.ndim(value) == 0 else f"|{name}| <= {np.abs(value).max():.2f}"
+        largest = float(np.abs(value).max())
+        amount = f"{value:+.2f}" if np.ndim(value) == 0 else f"{largest:.2f}"
+        if largest >= 1e5:
+            amount = f"{value:+.3g}" if np.ndim(value) == 0 else f"{largest:.3g}"
+        shown = f"{name} = {amount}" if np.ndim(value) == 0 else f"|{name}| <= {amount}"
         parts.append(f"{shown} {unit}")
     return "      ".join(parts)
 
 
-def _draw_plane(pen: ImageDraw.ImageDraw, component: Component, task: Task, points: Points) -> None:
-    """Draw points as seen from above, in the room below the caption."""
-    places, radius = points.reference[:, :2], points.radius[:, None]
-    low, high = (places - radius).min(axis=0), (places + radius).max(axis=0)
+def _draw_plane(pen: ImageDraw.ImageDraw, component: Component, task: Task, points: list[Points], cells: list[Cells]) -> None:
+    """Draw points and cells as seen from above, in the room below the caption."""
+    corners = [one.nodes[:, :2] for one in cells]
+    for one in points:
+        corners += [one.reference[:, :2] - one.radius[:, None], one.reference[:, :2] + one.radius[:, None]]
+    low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)
     pixels = float(((WIDTH - 2 * _MARGIN, HEIGHT - 2 * _MARGIN) / (high - low)).min())
-    moved = component.get(points.displacement)
-    shift = moved[:, :2] if moved.ndim == 2 else np.stack([moved, np.zeros_like(moved)], axis=1)
-    values = component.get(points.colour) if points.colour else np.zeros(len(places))
-    scale = task.observations.get(points.colour) or float(np.abs(values).max()) or 1.0
-    for (x, y), size, colour in zip(places + shift - 0.5 * (low + high), points.radius, _colours(values / scale), strict=True):
-        _disc(pen, WIDTH / 2 + x * pixels, HEIGHT / 2 + _MARGIN / 2 - y * pixels, max(size * pixels, 1.5), colour)
+    middle = np.array([WIDTH / 2, HEIGHT / 2 + _MARGIN / 2])
+
+    def places(rest: npt.NDArray[np.float64], displacement: str) -> npt.NDArray[np.float64]:
+        moved = component.get(displacement) if displacement else np.zeros_like(rest)
+        shift = moved[:, :2] if moved.ndim == 2 else np.stack([moved, np.zeros_like(moved)], axis=1)
+        return middle + (rest[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
+
+    for one in cells:
+        nodes, values = places(one.nodes, one.displacement), _parts(component, task, one.field)
+        whole = values if len(values) == len(one.connectivity) else values[one.connectivity].mean(axis=1)
+        for corner, colour in zip(nodes[one.connectivity], _colours(whole), strict=True):
+            pen.polygon([tuple(place) for place in corner.tolist()], colour)
+    for one in points:
+        values = _parts(component, task, one.colour) if one.colour else np.zeros(len(one.radius))
+        for (column, row), size, colour in zip(
+            places(one.reference, one.displacement), one.radius, _colours(values), strict=True
+        ):
+            _disc(pen, column, row, max(size * pixels, 1.5), colour)
+
+
+def _parts(component: Component, task: Task, name: str) -> npt.NDArray[np.float64]:
+    """Return an output in units of the task's scale of it; of the largest magnitude, where it is not observed."""
+    values = component.get(name)
+    return values / (task.observations.get(name) or float(np.abs(values).max()) or 1.0)
 
 
 def _draw_row(

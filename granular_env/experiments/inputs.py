@@ -47,11 +47,23 @@ def _array(given: Any) -> list[Any]:
     return given
 
 
+def _by_index(given: Any) -> dict[str, Any] | None:
+    """Return {index: value or row} with texts as keys; None where it is none."""
+    if isinstance(given, Mapping) and given and all(map(is_index, given)):
+        return {str(key): value for key, value in given.items()}
+    return None
+
+
+def _pattern(given: Any) -> list[Any] | dict[str, Any]:
+    return _by_index(given) or _array(given)
+
+
 class ProfileTable(Table, ABC):
     """One profile as a table; `build` makes the `Profile`. Each kind has its name as the field `profile`."""
 
-    pattern: Annotated[list[Any], PlainValidator(_array)] | None = Field(
-        None, description="for an input of several elements: what the profile is multiplied by, of the input's shape"
+    pattern: Annotated[list[Any] | dict[str, Any], PlainValidator(_pattern)] | None = Field(
+        None,
+        description="for an input of several elements: what the profile is multiplied by, a list or {index: value or row}",
     )
 
     @classmethod
@@ -209,8 +221,8 @@ def _parse_input(given: Any) -> float | list[Any] | dict[str, Any] | ProfileTabl
     if isinstance(given, int | float) and not isinstance(given, bool):
         with suppress(OverflowError):
             return float(given)
-    if isinstance(given, Mapping) and given and all(map(is_index, given)):
-        return {str(key): value for key, value in given.items()}
+    if (elements := _by_index(given)) is not None:
+        return elements
     if isinstance(given, Mapping | ProfileTable):
         return _PROFILE.validate_python(given)
     expected = f'a number, a list of numbers, {{index: value}}, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'

@@ -125,7 +125,7 @@ def _input(folder: Path, component: Component, name: str, value: Any) -> InputVa
         return value
     profile = value.build(folder, known[name].unit)
     if value.pattern is not None:
-        profile = profile * _array(("input", name, "pattern"), value.pattern, known[name].shape)
+        profile = profile * _pattern(("input", name, "pattern"), value.pattern, known[name].shape)
     # Compiled once, here, so that what has to be told of it is told before anything is written.
     profile.compile(component.step_size, f"input.{name}")
     return profile
@@ -139,6 +139,10 @@ def _elements(component: Component, variable: Variable, value: dict[str, Any]) -
         raise ParameterError("got some elements, but a profile of time drives this input", hint=hint, at=at)
     array = start_array(at, value, variable.shape, component.get(variable.name))
     return array if variable.shape else float(array)
+
+
+def _pattern(at: Location, value: list[Any] | dict[str, Any], shape: tuple[int, ...]) -> FloatArray:
+    return start_array(at, value, shape) if isinstance(value, dict) else _array(at, value, shape)
 
 
 def _array(at: Location, value: list[Any], shape: tuple[int, ...]) -> FloatArray:

@@ -3,35 +3,38 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
+from granular_env.components.contract import Variable
 from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.files import read_bounded
 from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
 from granular_env.documents.files import nearest_names
 from granular_env.output_files import write_files
-from granular_env.package_contents import first_sentence
+from granular_env.package_contents import first_sentence, shipped_names
 
-from .experiment import Experiment, load_experiment, shipped_experiments
+from .experiment import Experiment, load_experiment
 from .inputs import CsvTable, SumTable
 
 _KEY_WIDTH = 40
 
 
-def template(name: str, new_name: str | None = None) -> str:
+def template(name: str, new_name: str | None = None, others: Iterable[str] = ()) -> str:
     """Return the text of an experiment file: a component's with all parameters, or a shipped experiment's.
 
     Args:
         name: a component, a shipped experiment, or a TOML file.
         new_name: what an experiment's copy is called.
+        others: names that may have been meant too.
 
     Raises:
         ExperimentError: there is nothing of that name; the nearest is named.
@@ -43,11 +46,11 @@ def template(name: str, new_name: str | None = None) -> str:
     except ExperimentError as error:
         if Path(name).suffix == ".toml" or os.path.exists(name):
             raise
-        known = [*catalogue.names(), *shipped_experiments()]
-        advice = nearest_names(name, known)
-        raise ExperimentError(f"{name!r} is no component, no shipped experiment and no file", hint=advice) from error
+        advice = nearest_names(name, [*shipped_names(), *others])
+        expected = "the name of something that comes with the package, or a file"
+        raise ExperimentError(f"got {name!r}", expected=expected, hint=advice) from error
     except (OSError, UnicodeDecodeError) as error:
-        raise ExperimentError(f"cannot be read as text: {error}", at=name) from error
+        raise ExperimentError(f"cannot be read as text: {error}", source=name) from error
     return text if new_name is None else edit(text, "name", new_name)
 
 
@@ -153,16 +156,14 @@ def _of_component(name: str) -> str:
         value = f"# {key}: automatic" if automatic else value
         lines.append(_line(value, ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))))
     states = [v for v in component.variables.values() if v.state]
-    lines += ["", "[start]                # a number for all, a list, or { index = value }"]
-    lines += [_line(f"# {v.name} = 0.0", f"{v.unit}, {v.description}") for v in states]
-    for variable in (v for v in component.variables.values() if v.causality == "input"):
-        lines += [
-            "",
-            _line(f"# [input.{variable.name}]", f"{variable.unit}, {variable.description}"),
-            _line('# profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
-            _line("# peak = 1.0", variable.unit),
-            _line(f"# duration = {_tidy(100 * step)}", "s"),
-        ]
+    lines += ["", "[start]                # a number or a row for all, a list, or { index = value or row }"]
+    lines += [_line(f"# {v.name} = {_some_elements(v)}", f"{v.unit}, {v.description}") for v in states]
+    inputs = [v for v in component.variables.values() if v.causality == "input"]
+    if inputs:
+        lines += ["", "# [input]              # held from the start: a number for all, a list, or { index = value or row }"]
+        lines += [_line(f"# {v.name} = {_some_elements(v, 1.0)}", f"{v.unit}, {v.description}") for v in inputs]
+    for variable in inputs:
+        lines += ["", *_profile_lines(variable, step)]
     kept = [v.name for v in states]
     lines += [
         "",
@@ -175,6 +176,30 @@ def _of_component(name: str) -> str:
         "variables = [" + ", ".join(f'"{one}"' for one in kept) + "]",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _profile_lines(variable: Variable, step: float) -> list[str]:
+    """Return an input that is a profile of time."""
+    lines = [
+        _line(f"# [input.{variable.name}]", "or a profile of time"),
+        _line('# profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
+        _line("# peak = 1.0", variable.unit),
+        _line(f"# duration = {_tidy(100 * step)}", "s"),
+    ]
+    if variable.shape:
+        lines.append(_line(f"# pattern = {_some_elements(variable, 1.0)}", "what each element gets of it; left out: all of it"))
+    return lines
+
+
+def _some_elements(variable: Variable, value: float = 0.0) -> str:
+    """Return an example of a variable's values: a number, or a row of the first index where there are several axes."""
+    if not variable.shape:
+        return toml_value(value)
+    if len(variable.shape) == 1:
+        return toml_value({0: value})
+    row = np.zeros(variable.shape[1:])
+    row[(0,) * row.ndim] = value
+    return toml_value({0: row.tolist()})
 
 
 def _line(text: str, comment: str) -> str:
@@ -196,16 +221,23 @@ def default_of(field: FieldInfo) -> str:
     """Return a parameter's default as TOML writes it."""
     if field.is_required():
         return "required"
-    return "automatic" if field.default is None else _default_value(field.default)
+    return "automatic" if field.default is None else value_text(field.default)
 
 
-def _default_value(value: Any) -> str:
-    """Return a default as TOML writes it."""
+def value_text(value: Any) -> str:
+    """Return a value of a parameter as TOML writes it."""
+    return toml_value(_plain(value))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value with the tables in it as mappings; what has nothing but a name may be given as that name."""
     if isinstance(value, BaseModel):
-        value = value.model_dump()
-        # What has nothing but a name may be given as that name.
-        return toml_value(value["name"] if value.keys() == {"name"} else value)
-    return toml_value(value)
+        value = value.model_dump(exclude_none=True)
+        if value.keys() == {"name"}:
+            return value["name"]
+    if isinstance(value, Mapping):
+        return {key: _plain(part) for key, part in value.items()}
+    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
 
 
 def example_of(name: str, parameters: dict[str, Any]) -> Component:

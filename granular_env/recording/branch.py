@@ -117,7 +117,10 @@ class Branch:
         self._check(dict(inputs))
         if os.path.exists(target) and os.path.samefile(target, self.parent.path):
             raise ParameterError(f"{str(target)!r} is the parent itself", hint="choose another name", at="log")
-        recorder = self._recorder(target, every, variables, overwrite)
+        try:
+            recorder = self._recorder(target, every, variables, overwrite)
+        except ParameterError as error:
+            raise error.renamed("path", "log") from None
         with note_log_on_error(recorder), recorder:
             yield
 

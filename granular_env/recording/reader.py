@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..components.component import Component
+from ..components.component import Component, refuse_unknown_events
 from ..components.contract import Event, Variable
 from ..components.drawables import Drawable
 from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest, shortened
@@ -197,13 +197,10 @@ class Log:
             index: only of this link, grain, ...
 
         Raises:
-            ParameterError: there is no such kind.
+            ParameterError: there is no such kind, or the index is none.
         """
         kinds = list(self.event_kinds)
-        if kind is not None and kind not in kinds:
-            raise ParameterError(
-                f"got {shortened(kind)}", expected="a kind of event of this log", hint=nearest(str(kind), kinds), at="kind"
-            )
+        refuse_unknown_events(kinds, kind, index, "")
         found = []
         for row in self._rows(EVENTS):
             for tick, number, place, value, limit in self._event_rows(row).tolist():
@@ -364,7 +361,10 @@ class Log:
         """
         from .branch import branch_of
 
-        return branch_of(self, at, components)
+        try:
+            return branch_of(self, at, components)
+        except ParameterError as error:
+            raise error.renamed("time", "at") from None
 
     def locate(self, time: float) -> tuple[Segment, int]:
         """Segment and its own tick at a time [s] of the log; where two segments meet, the later one."""

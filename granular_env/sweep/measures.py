@@ -4,6 +4,7 @@
 peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min; of several axes velocity[3,1]
 largest = "max |velocity|"            # an array without an index: over all its elements
 energy = "final kinetic_energy"       # whatever `granular-env describe` names as an output
+broken = "events link_broken"         # how often something happened; "first link_broken": when for the first time
 pressure = "report peak contact pressure"   # a figure that a run ends with; the beginning of its name is enough
 speed = { measurement = "front_speed", above = 0.1, first = 20, last = 60 }
 pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, above = 0.1 }
@@ -32,6 +33,7 @@ OWN_COLUMNS = ("task", "sample", "repetition", "seed", "outcome", "error", "note
 EXTREMES = ("max", "min", "mean", "time of max", "time of min")
 _KINDS = (*EXTREMES, "final", "start")
 _WORDS = re.compile(rf"(?P<kind>{'|'.join(_KINDS)})\s+(?P<bar>\|?)(?P<element>{ELEMENT})(?P=bar)")
+_EVENTS = re.compile(r"(?P<what>events|first)\s+(?P<kind>\w+)")
 _REPORT = re.compile(r"report\s+(?P<name>\S.*)")
 
 
@@ -103,6 +105,30 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class Happening:
+    """The events of one kind: how many there were, or the time of the first.
+
+    Attributes:
+        kind: of the events.
+        is_first: whether the time of the first is taken.
+    """
+
+    kind: str
+    is_first: bool
+
+    def of(self, component: Component) -> float:
+        """Return the number of events, or the time of the first [s], NaN without one; `ParameterError` for an unknown kind."""
+        found = component.events(self.kind)
+        if not self.is_first:
+            return float(len(found))
+        return found[0].tick * component.step_size if found else math.nan
+
+    def unit(self, component: Component) -> str:
+        """Return the unit of the number."""
+        return "s" if self.is_first else "1"
+
+
+@dataclass(frozen=True)
 class Measurement:
     """A measurement of a domain, and which of its numbers is taken.
 
@@ -130,7 +156,7 @@ class Measurement:
         return units.get((self.name, self.take)) or units[self.take]
 
 
-Measure = Reading | Figure | Measurement
+Measure = Reading | Figure | Happening | Measurement
 
 
 def parse_measure(given: Any) -> Measure:
@@ -145,10 +171,13 @@ def parse_measure(given: Any) -> Measure:
             raise as_refusal(error) from None
     if (match := _REPORT.fullmatch(words)) is not None:
         return Figure(match["name"])
+    if (match := _EVENTS.fullmatch(words)) is not None:
+        return Happening(match["kind"], match["what"] == "first")
     raise refusal(
         f"got {shortened(given, 60)}",
-        f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'report peak contact pressure', "
-        f'or a table {{ measurement = "waves_at", ... }} ({", ".join(_measurements())})',
+        f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'events KIND' or 'first KIND' of what can happen, "
+        "'report NAME' of a figure that runs end with, or a measurement of the domain, "
+        f"{{ measurement = NAME, ... }} ({', '.join(_measurements())})",
     )
 
 

@@ -15,7 +15,7 @@ from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.domains import domain_of
 from granular_env.peaks import SAMPLES, resolved_top
 
-from .measures import EXTREMES, Figure, Measure, Measurement, Reading
+from .measures import EXTREMES, Figure, Happening, Measure, Measurement, Reading
 
 
 class RunObserver:
@@ -54,8 +54,10 @@ class RunObserver:
                     measure.check(component)
                 elif isinstance(measure, Figure):
                     measure.of(component.report())
+                elif isinstance(measure, Happening):
+                    measure.of(component)
             except ParameterError as error:
-                raise ParameterError(*(fault.within("measure", name) for fault in error.faults)) from None
+                raise error.within("measure", name) from None
 
     def _begin_history(self, component: Component) -> None:
         every = self._interval * component.step_size
@@ -105,7 +107,7 @@ class RunObserver:
             return measure.of(history)
         if isinstance(measure, Figure):
             return measure.of(report)
-        if measure.kind == "final":
+        if isinstance(measure, Happening) or measure.kind == "final":
             return measure.of(component)
         return self._starts[name] if measure.kind == "start" else self._gathered[name].value
 

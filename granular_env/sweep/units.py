@@ -25,5 +25,5 @@ def _of_key(key: str, component: Component) -> str:
         return "s"
     if table == "component" and inner:  # a field of a law or an arrangement
         return ""
-    variable = component.variables.get(name)
+    variable = component.variables.get(name.partition("[")[0])
     return variable.unit if variable is not None and table in ("component", "start", "input") else ""

@@ -550,7 +550,59 @@ COUPLED = [
     ),  # fmt: skip
 ]
 
-EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED]
+# What leaves a cell enters its neighbour: what is left is rounding, of 120 ticks and 24 cells.
+_ROUNDING_OF_GAS = 1e-13
+WIDTHS = 1e-3 * (1.0 + 0.3 * np.sin(np.arange(24.0)))
+
+GASES = [
+    Example(
+        "detonation-burst",
+        "detonation",
+        {
+            "length": 0.048,
+            "cells": 24,
+            "cross_section": 1e-3,
+            "initial_pressure": 9e4,
+            "right": {"name": "diaphragm", "burst_pressure": 3e5},
+            "ignition_zone": [0.0, 0.01],
+            "gauges": [0.02],
+            "step_size": 1e-7,
+        },
+        {"velocity": {20: 10.0}, "progress": {3: 0.25}},
+        {"ignition_power": 1.5e7, "area": WIDTHS},
+        lambda h: {
+            "ignition_power": Profile.triangle(1e7, 40 * h, rise=10 * h),
+            "area": (Profile.constant(1.0) + Profile.half_sine(0.3, 60 * h, start=20 * h)) * WIDTHS,
+            "right_pressure": Profile.constant(5e4),
+        },
+        energy_tolerance=_ROUNDING_OF_GAS,
+        breaks=({}, {}, {"ignition_power": 1e12}),
+    ),
+    Example(
+        "detonation-nozzle",
+        "detonation",
+        {
+            "length": 0.024,
+            "cells": 24,
+            "cross_section": WIDTHS.tolist(),
+            "gas": {"gamma": 1.3, "gas_constant": 300.0, "heat_release": 2e6},
+            "regions": [{"x": [0.0, 0.012], "pressure": 2e6, "temperature": 2000.0, "progress": 1.0}],
+            "left": "open",
+            "right": "absorbing",
+            "gauges": [0.0125],
+            "reaction": {"name": "arrhenius", "half_reaction_length": 0.01},
+            "limiter": "minmod",
+            "step_size": 1e-7,
+        },
+        {"pressure": np.linspace(1e6, 2e5, 24), "density": 3.0},
+        {"left_pressure": 5e5, "ignition_power": 1e5},
+        lambda h: {"left_pressure": Profile.constant(1e5) + Profile.half_sine(2e5, 60 * h)},
+        energy_tolerance=_ROUNDING_OF_GAS,
+        breaks=({}, {}, {"ignition_power": 1e12}),
+    ),
+]
+
+EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED, *GASES]
 
 
 def of_component(name: str) -> list[Example]:

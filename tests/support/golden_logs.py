@@ -221,6 +221,32 @@ def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
     return lambda: ge.make(name, **parameters)
 
 
+BURSTING = {
+    "length": 0.08, "cells": 40, "initial_pressure": 130e3, "gauges": [0.04], "step_size": 1e-7, "ignition_zone": [0.0, 0.01],
+    "right": {"name": "diaphragm", "burst_pressure": 1e6},
+}  # fmt: skip
+NOZZLE = {
+    "length": 0.08, "cells": 40, "cross_section": [1e-3 + 1e-5 * (number % 17) for number in range(40)], "left": "open",
+    "right": "absorbing", "limiter": "minmod", "step_size": 1e-7,
+    "gas": {"gamma": 1.3, "gas_constant": 300.0, "heat_release": 2e6},
+    "reaction": {"name": "arrhenius", "activation": 2.0, "half_reaction_length": 0.01},
+    "regions": [{"x": [0.0, 0.03], "pressure": 3e6, "temperature": 3000.0, "progress": 1.0}],
+}  # fmt: skip
+
+
+def bursting_tube(component: ge.Component) -> None:
+    """Ignited by a pulse of heat in walls that bulge; the diaphragm bursts, and the gas leaves."""
+    bulge = 1.2254e-3 * (1.0 + 1e-3 * (np.arange(40.0) % 7))
+    component.step(1e-5, ignition_power=ge.Profile.half_sine(3e7, 8e-6), area=ge.Profile.constant(1.0) * bulge)
+    component.step(4e-5, ignition_power=0.0, right_pressure=2e5)
+
+
+def driven_nozzle(component: ge.Component) -> None:
+    """Hot gas lights a mixture ahead of it in a rough tube, open behind."""
+    component.step(2e-5, left_pressure=1e6)
+    component.step(2e-5, left_pressure=ge.Profile.triangle(5e5, 1e-5))
+
+
 # Name -> (component, what is done, seconds between frames).
 CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "piston": (make("chain", grains=40, left="piston", **PAPER), plain(2.5e-4, velocity={0: 5.0}), 1e-5),
@@ -297,6 +323,8 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "coupled-inclusion": (make("coupled", **COUPLED_INCLUSION), driven_inclusion, 3e-5),
     "coupled-layers": (make("coupled", **COUPLED_LAYERS), driven_layers, 3e-5),
     "coupled-cracking": (make("coupled", **COUPLED_CRACKING), sheared_core, 5e-5),
+    "detonation-bursting": (make("detonation", **BURSTING), bursting_tube, 1e-5),
+    "detonation-nozzle": (make("detonation", **NOZZLE), driven_nozzle, 1e-5),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from .dispersion import lattice_frequencies, leapfrog_frequency, rotation_frequency
 from .speeds import longitudinal_speed, shear_speed
-from .strength import drucker_prager_stress, equivalent_stress, splitting_tension
+from .strength import (
+    confined_strength,
+    confining_pressure,
+    drucker_prager_stress,
+    equivalent_stress,
+    platen_stress,
+    splitting_tension,
+)
 
 __all__ = [
+    "confined_strength",
+    "confining_pressure",
     "drucker_prager_stress",
     "equivalent_stress",
     "lattice_frequencies",
     "leapfrog_frequency",
     "longitudinal_speed",
+    "platen_stress",
     "rotation_frequency",
     "shear_speed",
     "splitting_tension",

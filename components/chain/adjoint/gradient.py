@@ -245,7 +245,7 @@ def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
     wrong = ~np.isfinite(drive)
     if wrong.any():
         step, side = (int(place) for place in np.argwhere(wrong)[0])
-        raise ParameterError(f"got {drive[step, side]}", expected="a finite number")
+        raise ParameterError(f"got {drive[step, side]}", expected="a finite number", at=("drive", step, side))
     inputs = np.array(drive, order="C")
     _keep_to_inputs(chain, inputs)
     return inputs

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import SerializeAsAny
 
+from ...errors import ParameterError
 from ...support.tagged_union import ByName
 from .base import Arrangement, Uniform
 from .decorated import Decorated
@@ -33,16 +34,18 @@ ChosenArrangement = Annotated[SerializeAsAny[Arrangement], ByName(ARRANGEMENTS)]
 
 
 def refuse_misfit(parameters: ChainParameters) -> None:
-    """`ValueError` where an arrangement does not fit the chain, or says again what the chain's own parameters say."""
+    """`ParameterError` where an arrangement does not fit the chain, or says again what the chain's own parameters say."""
     arrangement, explicit = parameters.arrangement, parameters.model_fields_set
     try:
         arrangement.fit(parameters.grains)
-    except ValueError as error:
-        raise ValueError(f"arrangement: {error}") from None
+    except ParameterError as error:
+        raise error.within("arrangement") from None
     for name in arrangement.own_parameters():
         if name in explicit:
-            raise ValueError(f"{name}: the arrangement gives it too; give it in one place, as {name} or in the arrangement")
+            raise ParameterError(
+                "the arrangement gives it too", hint=f"give it in one place, as {name} or in the arrangement", at=name
+            )
     if isinstance(arrangement, Impurity) and arrangement.mass is not None and parameters.mass is not None:
         twice = [i for i in arrangement.indices if i in parameters.mass] if isinstance(parameters.mass, dict) else True
         if twice:
-            raise ValueError("mass: the arrangement 'impurity' gives its mass too; give it in one place")
+            raise ParameterError("the arrangement 'impurity' gives its mass too", hint="give it in one place", at="mass")

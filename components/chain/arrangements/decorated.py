@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from ...errors import ParameterError
 from ...materials.elastic import Material, Preset, material
 from ...support.fields import Positive, field
 from .base import Arrangement, FloatArray
@@ -27,15 +28,18 @@ class Decorated(Arrangement):
 
     def fit(self, grains: int) -> None:  # noqa: D102
         if grains < 3 or grains % 2 == 0:
-            raise ValueError(
-                f"name: 'decorated' does not fit {grains} grains; expected an odd number from 3: a large one at each end"
+            raise ParameterError(
+                f"'decorated' does not fit {grains} grains",
+                hint="expected an odd number from 3: a large one at each end",
+                at="name",
             )
         smallest = min(self.radius, sound_radii(self.radius, 1.0 - self.taper, grains // 2 + 1))
         # Equal large and small grains are one size, whatever rounding made of the last one.
         if smallest * (1.0 + 1e-12) < self.decoration_radius:
-            raise ValueError(
-                f"decoration_radius: got {self.decoration_radius:g} m, expected at most the smallest of the large grains, "
-                f"{smallest:g} m"
+            raise ParameterError(
+                f"got {self.decoration_radius:g} m",
+                expected=f"at most the smallest of the large grains, {smallest:g} m",
+                at="decoration_radius",
             )
 
     def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102

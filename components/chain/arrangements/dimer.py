@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from ...errors import ParameterError
 from ...materials.elastic import Material, Preset
 from ...support.fields import Positive, field
 from .base import Arrangement, FloatArray, alternatives
@@ -35,7 +36,7 @@ class Dimer(Arrangement):
     def _two_kinds(self) -> Dimer:
         # Two equal values are the end of a scan of ratios; no two values are a slip.
         if not isinstance(self.radius, list) and not isinstance(self.material, list):
-            raise ValueError("radius: both kinds of grain are the same; give two radii, two materials, or both")
+            raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
         return self
 
     @property
@@ -45,7 +46,9 @@ class Dimer(Arrangement):
 
     def fit(self, grains: int) -> None:  # noqa: D102
         if grains < self.period:
-            raise ValueError(f"counts: got {self.counts}, a cell of {self.period} grains, and the chain has {grains} grains")
+            raise ParameterError(
+                f"got {self.counts}, a cell of {self.period} grains, and the chain has {grains} grains", at="counts"
+            )
 
     def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
         return host if self.radius is None else np.broadcast_to(self.radius, (2,))[self._kinds(len(host))]

@@ -6,6 +6,7 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
+from ...errors import ParameterError
 from ...materials.elastic import Material, Preset, material
 from ...support.fields import Index, Positive, field
 from .base import Arrangement, FloatArray
@@ -29,9 +30,9 @@ class Impurity(Arrangement):
     @model_validator(mode="after")
     def _unlike(self) -> Impurity:
         if self.radius is None and self.material is None and self.mass is None:
-            raise ValueError("radius: the impurity is like the other grains; give its radius, material or mass")
+            raise ParameterError("the impurity is like the other grains", hint="give its radius, material or mass", at="radius")
         if not self.indices or len(set(self.indices)) < len(self.indices):
-            raise ValueError(f"index: got {self.index}, expected one grain or more, each of them once")
+            raise ParameterError(f"got {self.index}", expected="one grain or more, each of them once", at="index")
         return self
 
     @property
@@ -41,7 +42,9 @@ class Impurity(Arrangement):
 
     def fit(self, grains: int) -> None:  # noqa: D102
         if max(self.indices) >= grains:
-            raise ValueError(f"index: got {max(self.indices)}, expected 0 to {grains - 1}: the chain has {grains} grains")
+            raise ParameterError(
+                f"got {max(self.indices)}", expected=f"0 to {grains - 1}: the chain has {grains} grains", at="index"
+            )
 
     def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
         return host if self.radius is None else self._place(host, self.radius)

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from ...errors import ParameterError
 from ...materials.elastic import Material, Preset
 from ...support.fields import Positive, field
 from ...support.roots import integer_power, nth_root
@@ -33,7 +34,7 @@ class Tapered(Arrangement):
     def _one_way(self) -> Tapered:
         if (self.taper is None) == (self.last_radius is None):
             come = "neither" if self.taper is None else "both"
-            raise ValueError(f"taper: got {come} of taper and last_radius, expected one of them")
+            raise ParameterError(f"got {come} of taper and last_radius", expected="one of them", at="taper")
         return self
 
     def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
@@ -41,7 +42,9 @@ class Tapered(Arrangement):
 
     def fit(self, grains: int) -> None:  # noqa: D102
         if self.last_radius is not None and grains == 1 and self.last_radius != self.first_radius:
-            raise ValueError("last_radius: the chain has one grain, which is the first; expected at least 2 grains")
+            raise ParameterError(
+                "the chain has one grain, which is the first", hint="expected at least 2 grains", at="last_radius"
+            )
         sound_radii(self.first_radius, self._factor(grains), grains)
 
     def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
@@ -74,5 +77,7 @@ def sound_radii(first: float, factor: float, count: int) -> float:
     if not _TINY <= last <= _HUGE:
         where = math.ceil(math.log(bound / first) / math.log(factor)) if _TINY <= first <= _HUGE else 0
         left = "larger than 0" if factor < 1.0 else "of a finite size"
-        raise ValueError(f"taper: from number {where} on no grain is {left}; take fewer grains or a smaller taper")
+        raise ParameterError(
+            f"from number {where} on no grain is {left}", hint="take fewer grains or a smaller taper", at="taper"
+        )
     return last

@@ -1,4 +1,4 @@
-"""Where the waves of a short load on the surface of a half-space stand: P, S, head waves (C) and the Rayleigh wave (R).
+"""Fronts of the waves of a short load on the surface of a half-space: P, S, head waves (C) and the Rayleigh wave (R).
 
 Source: J. D. Achenbach, Wave Propagation in Elastic Solids (1973), section 7.
 """

@@ -255,7 +255,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         numbers = given.astype(np.float64, order="C")
         if not np.isfinite(numbers).all():
             k, entry = np.argwhere(~np.isfinite(numbers))[0].tolist()
-            raise ParameterError(f"got {numbers[k, entry]}", expected="a number from -1 to 1")
+            raise ParameterError(f"got {numbers[k, entry]}", expected="a number from -1 to 1", at=("actions", k, entry))
         if not self._begun:
             raise ParameterError("no episode has begun", hint="call reset() first", at="step")
         over = np.flatnonzero(self._are_over).tolist() if self.autoreset_mode == AutoresetMode.DISABLED else []

@@ -1,4 +1,4 @@
-"""What an interface adds to the waves of a load: the difference to a half-space that is a grid throughout."""
+"""Secondary waves, which an interface adds to the waves of a load: the difference to a half-space that is a grid throughout."""
 
 from __future__ import annotations
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from granular_env.components.component import Component
 from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError, shortened
-from granular_env.components.support.validation import finite_number, positive_number
+from granular_env.components.support.validation import finite_number, positive_number, whole_number
+from granular_env.envs.arguments import Options, further_parameters
 from granular_env.envs.environment import ComponentEnv, environment_factory
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
@@ -83,8 +84,10 @@ def make_splitting(
     force_scale: float = 1.5,
     work_price: float = 0.1,
     step_size: float = 5e-5,
-    discs: dict[str, Any] | None = None,
-    **options: Any,
+    discs: Mapping[str, Any] | None = None,
+    internal_steps: int = 4,
+    deadline: int | None = 60,
+    **options: Unpack[Options],
 ) -> ComponentEnv:
     """Break a row of linked discs at a wanted link by pulling at its ends, and break no other link.
 
@@ -122,12 +125,11 @@ def make_splitting(
     * v1: first version.
     """
     parameters = {"rows": 1, "columns": columns, "breaking_strain": breaking_strain, "step_size": step_size}
-    component = Discs(**{**parameters, **(discs or {})})
+    component = Discs(**{**parameters, **further_parameters("discs", discs)})
     links = len(component.get("linked"))
     if isinstance(target, bool) or not isinstance(target, int) or not 0 <= target < links or component.parameters.rows != 1:
         raise ParameterError(f"got {shortened(target)}", expected=f"a link of a single row, 0 to {links - 1}", at="target")
-    settings: dict[str, Any] = {"deadline": 60, "internal_steps": 4, **options}
-    control_step = settings["internal_steps"] * component.step_size
+    control_step = whole_number("internal_steps", internal_steps) * component.step_size
     scale, price = positive_number("force_scale", force_scale), finite_number("work_price", work_price)
     task = SplittingTask(component, target, scale, price, control_step)
-    return ComponentEnv(component, task, **settings)
+    return ComponentEnv(component, task, internal_steps=internal_steps, deadline=deadline, **options)

@@ -1,0 +1,71 @@
+"""The Chapman-Jouguet detonation of a perfect gas: the slowest one that burns it all, sonic behind.
+
+With M = D / c0 and H = (gamma^2 - 1) q / (2 c0^2): M = sqrt(1 + H) + sqrt(H).
+Source: W. Fickett, W. C. Davis, Detonation (1979), section 2A.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from .gases import Gas
+
+
+class Flow(NamedTuple):
+    """A state of the gas, in the frame of the tube.
+
+    Attributes:
+        density: [kg/m^3].
+        velocity: [m/s].
+        pressure: [Pa].
+    """
+
+    density: float
+    velocity: float
+    pressure: float
+
+
+class Detonation(NamedTuple):
+    """A steady detonation into gas at rest.
+
+    Attributes:
+        speed: D [m/s].
+        mach: D over the speed of sound ahead.
+        burnt: the Chapman-Jouguet state, where all has reacted.
+        shocked: the von Neumann point, behind the shock, where nothing has reacted.
+        sound_speed: of the burnt state [m/s].
+    """
+
+    speed: float
+    mach: float
+    burnt: Flow
+    shocked: Flow
+    sound_speed: float
+
+
+def chapman_jouguet(gas: Gas, pressure: float, density: float) -> Detonation:
+    """Return the Chapman-Jouguet detonation into gas at rest; a sound wave where the gas releases no heat.
+
+    Args:
+        gas: with its heat release.
+        pressure: initial [Pa].
+        density: initial [kg/m^3].
+    """
+    gamma = gas.gamma
+    sound = math.sqrt(gamma * pressure / density)
+    h = 0.5 * (gamma * gamma - 1.0) * gas.heat_release / (sound * sound)
+    mach = math.sqrt(1.0 + h) + math.sqrt(h)
+    speed = mach * sound
+    # Half way between no reaction and the shock, along the Rayleigh line.
+    burnt = _behind_wave(gamma, mach, pressure, density, 1.0)
+    shocked = _behind_wave(gamma, mach, pressure, density, 2.0)
+    return Detonation(speed, mach, burnt, shocked, math.sqrt(gamma * burnt.pressure / burnt.density))
+
+
+def _behind_wave(gamma: float, mach: float, pressure: float, density: float, way: float) -> Flow:
+    """Return the state on the Rayleigh line of a wave, 1 at the sonic point, 2 at the shock."""
+    square = mach * mach
+    after = pressure * (1.0 + way * gamma * (square - 1.0) / (gamma + 1.0))
+    velocity = way * (square - 1.0) / ((gamma + 1.0) * square) * mach * math.sqrt(gamma * pressure / density)
+    return Flow(density / (1.0 - way * (square - 1.0) / ((gamma + 1.0) * square)), velocity, after)

@@ -1,0 +1,361 @@
+"""The gas in the tube as a component: reactive Euler equations in one dimension with a cross-section A(x, t)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..component import Component
+from ..contract import Balance, Variable
+from ..drawables import Cells, Curve, Drawable
+from ..errors import ParameterError, StepError
+from ..snapshot import EVENT_ROWS, FloatArray
+from ..support.roots import round_down_to_125
+from . import kernels, layout
+from .chapman_jouguet import Detonation, Flow, chapman_jouguet
+from .drive import area_pattern, tick_signals
+from .ends import DIAPHRAGM, OPEN
+from .layout import Medium, State, Tube
+from .limiters import LIMITERS
+from .parameters import DetonationParameters
+from .reactions.reaction import CONSTANTS
+
+# The Courant number of the default step, for the fastest wave that is expected.
+_SUGGESTED_COURANT = 0.5
+# Behind a detonation and its reflection waves run at up to so many times its speed; in an inert gas, at so many times the
+# speed of sound of its hottest region.
+_DETONATION_WAVES, _SOUND_WAVES = 1.3, 2.5
+# State and scratch of a cell.
+_BYTES_OF_CELL = 8 * (9 + 17) + 8
+# Cells over which the speed of the front is measured.
+_SPEED_CELLS = 20
+_STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
+
+
+class DetonationTube(Component):
+    """A reactive gas in a tube, in one dimension: the detonation of Gato & Shie (2010).
+
+    Euler's equations with a cross-section A(x, t) and one reaction. See `DetonationParameters`.
+    """
+
+    name = "detonation"
+    Parameters = DetonationParameters
+    parameters: DetonationParameters
+    # In the order of their numbers in `kernels`.
+    event_kinds = {
+        "ignited": "half of the gas in a cell had reacted for the first time anywhere; the index is the cell's",
+        "front_passed": "half of the gas had reacted at a gauge; the index is the gauge's",
+        "end_reached": "half of the gas had reacted at an end, ignited elsewhere: 0 left, 1 right",
+        "diaphragm_opened": "the pressure on a diaphragm reached its bursting pressure: 0 left, 1 right",
+    }
+
+    # -- building ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def memory_needed(cls, parameters: DetonationParameters) -> int:
+        """Return what state, its copy and the kernels' scratch take."""
+        return _BYTES_OF_CELL * parameters.cells
+
+    def _build(self) -> None:
+        p = self.parameters
+        self.gas = p.chosen_gas
+        self.cell_size: float = p.cell_size
+        self.centres: FloatArray = (np.arange(p.cells) + 0.5) * p.cell_size
+        self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
+        self.front: Detonation = chapman_jouguet(self.gas, p.initial_pressure, self.ahead.density)
+        self._areas: FloatArray = np.full(p.cells, 1.0) * np.array(p.cross_section)
+        self.step_size = self._suggest_step() if p.step_size is None else p.step_size
+        self._medium = Medium(
+            self.gas.gamma, self.gas.gas_constant, self.gas.heat_release, p.cell_size, self.step_size, LIMITERS[p.limiter],
+            p.chosen_reaction.code, p.initial_temperature,
+        )  # fmt: skip
+        self._tube = self._make_tube()
+        self._scratch = layout.make_scratch(p.cells)
+        self._failed = np.zeros(2, dtype=np.int64)
+        self._lay_out_state()
+
+    def _suggest_step(self) -> float:
+        p = self.parameters
+        hottest = max([p.initial_temperature, *(one.temperature or p.initial_temperature for one in p.regions)])
+        fastest = max(abs(one.velocity) for one in p.regions) if p.regions else 0.0
+        waves = _SOUND_WAVES * float(np.sqrt(self.gas.gamma * self.gas.gas_constant * hottest)) + fastest
+        if self.gas.heat_release > 0.0:
+            waves = max(waves, _DETONATION_WAVES * self.front.speed)
+        return round_down_to_125(_SUGGESTED_COURANT * self.cell_size / waves)
+
+    def _make_tube(self) -> Tube:
+        p, n = self.parameters, self.parameters.cells
+        constants = p.chosen_reaction.constants(self.gas, self.front, (p.initial_pressure, self.ahead.density), p.cell_size)
+        gauges = np.full(n, -1, dtype=np.int64)
+        gauges[self._gauge_cells()] = np.arange(len(p.gauges))
+        return Tube(
+            ends=np.array([p.left.code, p.right.code]),
+            burst=np.array([getattr(end, "burst_pressure", 0.0) for end in (p.left, p.right)]),
+            reaction=np.array([*constants, *[0.0] * (CONSTANTS - len(constants))]),
+            heated=np.array(self._cells_between(*p.ignition_zone)),
+            gauges=gauges,
+        )
+
+    def _cells_between(self, begin: float, end: float) -> tuple[int, int]:
+        """Return the first cell whose middle lies there, and the one behind the last; the nearest cell where there is none."""
+        first, last = (int(number) for number in np.searchsorted(self.centres, [begin, end]))
+        if first == last:
+            first = int(np.abs(self.centres - 0.5 * (begin + end)).argmin())
+        return first, max(last, first + 1)
+
+    def _gauge_cells(self) -> list[int]:
+        last = self.parameters.cells - 1
+        return [min(int(x / self.cell_size), last) for x in self.parameters.gauges]
+
+    def _lay_out_state(self) -> None:
+        n = self.parameters.cells
+        self._lay_out(
+            growing={"events": EVENT_ROWS},
+            density=("f8", (n,)), momentum=("f8", (n,)), energy=("f8", (n,)), fuel=("f8", (n,)), velocity=("f8", (n,)),
+            pressure=("f8", (n,)), progress=("f8", (n,)), area=("f8", (n,)), arrival=("f8", (n,)),
+            flags=("i8", (layout.FLAGS,)), tally=("f8", (layout.TALLY,)), start=("f8", (3,)),
+        )  # fmt: skip
+        self._state = State(*(self._block[name] for name in _STATE))
+
+    # -- the contract -----------------------------------------------------------------------------------------------
+
+    def _declare(self) -> Iterable[Variable]:
+        p, n, cells, gauges = self.parameters, self.parameters.cells, ("cell",), ("gauge",)
+        yield Variable(
+            "ignition_power", "input", "W", (), "heat given to the gas in the ignition zone, evenly", start=0.0, nominal=1e6
+        )
+        yield Variable(
+            "area", "input", "m^2", (n,), "cross-section of each cell; walls that move do work on the gas",
+            start=float(self._areas[0]), minimum=1e-300, axes=cells, nominal=float(self._areas.mean()),
+        )  # fmt: skip
+        for name, end in (("left", p.left), ("right", p.right)):
+            if end.code in (OPEN, DIAPHRAGM):
+                yield Variable(
+                    f"{name}_pressure", "input", "Pa", (), f"pressure of the room beyond the {name} end",
+                    start=p.initial_pressure, minimum=0.0, nominal=p.initial_pressure,
+                )  # fmt: skip
+        for name, unit, text in (
+            ("density", "kg/m^3", "density"), ("velocity", "m/s", "velocity along x"), ("pressure", "Pa", "pressure"),
+            ("progress", "1", "part of the gas that has reacted"),
+        ):  # fmt: skip
+            least = -np.inf if name == "velocity" else 0.0
+            nominal = getattr(self.front.burnt, name, 1.0)
+            yield Variable(name, "output", unit, (n,), text, minimum=least, state=True, axes=cells, nominal=nominal or 1.0)
+        yield Variable("temperature", "output", "K", (n,), "p / (rho R), R of the unburnt gas", minimum=0.0, axes=cells)
+        yield Variable("arrival_time", "output", "s", (n,), "when half of the gas had reacted; -1 where it has not", axes=cells)
+        yield Variable("left_front", "output", "m", (), "where burnt gas begins; 0 where nothing has burnt")
+        yield Variable("right_front", "output", "m", (), "where burnt gas ends; 0 where nothing has burnt")
+        yield Variable(
+            "front_speed", "output", "m/s", (), f"speed of the right front over the last {_SPEED_CELLS} cells; 0 where unknown"
+        )
+        yield Variable("cj_ratio", "output", "1", (), "front_speed over that of the Chapman-Jouguet detonation")
+        yield Variable("courant_number", "output", "1", (), "largest (|u| + c) dt / dx", minimum=0.0)
+        yield Variable("gauge_pressure", "output", "Pa", (len(p.gauges),), "pressure at the `gauges`", axes=gauges)
+        yield Variable("gauge_velocity", "output", "m/s", (len(p.gauges),), "velocity at the `gauges`", axes=gauges)
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        state, gauges = self._state, self._gauge_cells()
+        return {
+            "temperature": lambda: state.pressure / (state.density * self.gas.gas_constant),
+            "arrival_time": lambda: state.arrival,
+            "left_front": lambda: self._fronts()[0],
+            "right_front": lambda: self._fronts()[1],
+            "front_speed": self._front_speed,
+            "cj_ratio": lambda: self._front_speed() / self.front.speed,
+            "courant_number": lambda: float(self._wave_speeds().max()) * self.step_size / self.cell_size,
+            "gauge_pressure": lambda: state.pressure[gauges],
+            "gauge_velocity": lambda: state.velocity[gauges],
+        }
+
+    @np.errstate(all="ignore")
+    def _wave_speeds(self) -> FloatArray:
+        state = self._state
+        return np.abs(state.velocity) + np.sqrt(self.gas.gamma * state.pressure / state.density)
+
+    def _fronts(self) -> tuple[float, float]:
+        """Return where the progress passes 1/2 for the first and for the last time, linear between cells [m]."""
+        progress = self._state.progress
+        burnt = np.flatnonzero(progress >= kernels.BURNT)
+        if not len(burnt):
+            return 0.0, 0.0
+        first, last = int(burnt[0]), int(burnt[-1])
+        begin, end = 0.0, self.parameters.length
+        if first > 0:
+            part = (progress[first] - kernels.BURNT) / (progress[first] - progress[first - 1])
+            begin = self.centres[first] - part * self.cell_size
+        if last + 1 < len(progress):
+            part = (progress[last] - kernels.BURNT) / (progress[last] - progress[last + 1])
+            end = self.centres[last] + part * self.cell_size
+        return float(begin), float(end)
+
+    def _front_speed(self) -> float:
+        arrival = self._state.arrival
+        reached = np.flatnonzero(arrival >= 0.0)
+        if not len(reached) or reached[-1] < _SPEED_CELLS:
+            return 0.0
+        last = int(reached[-1])
+        since = arrival[last] - arrival[last - _SPEED_CELLS]
+        known = arrival[last - _SPEED_CELLS] >= 0.0 and since > 0.0
+        return _SPEED_CELLS * self.cell_size / float(since) if known else 0.0
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        state, gas = self._state, self.gas
+        self._fill_regions()
+        super()._start(seed, values)
+        self._refuse_bad_start()
+        state.area[:] = self._areas
+        state.momentum[:] = state.density * state.velocity
+        state.fuel[:] = state.density * (1.0 - state.progress)
+        state.energy[:] = (
+            state.pressure / (gas.gamma - 1.0) + 0.5 * state.momentum * state.velocity + state.fuel * gas.heat_release
+        )
+        burnt = state.progress >= kernels.BURNT
+        state.arrival[:] = np.where(burnt, 0.0, -1.0)
+        state.flags[:] = 0
+        state.flags[layout.LEFT_OPEN] = self.parameters.left.code == OPEN
+        state.flags[layout.RIGHT_OPEN] = self.parameters.right.code == OPEN
+        state.flags[layout.IGNITED] = burnt.any()
+        sums = self._sums()
+        self._block["start"][:] = sums["mass"], sums["momentum"], sums["energy"]
+        return {"area": self._areas}
+
+    def _fill_regions(self) -> None:
+        p, state = self.parameters, self._state
+        state.density[:], state.pressure[:] = self.ahead.density, p.initial_pressure
+        for region in p.regions:
+            cells = slice(*self._cells_between(*region.x))
+            pressure = p.initial_pressure if region.pressure is None else region.pressure
+            temperature = p.initial_temperature if region.temperature is None else region.temperature
+            state.density[cells] = pressure / (self.gas.gas_constant * temperature)
+            state.pressure[cells] = pressure
+            state.velocity[cells], state.progress[cells] = region.velocity, region.progress
+
+    def _refuse_bad_start(self) -> None:
+        state = self._state
+        for name, values in (("density", state.density), ("pressure", state.pressure)):
+            if not (values > 0.0).all():
+                cell = int(np.argmin(values > 0.0))
+                raise ParameterError(
+                    f"start.{name}[{cell}]: got {values[cell]:g}, expected more than 0 everywhere; give an array, or use the "
+                    "parameter `regions`"
+                )
+        if not ((state.progress >= 0.0) & (state.progress <= 1.0)).all():
+            cell = int(np.argmin((state.progress >= 0.0) & (state.progress <= 1.0)))
+            raise ParameterError(f"start.progress[{cell}]: got {state.progress[cell]:g}, expected 0 to 1")
+        speeds = self._wave_speeds()
+        cell, allowed = int(speeds.argmax()), kernels.LARGEST_COURANT * self.cell_size
+        if not speeds[cell] * self.step_size <= allowed:
+            raise ParameterError(
+                f"step_size: got {self.step_size:g} s, expected at most {allowed / speeds[cell]:.4g} s: waves in cell {cell} "
+                f"run at {speeds[cell]:g} m/s at the start and may cross at most {kernels.LARGEST_COURANT:g} cells a step; "
+                "take a smaller step_size, or leave it out"
+            )
+
+    def _advance(self, ticks: int) -> int:
+        signals, areas = tick_signals(self._held, self._tick, ticks), area_pattern(self._held)
+        counts = np.array([self._block.count("events")])
+        # Each gauge, the first ignition, both ends and both diaphragms once.
+        events = self._block.room("events", len(self.parameters.gauges) + 5)
+        status = kernels.advance(
+            self._medium, self._tube, self._state, self._scratch, signals, areas, self._block["tally"], self._tick, events,
+            counts, self._failed,
+        )  # fmt: skip
+        self._block.set_count("events", int(counts[0]))
+        return int(status)
+
+    def _explain(self, status: int) -> StepError:
+        cell, tick = (int(number) for number in self._failed)
+        time, state = tick * self.step_size, self._state
+        where = f"cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s"
+        if status == layout.TOO_FAST:
+            courant = float(self._wave_speeds()[cell]) * self.step_size / self.cell_size
+            return StepError(
+                f"courant_number: reached {courant:.4g} in {where}, expected at most {kernels.LARGEST_COURANT:g}; take a "
+                f"step_size of {0.7 * self.step_size / courant:.2g} s or less, now {self.step_size:g} s",
+                time=time, variable="courant_number", index=None, value=courant, limit=kernels.LARGEST_COURANT,
+            )  # fmt: skip
+        if status == layout.BAD_AREA:
+            area = float(tick_signals(self._held, tick - 1, 1)[0, layout.AREA] * area_pattern(self._held)[cell])
+            largest = float(state.area[cell]) * (1.0 + 2.0 / (self.gas.gamma - 1.0)) if area > 0.0 else 0.0
+            return StepError(
+                f"area: got {area:g} m^2 for {where}, expected more than 0 and less than {largest:g} m^2, where walls leave "
+                "the gas behind; let them move less in a step",
+                time=time, variable="area", index=cell, value=area, limit=largest,
+            )  # fmt: skip
+        name = "pressure" if state.density[cell] > 0.0 else "density"
+        value = float(getattr(state, name)[cell])
+        return StepError(
+            f"{name}: fell to {value:g} {self.variables[name].unit} in {where}, expected more than 0; take a smaller "
+            "step_size, or the limiter minmod",
+            time=time, variable=name, index=cell, value=value, limit=0.0,
+        )  # fmt: skip
+
+    # -- reading ----------------------------------------------------------------------------------------------------
+
+    @property
+    def mass(self) -> float:
+        """Mass of the gas in the tube now [kg]."""
+        return self._sums()["mass"]
+
+    @np.errstate(all="ignore")
+    def _sums(self) -> dict[str, float]:
+        state = self._state
+        volume = state.area * self.cell_size
+        energy = float((state.energy * volume).sum())
+        kinetic = float((0.5 * state.momentum * state.velocity * volume).sum())
+        chemical = float((state.fuel * volume).sum()) * self.gas.heat_release
+        mass, momentum = float((state.density * volume).sum()), float((state.momentum * volume).sum())
+        return {"mass": mass, "momentum": momentum, "energy": energy, "kinetic": kinetic, "chemical": chemical}
+
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy, momentum and mass since the reset."""
+        sums, tally, start = self._sums(), self._block["tally"].tolist(), self._block["start"].tolist()
+        stored = {
+            "internal_energy": sums["energy"] - sums["kinetic"] - sums["chemical"],
+            "kinetic_energy": sums["kinetic"],
+            "chemical_energy": sums["chemical"],
+        }
+        supplied = {
+            "ignition_energy": tally[layout.IGNITION],
+            "left_energy": tally[layout.ENERGY],
+            "right_energy": tally[layout.ENERGY + 1],
+            "wall_work": tally[layout.WALL_WORK],
+            "overwritten_energy": tally[layout.OVERWRITTEN],
+        }
+        impulse = {
+            "left_impulse": tally[layout.IMPULSE],
+            "right_impulse": tally[layout.IMPULSE + 1],
+            "wall_impulse": tally[layout.WALL_IMPULSE],
+        }
+        came = {"left_mass": tally[layout.MASS], "right_mass": tally[layout.MASS + 1]}
+        return (
+            Balance("energy", "J", stored, supplied, initial=start[2]),
+            Balance("momentum", "kg m/s", {"momentum": sums["momentum"]}, impulse, initial=start[1]),
+            Balance("mass", "kg", {"mass": sums["mass"]}, came, initial=start[0]),
+        )
+
+    def report(self) -> dict[str, float]:
+        """Return the Courant number, and how the front compares with the Chapman-Jouguet detonation."""
+        return {
+            "largest Courant number now": self.get("courant_number"),
+            "speed of the front over that of Chapman and Jouguet": self.get("cj_ratio"),
+            "largest pressure now over that of Chapman and Jouguet": float(self._state.pressure.max())
+            / self.front.burnt.pressure,
+        }
+
+    def cautions(self) -> list[str]:
+        """Return a sentence for each assumption that the reaction does not meet on these cells."""
+        return self.parameters.chosen_reaction.cautions(self.cell_size)
+
+    def drawables(self) -> tuple[Drawable, ...]:
+        """Return the tube from the side, coloured by pressure, and pressure, velocity, temperature and progress along it."""
+        radius = np.sqrt(self._areas / np.pi)
+        radius = np.concatenate([radius[:1], 0.5 * (radius[1:] + radius[:-1]), radius[-1:]])
+        x, n = np.arange(len(radius)) * self.cell_size, len(self._areas)
+        nodes = np.concatenate([np.stack([x, -radius], axis=1), np.stack([x, radius], axis=1)])
+        below = np.arange(n)
+        cells = np.stack([below, below + 1, below + n + 2, below + n + 1], axis=1)
+        fields = ("pressure", "velocity", "temperature", "progress")
+        return Cells("tube", nodes, cells, "pressure"), *(Curve(name, self.centres, name) for name in fields)

@@ -1,0 +1,52 @@
+"""Ends of the tube, by name: closed, open, absorbing, diaphragm."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import SerializeAsAny
+
+from ..support.fields import Positive, field
+from ..support.tagged_union import ByName, Named
+
+# Codes for kernels; a diaphragm that has opened is an open end.
+CLOSED, OPEN, ABSORBING, DIAPHRAGM = 0, 1, 2, 3
+
+
+class End(Named):
+    """An end of the tube, chosen by its `name`."""
+
+    code: ClassVar[int]
+
+
+class Closed(End):
+    """A rigid wall."""
+
+    code: ClassVar[int] = CLOSED
+    name: Literal["closed"] = field("closed", "a rigid wall", "1")
+
+
+class Open(End):
+    """An opening into a room at the pressure of the input `<end>_pressure`; at most the speed of sound is reached there."""
+
+    code: ClassVar[int] = OPEN
+    name: Literal["open"] = field("open", "an opening into a room whose pressure is an input", "1")
+
+
+class Absorbing(End):
+    """An end that lets waves out: the flow goes on beyond it as it is before it."""
+
+    code: ClassVar[int] = ABSORBING
+    name: Literal["absorbing"] = field("absorbing", "lets waves out", "1")
+
+
+class Diaphragm(End):
+    """A wall that opens for good once the pressure on it reaches `burst_pressure`."""
+
+    code: ClassVar[int] = DIAPHRAGM
+    name: Literal["diaphragm"] = field("diaphragm", "a wall that bursts, and is open from then on", "1")
+    burst_pressure: Positive = field(2e5, "pressure on the wall at which it bursts", "Pa")
+
+
+ENDS: dict[str, type[End]] = {"closed": Closed, "open": Open, "absorbing": Absorbing, "diaphragm": Diaphragm}
+ChosenEnd = Annotated[SerializeAsAny[End], ByName(ENDS)]

@@ -1,0 +1,127 @@
+"""The gas: perfect, with one adiabatic exponent, and a heat that its reaction sets free.
+
+p = (gamma - 1) rho e, where e is the thermal part of the internal energy, and T = p / (rho R). A mixture of a real fuel has one
+gamma and one heat for each initial pressure, so chosen that the detonation speed and the Chapman-Jouguet pressure are those of
+chemical equilibrium.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from pydantic import AfterValidator
+
+from ..errors import nearest
+from ..support.fields import NotNegative, Positive, field
+from ..support.validation import Parameters
+
+
+class Gas(Parameters):
+    """A perfect gas with one adiabatic exponent, which may release heat."""
+
+    gamma: float = field(1.4, "adiabatic exponent", "1", gt=1.01, le=3.0)
+    gas_constant: Positive = field(287.05, "pressure over density and temperature, p / (rho T)", "J/(kg K)")
+    heat_release: NotNegative = field(0.0, "heat that the whole reaction sets free; 0: an inert gas", "J/kg")
+
+
+class Mixture(NamedTuple):
+    """A fuel and its oxidiser, at one initial temperature.
+
+    Attributes:
+        gas_constant: of the unburnt mixture [J/(kg K)].
+        temperature: initial [K].
+        rows: initial pressure [Pa], gamma [1], heat release [J/kg], by increasing pressure.
+    """
+
+    gas_constant: float
+    temperature: float
+    rows: tuple[tuple[float, float, float], ...]
+
+
+# Chemical equilibrium of the Chapman-Jouguet state by Cantera 3.2 with the mechanism GRI-Mech 3.0 (gri30.yaml): the least
+# detonation speed D over all densities of the products; then `fit_gas` of D and the pressure. D is 2363, 2374, 2383, 2390,
+# 2397, 2402 m/s, the pressure 2.680, 3.378, 4.082, 4.789, 5.500, 6.215 MPa.
+MIXTURES = {
+    "ethylene_oxygen": Mixture(  # C2H4 + 3 O2
+        268.1047,
+        295.0,
+        (
+            (80e3, 1.13736, 9.20758e6),
+            (100e3, 1.13872, 9.19669e6),
+            (120e3, 1.13983, 9.18851e6),
+            (140e3, 1.14076, 9.18214e6),
+            (160e3, 1.14157, 9.17702e6),
+            (180e3, 1.14227, 9.17294e6),
+        ),
+    ),
+}
+INERT_GASES = {"air": Gas()}
+# How far the initial temperature may be from that of a mixture's table [K].
+_TEMPERATURE_RANGE = 15.0
+
+
+def _validate_name(name: str) -> str:
+    known = [*MIXTURES, *INERT_GASES]
+    if name not in known:
+        raise ValueError(f"{name!r} is no gas; {nearest(name, known)}; or give gamma, gas_constant and heat_release")
+    return name
+
+
+GasName = Annotated[str, AfterValidator(_validate_name)]
+"""The name of a gas or a mixture, as a parameter."""
+
+
+def gas_at(value: str | Gas, pressure: float, temperature: float) -> Gas:
+    """Return the gas that a name stands for at an initial state, between the rows of its table linear in pressure.
+
+    Args:
+        value: a name, or the gas itself.
+        pressure: initial [Pa].
+        temperature: initial [K].
+
+    Raises:
+        ValueError: the table of the mixture does not hold this state.
+    """
+    if isinstance(value, Gas):
+        return value
+    if value in INERT_GASES:
+        return INERT_GASES[value]
+    mixture = MIXTURES[value]
+    advice = "or give the gas as gamma, gas_constant and heat_release"
+    low, high = mixture.rows[0][0], mixture.rows[-1][0]
+    if not low <= pressure <= high:
+        raise ValueError(
+            f"initial_pressure: got {pressure:g} Pa, expected {low:g} to {high:g} Pa for the mixture {value!r}; {advice}"
+        )
+    if abs(temperature - mixture.temperature) > _TEMPERATURE_RANGE:
+        coldest, warmest = mixture.temperature - _TEMPERATURE_RANGE, mixture.temperature + _TEMPERATURE_RANGE
+        raise ValueError(
+            f"initial_temperature: got {temperature:g} K, expected {coldest:g} to {warmest:g} K for the mixture "
+            f"{value!r}; {advice}"
+        )
+    place = max(1, next(place for place, row in enumerate(mixture.rows) if pressure <= row[0]))
+    below, above = mixture.rows[place - 1], mixture.rows[place]
+    part = (pressure - below[0]) / (above[0] - below[0])
+    gamma, heat = (low + part * (high - low) for low, high in zip(below[1:], above[1:], strict=True))
+    return Gas(gamma=gamma, gas_constant=mixture.gas_constant, heat_release=heat)
+
+
+def fit_gas(speed: float, cj_pressure: float, pressure: float, density: float, temperature: float) -> Gas:
+    """Return the gas with this detonation speed and Chapman-Jouguet pressure.
+
+    gamma = (p0 + rho0 D^2) / P_CJ - 1, and q from M = D / c0: H = ((M^2 - 1) / 2 M)^2 = (gamma^2 - 1) q / (2 c0^2).
+
+    Args:
+        speed: of the detonation, of chemical equilibrium or measured [m/s].
+        cj_pressure: where the reaction is complete [Pa].
+        pressure: initial [Pa].
+        density: initial [kg/m^3].
+        temperature: initial [K].
+    """
+    gamma = (pressure + density * speed * speed) / cj_pressure - 1.0
+    sound = math.sqrt(gamma * pressure / density)
+    mach = speed / sound
+    h = ((mach * mach - 1.0) / (2.0 * mach)) ** 2
+    heat = 2.0 * h * sound * sound / (gamma * gamma - 1.0)
+    return Gas(gamma=gamma, gas_constant=pressure / (density * temperature), heat_release=heat)

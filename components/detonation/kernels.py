@@ -1,0 +1,346 @@
+"""The gas over one tick: MUSCL slopes, HLLC fluxes and two stages of Heun; then heat, reaction, and what follows from both.
+
+    (A rho)_t + (A rho u)_x = 0
+    (A rho u)_t + (A (rho u^2 + p))_x = p A_x
+    (A E)_t + (A u (E + p))_x = -p A_t + heat,    E = p / (gamma - 1) + rho u^2 / 2 + rho Y q
+    (A rho Y)_t + (A rho u Y)_x = reaction.
+
+Momentum fluxes are taken less the pressure of the cell, so that gas at rest stays at rest to the bit whatever A(x) is. What
+crosses a face leaves one cell and enters the other: mass, energy and momentum are conserved to rounding.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from ..support.jit import inlined, jit
+from .ends import ABSORBING, DIAPHRAGM
+from .fluxes import end_flux, hllc_flux
+from .layout import (
+    AREA,
+    BAD_AREA,
+    ENERGY,
+    IGNITED,
+    IGNITION,
+    IMPULSE,
+    LEFT_OPEN,
+    LEFT_PRESSURE,
+    LEFT_REACHED,
+    MASS,
+    NOT_POSITIVE,
+    OVERWRITTEN,
+    POWER,
+    RIGHT_PRESSURE,
+    RIGHT_REACHED,
+    TOO_FAST,
+    WALL_IMPULSE,
+    WALL_WORK,
+)  # fmt: skip
+from .limiters import limited_difference
+from .reactions.arrhenius import burn_by_arrhenius
+from .reactions.constant_volume import burn_at_constant_volume
+from .reactions.pressure_burn import burn_by_pressure
+from .reactions.reaction import ARRHENIUS, CONSTANT_VOLUME, INERT, PRESSURE_BURN
+
+# The largest Courant number (|u| + c) dt / dx at which a tick is made.
+LARGEST_COURANT = 0.9
+# Kinds of events, in the order of `component.EVENT_KINDS`, and the progress at which gas counts as burnt.
+_IGNITED, _FRONT_PASSED, _END_REACHED, _OPENED = 0, 1, 2, 3
+BURNT = 0.5
+
+
+@jit
+def advance(medium, tube, state, scratch, signals, areas, tally, first_tick, events, counts, failed):
+    """Advance by as many ticks as `signals` has rows; return 0 or a status of `layout`.
+
+    Args:
+        medium: the gas and the numbers of the scheme; this and the following three are tuples of `layout`.
+        tube: the constant tables.
+        state: what changes.
+        scratch: memory.
+        signals: the inputs in the middle of each tick, shape (ticks, SIGNALS).
+        areas: what the area's factor is multiplied by, shape (n,) [m^2].
+        tally: shape (TALLY,).
+        first_tick: before the first of these ticks.
+        events: room for further rows.
+        counts: rows of events in use, shape (1,).
+        failed: of a failure the cell and the tick, shape (2,).
+    """
+    for row in range(signals.shape[0]):
+        tick = first_tick + row + 1
+        failed[1] = tick
+        status = change_area(medium, state, areas, signals[row, AREA], tally, failed)
+        if status != 0:
+            return status
+        flow(medium, tube, state, scratch, signals[row], tally, tick, events, counts)
+        add_heat(medium, tube, state, signals[row, POWER], tally)
+        status = finish(medium, tube, state, tally, tick, events, counts, failed)
+        if status != 0:
+            return status
+    return 0
+
+
+@jit
+def change_area(medium, state, areas, factor, tally, failed):
+    """Let the walls move to a new area, before the tick, and tally the work that they do; return 0 or a status.
+
+    Each cell is compressed at the mean of its pressures before and after, without flow along the tube.
+    """
+    area, gamma = state.area, medium.gamma
+    half = 0.5 * (gamma - 1.0)
+    work = 0.0
+    for i in range(area.size):
+        new = factor * areas[i]
+        old = area[i]
+        if new != old:
+            change = new - old
+            left = old - half * change
+            if not (new > 0.0 and left > 0.0 and new < 1e300):
+                failed[0] = i
+                return BAD_AREA
+            before = state.pressure[i]
+            after = before * left / (new + half * change)
+            ratio = old / new
+            state.density[i] *= ratio
+            state.momentum[i] *= ratio
+            state.fuel[i] *= ratio
+            state.energy[i] = (state.energy[i] * old - 0.5 * (before + after) * change) / new
+            state.pressure[i] = after
+            area[i] = new
+            work -= 0.5 * (before + after) * change
+    tally[WALL_WORK] += work * medium.cell_size
+    return 0
+
+
+@jit
+def flow(medium, tube, state, scratch, signals, tally, tick, events, counts):
+    """Move the gas by one step of Heun: a whole step, and a second one from there, of which the mean is taken."""
+    n = state.density.size
+    for i in range(n):
+        scratch.density[i + 1] = state.density[i]
+        scratch.velocity[i + 1] = state.velocity[i]
+        scratch.pressure[i + 1] = state.pressure[i]
+        scratch.fraction[i + 1] = state.fuel[i] / state.density[i]
+    compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
+    tally_ends(medium, state, scratch, tally)
+    update_first(medium, state, scratch, tally)
+    density, momentum, energy, fuel = scratch.first[0], scratch.first[1], scratch.first[2], scratch.first[3]
+    for i in range(n):
+        r = density[i]
+        u, y = momentum[i] / r, fuel[i] / r
+        scratch.density[i + 1] = r
+        scratch.velocity[i + 1] = u
+        scratch.fraction[i + 1] = y
+        scratch.pressure[i + 1] = (medium.gamma - 1.0) * (energy[i] - 0.5 * momentum[i] * u - fuel[i] * medium.heat)
+    compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
+    tally_ends(medium, state, scratch, tally)
+    update_second(medium, state, scratch, tally)
+
+
+@jit
+def compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
+    """Write the fluxes through all faces, of the stage whose cells are in scratch."""
+    n = state.density.size
+    fill_ghosts(tube, state, scratch)
+    for row in range(4):
+        values = scratch.density
+        if row == 1:
+            values = scratch.velocity
+        elif row == 2:
+            values = scratch.pressure
+        elif row == 3:
+            values = scratch.fraction
+        slopes = scratch.slopes[row]
+        for i in range(1, n + 1):
+            here = values[i]
+            slopes[i] = 0.5 * limited_difference(medium.limiter, here - values[i - 1], values[i + 1] - here)
+    density, velocity, pressure, fraction = scratch.density, scratch.velocity, scratch.pressure, scratch.fraction
+    dr, du, dp, dy = scratch.slopes[0], scratch.slopes[1], scratch.slopes[2], scratch.slopes[3]
+    mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
+    for i in range(1, n):
+        j = i + 1
+        left = (density[i] + dr[i], velocity[i] + du[i], pressure[i] + dp[i], fraction[i] + dy[i])
+        right = (density[j] - dr[j], velocity[j] - du[j], pressure[j] - dp[j], fraction[j] - dy[j])
+        mass[i], impulse[i], energy[i], fuel[i] = hllc_flux(medium, left, right)
+    for side in range(2):
+        i, sign = (1, -1.0) if side == 0 else (n, 1.0)
+        face = 0 if side == 0 else n
+        inner = (
+            density[i] + sign * dr[i], velocity[i] + sign * du[i], pressure[i] + sign * dp[i], fraction[i] + sign * dy[i]
+        )  # fmt: skip
+        outside = signals[LEFT_PRESSURE] if side == 0 else signals[RIGHT_PRESSURE]
+        is_open = state.flags[LEFT_OPEN + side] != 0
+        found = end_flux(medium, inner, sign, tube.ends[side], is_open, outside)
+        if tube.ends[side] == DIAPHRAGM and not is_open and found[1] >= tube.burst[side]:
+            state.flags[LEFT_OPEN + side] = 1
+            add_event(events, counts, tick, _OPENED, side, found[1], tube.burst[side])
+            found = end_flux(medium, inner, sign, tube.ends[side], True, outside)
+        mass[face], impulse[face], energy[face], fuel[face] = found
+
+
+@inlined
+def add_event(events, counts, tick, kind, index, value, limit):
+    """Append a row to the events."""
+    row = counts[0]
+    events[row, 0], events[row, 1], events[row, 2], events[row, 3], events[row, 4] = tick, kind, index, value, limit
+    counts[0] = row + 1
+
+
+@jit
+def fill_ghosts(tube, state, scratch):
+    """Write the ghost cells: the mirror image at a wall, a copy elsewhere."""
+    n = state.density.size
+    for side in range(2):
+        ghost, cell = (0, 1) if side == 0 else (n + 1, n)
+        wall = tube.ends[side] != ABSORBING and state.flags[LEFT_OPEN + side] == 0
+        scratch.density[ghost] = scratch.density[cell]
+        scratch.velocity[ghost] = -scratch.velocity[cell] if wall else scratch.velocity[cell]
+        scratch.pressure[ghost] = scratch.pressure[cell]
+        scratch.fraction[ghost] = scratch.fraction[cell]
+
+
+@jit
+def tally_ends(medium, state, scratch, tally):
+    """Add to the tally what one stage, half a step, lets in at the ends."""
+    n = state.density.size
+    half = 0.5 * medium.step_size
+    for side in range(2):
+        sign, area, face = (1.0, state.area[0], 0) if side == 0 else (-1.0, state.area[n - 1], n)
+        share = sign * half * area
+        tally[MASS + side] += share * scratch.fluxes[0, face]
+        tally[IMPULSE + side] += share * scratch.fluxes[1, face]
+        tally[ENERGY + side] += share * scratch.fluxes[2, face]
+
+
+@inlined
+def face_areas(area, i):
+    """Return the areas of the faces of a cell: means of neighbours, at the ends that of the cell."""
+    here = area[i]
+    before = area[i - 1] if i > 0 else here
+    behind = area[i + 1] if i + 1 < area.size else here
+    return 0.5 * (before + here), 0.5 * (here + behind)
+
+
+@jit
+def update_first(medium, state, scratch, tally):
+    """Write what a whole step makes of the state."""
+    area, pressure = state.area, scratch.pressure
+    mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
+    first = scratch.first
+    rate = medium.step_size / medium.cell_size
+    wall = 0.0
+    for i in range(area.size):
+        before, behind = face_areas(area, i)
+        k, p = rate / area[i], pressure[i + 1]
+        first[0, i] = state.density[i] - k * (behind * mass[i + 1] - before * mass[i])
+        first[1, i] = state.momentum[i] - k * (behind * (impulse[i + 1] - p) - before * (impulse[i] - p))
+        first[2, i] = state.energy[i] - k * (behind * energy[i + 1] - before * energy[i])
+        first[3, i] = state.fuel[i] - k * (behind * fuel[i + 1] - before * fuel[i])
+        wall += p * (behind - before)
+    tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
+
+
+@jit
+def update_second(medium, state, scratch, tally):
+    """Write the mean of the state and of what a second whole step makes of the first."""
+    area, pressure = state.area, scratch.pressure
+    mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
+    first = scratch.first
+    rate = medium.step_size / medium.cell_size
+    wall = 0.0
+    for i in range(area.size):
+        before, behind = face_areas(area, i)
+        k, p = rate / area[i], pressure[i + 1]
+        new = first[0, i] - k * (behind * mass[i + 1] - before * mass[i])
+        state.density[i] = 0.5 * (state.density[i] + new)
+        new = first[1, i] - k * (behind * (impulse[i + 1] - p) - before * (impulse[i] - p))
+        state.momentum[i] = 0.5 * (state.momentum[i] + new)
+        new = first[2, i] - k * (behind * energy[i + 1] - before * energy[i])
+        state.energy[i] = 0.5 * (state.energy[i] + new)
+        new = first[3, i] - k * (behind * fuel[i + 1] - before * fuel[i])
+        state.fuel[i] = 0.5 * (state.fuel[i] + new)
+        wall += p * (behind - before)
+    tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
+
+
+@jit
+def add_heat(medium, tube, state, heat_rate, tally):
+    """Heat the ignition zone evenly by a power [W] over the tick."""
+    if heat_rate != 0.0:
+        first, last = tube.heated[0], tube.heated[1]
+        volume = 0.0
+        for i in range(first, last):
+            volume += state.area[i] * medium.cell_size
+        added = medium.step_size * heat_rate / volume
+        for i in range(first, last):
+            state.energy[i] += added
+        tally[IGNITION] += medium.step_size * heat_rate
+
+
+@inlined
+def react(medium, tube, density, pressure, fraction):
+    """Return the part that has not reacted after a tick, and the pressure that a law has written over the old one."""
+    if medium.law == PRESSURE_BURN:
+        return burn_by_pressure(tube.reaction, pressure, fraction, medium.step_size), pressure
+    if medium.law == ARRHENIUS:
+        return burn_by_arrhenius(tube.reaction, density, pressure, fraction, medium.step_size), pressure
+    if medium.law == CONSTANT_VOLUME:
+        return burn_at_constant_volume(tube.reaction, density, pressure, fraction)
+    return fraction, pressure
+
+
+@jit
+def finish(medium, tube, state, tally, tick, events, counts, failed):
+    """Let the gas react, compute velocity, pressure and progress, note what happened; return 0 or a status."""
+    gamma, heat = medium.gamma, medium.heat
+    allowed = LARGEST_COURANT * medium.cell_size / medium.step_size
+    overwritten = 0.0
+    for i in range(state.density.size):
+        density, energy = state.density[i], state.energy[i]
+        velocity, fraction = state.momentum[i] / density, state.fuel[i] / density
+        kinetic = 0.5 * state.momentum[i] * velocity
+        pressure = (gamma - 1.0) * (energy - kinetic - state.fuel[i] * heat)
+        failed[0] = i
+        if not (density > 0.0 and pressure > 0.0 and density < 1e300):
+            state.pressure[i] = pressure
+            return NOT_POSITIVE
+        if medium.law != INERT and fraction > 0.0:
+            new, written = react(medium, tube, density, pressure, fraction)
+            if new != fraction:
+                fraction = new
+                state.fuel[i] = density * new
+                if written != pressure:
+                    wanted = written / (gamma - 1.0) + kinetic + state.fuel[i] * heat
+                    overwritten += (wanted - energy) * state.area[i]
+                    state.energy[i] = energy = wanted
+                pressure = (gamma - 1.0) * (energy - kinetic - state.fuel[i] * heat)
+        progress = 1.0 - fraction
+        progress = 0.0 if progress < 0.0 else (1.0 if progress > 1.0 else progress)
+        old, state.progress[i] = state.progress[i], progress
+        state.velocity[i], state.pressure[i] = velocity, pressure
+        if not abs(velocity) + sqrt(gamma * pressure / density) <= allowed:
+            return TOO_FAST
+        if progress >= BURNT and state.arrival[i] < 0.0:
+            part = (BURNT - old) / (progress - old) if progress > old else 0.0
+            state.arrival[i] = (tick - 1 + part) * medium.step_size
+            note_front(tube, state, i, progress, tick, events, counts)
+    tally[OVERWRITTEN] += overwritten * medium.cell_size
+    return 0
+
+
+@jit
+def note_front(tube, state, cell, progress, tick, events, counts):
+    """Note that a front has passed a cell: the first that burns, a gauge, an end."""
+    flags, last = state.flags, state.density.size - 1
+    starts = flags[IGNITED] == 0
+    if starts:
+        flags[IGNITED] = 1
+        add_event(events, counts, tick, _IGNITED, cell, progress, BURNT)
+    if tube.gauges[cell] >= 0:
+        add_event(events, counts, tick, _FRONT_PASSED, tube.gauges[cell], progress, BURNT)
+    if cell == 0 and not starts and flags[LEFT_REACHED] == 0:
+        flags[LEFT_REACHED] = 1
+        add_event(events, counts, tick, _END_REACHED, 0, progress, BURNT)
+    if cell == last and not starts and flags[RIGHT_REACHED] == 0:
+        flags[RIGHT_REACHED] = 1
+        add_event(events, counts, tick, _END_REACHED, 1, progress, BURNT)

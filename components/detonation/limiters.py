@@ -1,0 +1,25 @@
+"""Limiters of slopes, by name: one family, minmod(theta a, (a + b) / 2, theta b) of the differences to both neighbours.
+
+Source: B. van Leer, J. Comput. Phys. 32 (1979) 101, section 3; theta = 2 is his monotonised central difference.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from ..support.jit import inlined
+
+LimiterName = Literal["first_order", "minmod", "monotonized_central"]
+# Name -> theta.
+LIMITERS: dict[str, float] = {"first_order": 0.0, "minmod": 1.0, "monotonized_central": 2.0}
+
+
+@inlined
+def limited_difference(theta, back, onward):
+    """Return the limited difference over a cell; 0 at an extremum."""
+    a, b = abs(back), abs(onward)
+    middle = 0.5 * abs(back + onward)
+    least = theta * a if theta * a < theta * b else theta * b
+    least = middle if middle < least else least
+    signed = least if back > 0.0 else -least
+    return signed if back * onward > 0.0 else 0.0

@@ -1,0 +1,98 @@
+"""Parameters of the gas in the tube."""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import model_validator
+
+from ..support.fields import NotNegative, Pair, Positive, field
+from ..support.validation import Parameters
+from .ends import ChosenEnd, Closed
+from .gases import MIXTURES, Gas, GasName, gas_at
+from .limiters import LimiterName
+from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
+
+
+class StartRegion(Parameters):
+    """A part of the tube that starts in another state."""
+
+    x: Pair = field(..., "where it begins and ends; it holds the cells whose middle lies between", "m")
+    pressure: Positive | None = field(None, "pressure at the start; default: that of the tube", "Pa")
+    temperature: Positive | None = field(None, "temperature at the start; default: that of the tube", "K")
+    velocity: float = field(0.0, "velocity at the start", "m/s")
+    progress: float = field(0.0, "part of the gas that has reacted already", "1", ge=0.0, le=1.0)
+
+
+class DetonationParameters(Parameters):
+    """A reactive gas in a tube, in one dimension; by default C2H4 + 3 O2 at 100 kPa."""
+
+    length: Positive = field(1.52, "length of the tube, from x = 0", "m")
+    cells: int = field(760, "cells of equal length", "1", ge=3)
+    cross_section: Positive | list[Positive] = field(
+        1.2254e-3, "area of the tube, one for all cells or one each; the input `area` changes it", "m^2"
+    )
+    gas: GasName | Gas = field(
+        "ethylene_oxygen",
+        f"{{gamma, gas_constant, heat_release}}, or a name: {', '.join(MIXTURES)} (by its table of initial pressures), air",
+        "1",
+    )
+    initial_pressure: Positive = field(1e5, "pressure at the start", "Pa")
+    initial_temperature: Positive = field(295.0, "temperature at the start, and that of the room outside", "K")
+    regions: list[StartRegion] = field([], "parts of the tube that start in another state; later ones cover earlier ones", "1")
+    left: ChosenEnd = field(Closed(), "the end at x = 0: closed, open, absorbing, or a diaphragm with its burst_pressure", "1")
+    right: ChosenEnd = field(Closed(), "the end at x = length: as `left`", "1")
+    ignition_zone: Pair = field([0.0, 0.02], "where the heat of the input `ignition_power` goes: from x to x", "m")
+    reaction: ChosenReaction = field(
+        PressureBurn(),
+        "pressure_burn, arrhenius, constant_volume, inert, or a table; a gas that releases no heat is inert",
+        "1",
+    )
+    gauges: list[NotNegative] = field([], "places x whose pressure and velocity have outputs of their own", "m")
+    limiter: LimiterName = field("monotonized_central", "limiter of slopes: first_order, minmod, monotonized_central", "1")
+    step_size: Positive | None = field(None, "internal step; default: from the fastest wave that is expected", "s")
+
+    @property
+    def chosen_gas(self) -> Gas:
+        """The gas at the initial pressure."""
+        return gas_at(self.gas, self.initial_pressure, self.initial_temperature)
+
+    @property
+    def chosen_reaction(self) -> Reaction:
+        """The law of its reaction; none of a gas that releases no heat."""
+        return self.reaction if self.chosen_gas.heat_release > 0.0 else Inert()
+
+    @property
+    def cell_size(self) -> float:
+        """Length of a cell [m]."""
+        return self.length / self.cells
+
+    @model_validator(mode="after")
+    def _validate_gas(self) -> DetonationParameters:
+        if self.chosen_gas.heat_release == 0.0 and not isinstance(self.reaction, (PressureBurn, Inert)):
+            raise ValueError(
+                f"reaction: got {self.reaction.name!r} of a gas that releases no heat; give gas.heat_release, or leave the "
+                "reaction out"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _validate_places(self) -> DetonationParameters:
+        if isinstance(self.cross_section, list) and len(self.cross_section) != self.cells:
+            raise ValueError(
+                f"cross_section: got {len(self.cross_section)} numbers, expected one, or {self.cells}, one for each cell"
+            )
+        places = [("ignition_zone", self.ignition_zone), *((f"regions[{n}].x", one.x) for n, one in enumerate(self.regions))]
+        for name, (begin, end) in places:
+            if not begin < end:
+                raise ValueError(f"{name}: got {begin:g} to {end:g} m, expected a begin below its end")
+            if end <= 0.0 or begin >= self.length:
+                raise ValueError(f"{name}: got {begin:g} to {end:g} m, outside the tube of 0 to {self.length:g} m")
+        for place, x in enumerate(self.gauges):
+            if x > self.length:
+                raise ValueError(f"gauges[{place}]: got {x:g} m, expected 0 to {self.length:g} m")
+        cells = [min(math.floor(x / self.cell_size), self.cells - 1) for x in self.gauges]
+        for place, cell in enumerate(cells):
+            if cell in cells[:place]:
+                raise ValueError(f"gauges[{place}]: lies in one cell with gauges[{cells.index(cell)}]; give each cell one")
+        return self

@@ -1,0 +1,51 @@
+"""The constant-volume burn that Gato & Shie (2010) name, taken at its word: a negative result, kept for comparison.
+
+The gas burns as it is compressed, and its pressure is overwritten:
+
+    Y' = 1 - (V - V0) / (V_CJ - V0), V = 1 / rho, between 0 and 1;
+    Y' = 0 where Y < Y' and Y' < 0.9;  p = (1 - Y') P_CJ where Y' < 0.99;  Y = Y'.
+
+Energy is not conserved; its balance shows what the overwriting added. The front runs a fifth faster than D, however fine the
+mesh is. Use `pressure_burn`.
+Source: C. L. Mader, Numerical Modeling of Detonations (1979), as it is used for tubes of thin wall.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from ...support.fields import field
+from ...support.jit import inlined
+from ..chapman_jouguet import Detonation
+from ..gases import Gas
+from .reaction import CONSTANT_VOLUME, Reaction
+
+_NOTHING = 1e-8
+
+
+class ConstantVolume(Reaction):
+    """Pressure is overwritten while the gas is compressed; a documented negative result."""
+
+    code: ClassVar[int] = CONSTANT_VOLUME
+    name: Literal["constant_volume"] = field("constant_volume", "overwrites the pressure; a negative result", "1")
+
+    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> tuple[float, ...]:
+        """Return V0, V_CJ [m^3/kg] and P_CJ [Pa]."""
+        return 1.0 / ahead[1], 1.0 / front.burnt.density, front.burnt.pressure
+
+    def cautions(self, cell_size: float) -> list[str]:
+        """Return the sentence that this law is wrong."""
+        return [
+            "the reaction constant_volume overwrites pressures: its front is too fast on any mesh, and it does not conserve "
+            "energy; take the reaction pressure_burn"
+        ]
+
+
+@inlined
+def burn_at_constant_volume(constants, density, pressure, fraction):
+    """Return what has not reacted, and the pressure that is written over the old one."""
+    new = 1.0 - (1.0 / density - constants[0]) / (constants[1] - constants[0])
+    burns = 0.0 <= new and new <= 1.0 and fraction > _NOTHING
+    new = 0.0 if fraction < new and new < 0.9 else new
+    written = (1.0 - new) * constants[2] if new < 0.99 else pressure
+    return (new if burns else fraction), (written if burns else pressure)

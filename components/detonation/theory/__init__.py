@@ -1,0 +1,17 @@
+"""Exact solutions for the gas: the Riemann problem, shocks, detonations, their reaction zone and the wave behind them.
+
+No step calls them.
+"""
+
+from __future__ import annotations
+
+from ..chapman_jouguet import Detonation, Flow, chapman_jouguet
+from .riemann import RiemannSolution, riemann_problem
+from .shocks import behind_shock, reflected_pressure
+from .taylor_wave import TaylorWave, fit_decay
+from .znd import ReactionZone
+
+__all__ = [
+    "Detonation", "Flow", "ReactionZone", "RiemannSolution", "TaylorWave", "behind_shock", "chapman_jouguet", "fit_decay",
+    "reflected_pressure", "riemann_problem",
+]  # fmt: skip

@@ -1,0 +1,81 @@
+"""The wave behind a Chapman-Jouguet front that starts at a closed end: G. I. Taylor (1950), Ya. B. Zeldovich.
+
+Behind the front at x = D t the gas expands, c = ((gamma - 1) x / t + 2 c3) / (gamma + 1), until it is at rest at x = c3 t:
+c3 = (gamma + 1) c_CJ / 2 - (gamma - 1) D / 2. It is the same at all times in x / t.
+Source: G. I. Taylor, Proc. R. Soc. A 200 (1950) 235.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...support.arrays import FloatArray
+from ..chapman_jouguet import Detonation, Flow
+
+
+@dataclass(frozen=True)
+class TaylorWave:
+    """The gas from the closed end at x = 0 to the front and beyond.
+
+    Attributes:
+        front: the detonation.
+        ahead: gas that it runs into.
+        gamma: adiabatic exponent.
+    """
+
+    front: Detonation
+    ahead: Flow
+    gamma: float
+
+    @property
+    def resting_sound_speed(self) -> float:
+        """Speed of sound c3 of the gas at rest behind the wave [m/s]."""
+        return 0.5 * (self.gamma + 1.0) * self.front.sound_speed - 0.5 * (self.gamma - 1.0) * self.front.speed
+
+    @property
+    def plateau(self) -> float:
+        """Pressure of the gas at rest behind the wave [Pa]."""
+        ratio = self.resting_sound_speed / self.front.sound_speed
+        return self.front.burnt.pressure * ratio ** (2.0 * self.gamma / (self.gamma - 1.0))
+
+    def at(self, x: FloatArray, time: float | FloatArray) -> FloatArray:
+        """Return density, velocity and pressure at places [m] and times [s] after the start, shape (3, n)."""
+        gamma, rest, sonic = self.gamma, self.resting_sound_speed, self.front.sound_speed
+        ratio = np.asarray(x) / np.asarray(time)
+        inside = np.clip(ratio, rest, self.front.speed)
+        sound = ((gamma - 1.0) * inside + 2.0 * rest) / (gamma + 1.0)
+        burnt = self.front.burnt
+        wave = np.stack([
+            burnt.density * (sound / sonic) ** (2.0 / (gamma - 1.0)),
+            2.0 * (inside - rest) / (gamma + 1.0),
+            burnt.pressure * (sound / sonic) ** (2.0 * gamma / (gamma - 1.0)),
+        ])  # fmt: skip
+        ahead = np.stack([np.full(ratio.shape, value) for value in self.ahead])
+        return np.where(ratio > self.front.speed, ahead, wave)
+
+    def decay_time(self, x: float) -> float:
+        """Return the time in which the pressure at a place decays, about x / 3 D [s].
+
+        Of the T for which P3 + (P2 - P3) exp(-(t - x / D) / T) fits the wave best from its front until the gas rests.
+        """
+        front, rest = x / self.front.speed, x / self.resting_sound_speed
+        times = np.linspace(front, rest, 2001)[1:]
+        excess = (self.at(np.full(len(times), x), times)[2] - self.plateau) / (self.front.burnt.pressure - self.plateau)
+        return fit_decay(times - front, excess)
+
+
+def fit_decay(times: FloatArray, excess: FloatArray) -> float:
+    """Return the T for which exp(-t / T) is nearest to `excess` at equidistant times, in the mean square [s]."""
+    low, high = 1e-3 * times[-1], 10.0 * times[-1]
+    ratio = 0.5 * (np.sqrt(5.0) - 1.0)
+
+    def misfit(logarithm: float) -> float:
+        return float(((np.exp(-times / np.exp(logarithm)) - excess) ** 2).sum())
+
+    a, b = float(np.log(low)), float(np.log(high))
+    for _ in range(100):  # golden section
+        c, d = b - ratio * (b - a), a + ratio * (b - a)
+        a, b = (a, d) if misfit(c) < misfit(d) else (c, b)
+    return float(np.exp(0.5 * (a + b)))

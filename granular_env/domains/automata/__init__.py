@@ -1,0 +1,1 @@
+"""Specimens of movable automata: their environments and tasks."""

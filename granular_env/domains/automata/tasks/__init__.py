@@ -1,0 +1,10 @@
+"""Tasks on specimens of automata, one a file. Each is registered by its line in `ENVIRONMENTS`."""
+
+from __future__ import annotations
+
+from granular_env.domains import Environment
+
+# The threshold is what theory returns, rounded down. There is no native batch: Gymnasium's own serves.
+ENVIRONMENTS = {
+    "granular_env/Confinement-v1": Environment(f"{__name__}.confinement:make_confinement", None, -0.088),
+}

@@ -1,0 +1,311 @@
+"""The gas in the tube: flow without reaction against exact solutions, ends, moving walls, what it refuses."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.component_examples import GASES
+from support.gas_tools import AIR, air_tube, cell_means, run_for, sod_tube
+
+import granular_env as ge
+from granular_env.components.detonation import DetonationTube
+from granular_env.components.detonation.theory import Flow, reflected_pressure, riemann_problem
+
+ROOT = Path(__file__).resolve().parent.parent
+SOUND = AIR.gamma**0.5
+
+
+def order(errors: list[float]) -> float:
+    """Return the order of convergence over meshes that double."""
+    return float(np.log2(errors[0] / errors[-1]) / (len(errors) - 1))
+
+
+# -- flow ----------------------------------------------------------------------------------------------------------------
+
+
+def sod_error(cells: int) -> float:
+    """Return the mean error of the density."""
+    tube = sod_tube(cells)
+    run_for(tube, 0.2)
+    exact = riemann_problem(Flow(1.0, 0.0, 1.0), Flow(0.125, 0.0, 0.1), AIR.gamma).at((tube.centres - 0.5) / tube.time)
+    return float(np.abs(tube.get("density") - exact[0]).mean())
+
+
+def test_sods_problem() -> None:
+    """Shock and contact are of first order, and limit the whole."""
+    errors = [sod_error(cells) for cells in (100, 200, 400)]
+    assert errors[-1] < 2e-3
+    assert order(errors) > 0.75
+
+
+def simple_wave_error(cells: int, limiter: str) -> float:
+    """Return the mean error of the density of a wave that steepens, before it breaks.
+
+    Of a wave to the right u - 2 c / (gamma - 1) is the same everywhere, and u keeps its value along x = x0 + (u + c) t.
+    """
+    samples, gamma = 32, AIR.gamma
+    tube = air_tube(cells, left="absorbing", right="absorbing", limiter=limiter, step_size=0.15 / cells)
+
+    def flow(u: np.ndarray) -> np.ndarray:
+        density = (1.0 + 0.5 * (gamma - 1.0) * u / SOUND) ** (2.0 / (gamma - 1.0))
+        return cell_means(density, u, density**gamma, cells)
+
+    def pulse(x: np.ndarray) -> np.ndarray:
+        return 0.2 * np.where(np.abs(x - 0.3) < 0.2, np.cos(np.pi * (x - 0.3) / 0.4) ** 4, 0.0)
+
+    fine = (np.arange(cells * samples) + 0.5) / (cells * samples)
+    density, velocity, pressure = flow(pulse(fine))
+    tube.reset(density=density, velocity=velocity, pressure=pressure)
+    run_for(tube, 0.2)
+    u = pulse(fine)
+    for _ in range(200):
+        u = pulse(fine - (SOUND + 0.5 * (gamma + 1.0) * u) * tube.time)
+    return float(np.abs(tube.get("density") - flow(u)[0]).mean())
+
+
+@pytest.mark.parametrize(
+    ("limiter", "least", "most"), [("first_order", 0.7, 1.0), ("minmod", 1.6, 2.0), ("monotonized_central", 1.8, 2.1)]
+)
+def test_a_smooth_wave_converges_in_the_order_of_its_limiter(limiter: str, least: float, most: float) -> None:
+    """Limiters cut extremes, which are of first order; the more so, the coarser the mesh."""
+    assert least <= order([simple_wave_error(cells, limiter) for cells in (100, 200)]) <= most
+
+
+def nozzle_error(cells: int) -> float:
+    """Return the mean error of the pressure of steady supersonic flow in a widening tube, with A(M) / A* of isentropic flow."""
+    gamma = AIR.gamma
+
+    def wide(mach: np.ndarray | float) -> Any:
+        return (2.0 / (gamma + 1.0) * (1.0 + 0.5 * (gamma - 1.0) * mach**2)) ** (0.5 * (gamma + 1.0) / (gamma - 1.0)) / mach
+
+    x = (np.arange(cells) + 0.5) / cells
+    area = 1.0 + 2.0 * np.clip(x - 0.3, 0.0, None) ** 3
+    low, high = np.ones(cells), np.full(cells, 10.0)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        narrow = wide(middle) < area * wide(2.0)
+        low, high = np.where(narrow, middle, low), np.where(narrow, high, middle)
+    temperature = 1.0 / (1.0 + 0.5 * (gamma - 1.0) * low**2)
+    density, pressure = temperature ** (1.0 / (gamma - 1.0)), temperature ** (gamma / (gamma - 1.0))
+    tube = air_tube(cells, cross_section=area.tolist(), left="absorbing", right="absorbing")
+    tube.reset(density=density, velocity=low * np.sqrt(gamma * temperature), pressure=pressure)
+    run_for(tube, 0.5)
+    return float(np.abs(tube.get("pressure") / pressure - 1.0).mean())
+
+
+def test_a_nozzle_converges_in_second_order() -> None:
+    errors = [nozzle_error(cells) for cells in (50, 100)]
+    assert errors[-1] < 1e-4
+    assert 1.8 <= order(errors) <= 2.2
+
+
+def test_gas_at_rest_stays_at_rest_whatever_the_tube_is() -> None:
+    widths = 1.0 + np.random.default_rng(0).random(40)
+    tube = air_tube(40, cross_section=widths.tolist())
+    tube.step(200 * tube.step_size)
+    assert (tube.get("velocity") == 0.0).all() and (tube.get("pressure") == 1.0).all() and (tube.get("density") == 1.0).all()
+
+
+def test_the_mirror_image_of_a_flow_is_the_flow_of_the_mirror_image() -> None:
+    widths = 1.0 + 0.2 * np.arange(30.0) / 30.0
+    low = [{"x": [0.5, 1.0], "pressure": 0.2}, {"x": [0.0, 0.5], "pressure": 0.2}]
+    straight, turned = (
+        air_tube(30, cross_section=area.tolist(), regions=[region], left=left, right=right)
+        for area, region, left, right in ((widths, low[0], "closed", "open"), (widths[::-1], low[1], "open", "closed"))
+    )
+    run_for(straight, 0.5, right_pressure=0.3)
+    run_for(turned, 0.5, left_pressure=0.3)
+    # Sums are taken in the other order.
+    for name, sign in (("density", 1.0), ("velocity", -1.0), ("pressure", 1.0)):
+        np.testing.assert_allclose(turned.get(name)[::-1], sign * straight.get(name), rtol=1e-11, atol=1e-12)
+    assert turned.get("left_mass") == pytest.approx(straight.get("right_mass"), rel=1e-12)
+
+
+# -- ends ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("end", "expected", "tolerance"), [("closed", 1.0, 0.01), ("open", -1.0, 0.01), ("absorbing", 0.0, 1e-4)]
+)
+def test_what_an_end_sends_back_of_a_sound_wave(end: str, expected: float, tolerance: float) -> None:
+    """A rigid wall sends it back as it came, an opening with the other sign; the peak loses what 80 cells a pulse clip."""
+    tube, height = air_tube(200, left="absorbing", right=end), 1e-4
+    pulse = height * np.where(np.abs(tube.centres - 0.6) < 0.2, np.cos(np.pi * (tube.centres - 0.6) / 0.4) ** 2, 0.0)
+    tube.reset(density=1.0 + pulse / AIR.gamma, velocity=pulse / SOUND, pressure=1.0 + pulse)
+    run_for(tube, 0.7 / SOUND)
+    left = (tube.get("pressure") - 1.0) / height
+    peak = int(np.abs(left).argmax())
+    assert left[peak] == pytest.approx(expected, abs=tolerance)
+    assert expected == 0.0 or tube.centres[peak] == pytest.approx(0.7, abs=0.01)
+
+
+def test_a_wall_stops_gas_with_the_pressure_of_the_shock() -> None:
+    tube = air_tube(100, left="absorbing")
+    tube.reset(velocity=1.5)
+    run_for(tube, 0.4)
+    expected = reflected_pressure(Flow(1.0, 1.5, 1.0), AIR.gamma)
+    # The first cells at the wall are too hot, their pressure is not; behind the shock it rings a little.
+    np.testing.assert_allclose(tube.get("pressure")[-12:], expected, rtol=2e-3)
+
+
+def test_gas_leaves_into_a_vacuum_at_the_speed_of_sound() -> None:
+    """At the opening rho c is that of the sonic point of the fan: (2 / (gamma + 1))^((gamma + 1) / (gamma - 1))."""
+    tube = air_tube(200, right="open")
+    run_for(tube, 0.3, right_pressure=0.0)
+    choked = (2.0 / (AIR.gamma + 1.0)) ** ((AIR.gamma + 1.0) / (AIR.gamma - 1.0)) * SOUND
+    assert tube.get("right_mass") == pytest.approx(-choked * tube.time, rel=5e-3)
+
+
+def test_a_room_of_higher_pressure_drives_a_shock_into_the_tube() -> None:
+    """The gas gets the pressure of the room, the speed of that shock, and the temperature of the room."""
+    tube, room = air_tube(100, left="closed", right="open"), 1.5
+    run_for(tube, 0.4, right_pressure=room)
+    speed = (room - 1.0) * np.sqrt(2.0 / ((AIR.gamma + 1.0) * room + AIR.gamma - 1.0))
+    np.testing.assert_allclose(tube.get("pressure")[-30:], room, rtol=3e-3)
+    np.testing.assert_allclose(tube.get("velocity")[-30:], -speed, rtol=5e-3)
+    assert tube.get("right_mass") == pytest.approx(room * speed * tube.time, rel=0.01)
+    enthalpy = AIR.gamma / (AIR.gamma - 1.0) + 0.5 * speed**2
+    assert tube.get("right_energy") / tube.get("right_mass") == pytest.approx(enthalpy, rel=1e-3)
+
+
+def test_a_diaphragm_holds_until_it_bursts() -> None:
+    high = {"x": [0.0, 0.3], "pressure": 3.0, "temperature": 1.0}
+    end = {"name": "diaphragm", "burst_pressure": 2.0}
+    tube, closed = (air_tube(100, regions=[high], right=one) for one in (end, "closed"))
+    while not tube.event_count:
+        assert tube.get("right_mass") == 0.0
+        tube.step()
+    (event,) = tube.events()
+    assert (event.kind, event.index, event.limit) == ("diaphragm_opened", 1, 2.0) and event.value >= 2.0
+    # A shock of Riemann's problem has come there.
+    star = riemann_problem(Flow(3.0, 0.0, 3.0), Flow(1.0, 0.0, 1.0), AIR.gamma)
+    front = np.sqrt(AIR.gamma * ((AIR.gamma + 1.0) * star.pressure + AIR.gamma - 1.0) / (2.0 * AIR.gamma))
+    assert tube.time == pytest.approx(0.7 / front, rel=0.03)
+    tube.step(0.1, right_pressure=0.5)
+    closed.step(tube.time)
+    assert tube.get("right_mass") < -0.01 and closed.get("right_mass") == 0.0
+    assert tube.event_count == 1 and closed.event_count == 0
+
+
+# -- walls that move, heat -----------------------------------------------------------------------------------------------
+
+
+def test_walls_that_close_compress_the_gas_without_a_change_of_entropy() -> None:
+    """Mean pressures over a step: of second order in its change of area, here a thousandth."""
+    tube = air_tube(5)
+    duration = 1000 * tube.step_size
+    profile = ge.Profile.table([0.0, 2.0 * duration], [1.0, 0.0])
+    tube.step(duration, area=profile * np.ones(5))
+    area = float(profile(duration - 0.5 * tube.step_size))
+    np.testing.assert_allclose(tube.get("pressure"), area**-AIR.gamma, rtol=1e-6)
+    np.testing.assert_allclose(tube.get("density"), 1.0 / area, rtol=1e-12)
+    assert tube.get("wall_work") == pytest.approx((area ** (1.0 - AIR.gamma) - 1.0) / (AIR.gamma - 1.0), rel=1e-6)
+    assert abs(tube.get("energy_residual")) < 1e-13
+
+
+def test_gas_keeps_its_speed_while_walls_move_around_it() -> None:
+    tube = air_tube(5, left="absorbing", right="absorbing")
+    tube.reset(velocity=0.25)
+    tube.step(None, area=0.9)
+    np.testing.assert_allclose(tube.get("velocity"), 0.25, rtol=1e-14)
+
+
+def test_the_heat_of_the_ignition_goes_into_its_zone() -> None:
+    tube = air_tube(50, cross_section=2.0)
+    run_for(tube, 0.02, ignition_power=5.0)
+    assert tube.get("ignition_energy") == pytest.approx(5.0 * tube.time, rel=1e-12)
+    gained = 2.0 * 0.02 * (tube.get("pressure") - 1.0) / (AIR.gamma - 1.0)
+    assert gained.sum() == pytest.approx(5.0 * tube.time, rel=0.01)
+    assert gained[:8].sum() > 0.98 * gained.sum()
+
+
+# -- bits, errors --------------------------------------------------------------------------------------------------------
+
+_WITHOUT_JIT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from support.component_examples import GASES
+from support.conformance_tools import bits, drive
+for example in GASES:
+    component = example.started()
+    drive(component, example, 60)
+    print(__import__("hashlib").sha256(bits(component)).hexdigest())
+"""
+
+
+def test_kernels_give_the_same_bits_without_the_jit() -> None:
+    command = [sys.executable, "-c", _WITHOUT_JIT, str(ROOT / "tests")]
+    answers = [
+        subprocess.run(
+            command, capture_output=True, text=True, check=True, cwd=ROOT, env={**os.environ, **extra}
+        ).stdout.split()
+        for extra in ({}, {"NUMBA_DISABLE_JIT": "1"})
+    ]
+    assert len(answers[0]) == len(GASES) and answers[0] == answers[1]
+
+
+def test_a_step_too_large_is_told_with_the_one_to_take() -> None:
+    tube = air_tube(50, step_size=5e-3)
+    before = tube.save().to_bytes()
+    with pytest.raises(ge.StepError, match=r"courant_number: reached .* in cell \d, x = .* m, at .* s.*step_size of") as caught:
+        tube.step(0.5, ignition_power=100.0)
+    assert caught.value.value > caught.value.limit == 0.9
+    assert tube.save().to_bytes() == before
+    with pytest.raises(ge.ParameterError, match=r"step_size: got 0.05 s, expected at most 0.01521 s: waves in cell 0"):
+        air_tube(50, step_size=0.05)
+
+
+@pytest.mark.parametrize(("area", "said"), [(-1.0, "got -1 m"), (1e3, "got 1000 m")])
+def test_walls_cannot_leave_the_gas_behind(area: float, said: str) -> None:
+    tube = air_tube(10)
+    with pytest.raises(ge.StepError, match=f"area: {said}.*expected more than 0 and less than"):
+        tube.step(None, area=ge.Profile.constant(area))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"gas": "ethylene"}, "'ethylene' is no gas; did you mean 'ethylene_oxygen'"),
+        ({"initial_pressure": 5e4}, "initial_pressure: got 50000 Pa, expected 80000 to 180000 Pa"),
+        ({"initial_temperature": 400.0}, "initial_temperature: got 400 K, expected 280 to 310 K"),
+        ({"gas": "air", "reaction": "arrhenius"}, "'arrhenius' of a gas that releases no heat"),
+        ({"gas": {"gamma": 1.0}}, "gas.gamma"),
+        ({"reaction": "pressure_burns"}, "did you mean 'pressure_burn'"),
+        ({"reaction": {"name": "pressure_burn", "trigger": 0.9}}, "trigger"),
+        ({"right": "opened"}, "did you mean 'open'"),
+        ({"right": {"name": "diaphragm", "burst_pressure": 0.0}}, "burst_pressure"),
+        ({"cross_section": [1.0, 2.0]}, "cross_section: got 2 numbers, expected one, or 760"),
+        ({"ignition_zone": [0.1, 0.1]}, "ignition_zone: got 0.1 to 0.1 m, expected a begin below its end"),
+        ({"regions": [{"x": [2.0, 3.0]}]}, "regions[0].x: got 2 to 3 m, outside the tube of 0 to 1.52 m"),
+        ({"gauges": [0.5, 1.6]}, "gauges[1]: got 1.6 m, expected 0 to 1.52 m"),
+        ({"gauges": [0.5001, 0.5002]}, "gauges[1]: lies in one cell with gauges[0]"),
+        ({"cells": 2}, "cells"),
+        ({"limiter": "superbee"}, "limiter"),
+    ],
+)
+def test_wrong_parameters_are_named(parameters: dict[str, Any], said: str) -> None:
+    with pytest.raises(ge.ParameterError) as caught:
+        DetonationTube(**parameters)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("start", "said"),
+    [
+        ({"pressure": -1.0}, "start.pressure[0]: got -1, expected more than 0"),
+        ({"density": {3: 1.0}}, "start.density[0]: got 0, expected more than 0 everywhere; give an array, or use"),
+        ({"progress": {4: 1.5}}, "start.progress[4]: got 1.5, expected 0 to 1"),
+        ({"velocity": 1e3}, "step_size: got"),
+    ],
+)
+def test_wrong_starts_are_named(start: dict[str, Any], said: str) -> None:
+    tube = air_tube(10)
+    with pytest.raises(ge.ParameterError) as caught:
+        tube.reset(**start)
+    assert said in str(caught.value)
