@@ -164,7 +164,7 @@ def mirror_of(points: Any) -> Any:
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_a_mirrored_body_cracks_as_its_image(n: int) -> None:
-    """Bit for bit while nothing touches, where automata are as large as cells; otherwise to rounding, which collisions amplify."""
+    """Bit for bit while nothing touches, where automata are as large as cells; else to rounding, which collisions amplify."""
     medium = pressed_core(n)
     parts = [("grid_velocity", mirror_of(medium.grid.mesh.nodes)), ("automata_velocity", mirror_of(medium.reference))]
     push = ge.Profile.half_sine(-0.03, 10.0) * [0.0, 1.0]

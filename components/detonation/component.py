@@ -63,7 +63,7 @@ class DetonationTube(Component):
         p = self.parameters
         self.gas = p.chosen_gas
         self.cell_size: float = p.cell_size
-        self.centres: FloatArray = (np.arange(p.cells) + 0.5) * p.cell_size
+        self.centres: FloatArray = np.asarray((np.arange(p.cells) + 0.5) * p.cell_size, dtype=np.float64)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
         self.front: Detonation = chapman_jouguet(self.gas, p.initial_pressure, self.ahead.density)
         self._areas: FloatArray = np.full(p.cells, 1.0) * np.array(p.cross_section)
@@ -364,7 +364,7 @@ class DetonationTube(Component):
         radius = np.sqrt(self._areas / np.pi)
         radius = np.concatenate([radius[:1], 0.5 * (radius[1:] + radius[:-1]), radius[-1:]])
         x, n = np.arange(len(radius)) * self.cell_size, len(self._areas)
-        nodes = np.concatenate([np.stack([x, -radius], axis=1), np.stack([x, radius], axis=1)])
+        nodes: FloatArray = np.array([*zip(x, -radius, strict=True), *zip(x, radius, strict=True)], dtype=np.float64)
         below = np.arange(n)
         cells = np.stack([below, below + 1, below + n + 2, below + n + 1], axis=1)
         fields = ("pressure", "velocity", "temperature", "progress")
