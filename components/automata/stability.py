@@ -9,6 +9,7 @@ import numpy as np
 
 from ..support.counter_random import uniform
 from ..support.jit import jit
+from ..support.recent import Recent
 from .state import Body, Motion, Scratch, make_scratch
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.
@@ -18,14 +19,21 @@ _ROUNDS, _CHANGE, _MOST_ROUNDS, _MOST_WORK = 20, 1e-5, 1000, 30_000_000
 # The parts of the limit 2 / omega_max of leapfrog that a step may take, and that the default takes.
 ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 
+_found = {breakable: Recent() for breakable in (False, True)}
 
-def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:
+
+def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
     """Return the largest frequency of small motions of a linked packing, from below [rad/s].
 
     Args:
         body: the packing.
         update: writes the forces and torques of a motion to a scratch.
+        breakable: whether these are computed by the kernels of links that may break: their last bits differ.
     """
+    return _found[breakable].get(body, lambda: _compute_frequency(body, update))
+
+
+def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:
     count = len(body.kind)
     scratch, motion = make_scratch(count), Motion(np.zeros((count, 2)), np.zeros((count, 2)), np.zeros(count), np.zeros(count))
     vector = uniform(1, 1, 3 * count).reshape(count, 3) - 0.5
