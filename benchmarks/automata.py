@@ -30,6 +30,11 @@ def noisy(packing: str, side: int) -> Any:
     return automata
 
 
+def _advance_alone(automata: Any, ticks: int) -> None:
+    """Advance in one thread."""
+    advance.advance(automata.steps.body, automata.steps.whole, *automata.steps.arguments(ticks))
+
+
 def bytes_of_tick(automata: Any) -> int:
     """What a tick has to read and write, each array once: the motion, and which neighbours there are."""
     return automata.body.neighbours.nbytes + automata.body.kind.nbytes + 2 * sum(part.nbytes for part in automata.motion)
@@ -47,9 +52,9 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
     arrays = [np.ones(triad_words) for _ in range(3)]
     for packing in ("square", "hexagonal"):
         automata = noisy(packing, side)
-        ticks = repeats_for(lambda one=automata: one._advance(1), _SAMPLE_SECONDS)
+        ticks = repeats_for(lambda one=automata: _advance_alone(one, 1), _SAMPLE_SECONDS)
         times = interleaved(
-            {"automata": lambda one=automata, t=ticks: one._advance(t), "triad": lambda: triad(*arrays, 1)}, rounds
+            {"automata": lambda one=automata, t=ticks: _advance_alone(one, t), "triad": lambda: triad(*arrays, 1)}, rounds
         )
         moved, count = ticks * bytes_of_tick(automata) / (24 * triad_words), automata.count
         rate = ticks * count / float(np.median(times["automata"])) / 1e6
@@ -65,7 +70,7 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
 def _two_threads(automata: Any, rounds: int) -> Figure:
     """Two parts of one specimen by two threads, against the whole by one."""
     steps = automata.steps
-    arguments = steps.arguments(repeats_for(lambda: automata._advance(1), _SAMPLE_SECONDS))
+    arguments = steps.arguments(repeats_for(lambda: _advance_alone(automata, 1), _SAMPLE_SECONDS))
     if len(steps.parts) == 1:
         return Figure("one thread / two, automata", 1.0, at_least=LEAST_GAIN, note="too small for two threads")
     times = interleaved(
