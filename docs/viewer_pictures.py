@@ -14,6 +14,8 @@ from granular_env.recording.reader import Log
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
 EXPERIMENT = "nesterenko-1983/3.4-piston"
+# A sample that cracks, and an instant at which it does [s].
+CRACKING, CRACKED_AT = "psakhie-2003/uniaxial-compression", 2.85e-4
 
 sys.path.insert(0, str(DOCS.parent / "tests"))
 
@@ -29,6 +31,15 @@ def take_viewer(log: Log, folder: Path) -> None:
     """Take the desktop viewer, two thirds into the run."""
     picture = viewing.screenshot(log, folder / "viewer.png", size=(1500, 900))
     small(picture.read_bytes(), 1200).save(IMAGES / "viewer.png", optimize=True)
+
+
+def take_cracks(folder: Path) -> None:
+    """Take the desktop viewer of a sample that cracks."""
+    result = ge.run(CRACKING, log=folder / "cracks.mcap")
+    assert result.log is not None
+    with ge.open_log(result.log) as log:
+        picture = viewing.screenshot(log, folder / "cracks.png", at=CRACKED_AT, size=(1300, 780))
+    small(picture.read_bytes(), 1200).save(IMAGES / "viewer-cracks.png", optimize=True)
 
 
 def take_report(log: Log, folder: Path) -> None:
@@ -58,3 +69,4 @@ if __name__ == "__main__":
         with ge.open_log(result.log) as opened:
             take_viewer(opened, Path(name))
             take_report(opened, Path(name))
+        take_cracks(Path(name))

@@ -56,7 +56,8 @@ SMALL = {
 }
 
 
-@pytest.mark.parametrize("name", SMALL)
+# Compiles everything in processes of its own.
+@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one == "compilation" else one for one in SMALL])
 def test_a_benchmark_gives_its_figures(name):
     measure, count = SMALL[name]
     figures = list(measure())

@@ -14,10 +14,11 @@ from granular_env.components.drawables import Cells, Links, Points
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
+from granular_env.viewing.figures import event_counts
 from granular_env.viewing.meshes import edges_of, triangles_of
 from granular_env.viewing.scene import scales_of, whole_camera
 from granular_env.viewing.scene_data import from_component, from_log
-from granular_env.viewing.shapes import common_exaggeration, visible_points
+from granular_env.viewing.shapes import common_exaggeration, places_of_outputs, visible_points
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}
@@ -85,14 +86,42 @@ def test_a_grid_alone_has_a_scene_also_while_it_runs(tmp_path):
     assert np.ptp(np.array(drawn[-1]), axis=0)[0] > 0.0 and from_component(grid).motion is None
 
 
+def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_path):
+    pytest.importorskip("rerun", reason="the extra `view` is not installed")
+    tube = ge.make("detonation", cells=50)
+    with ge.record(tube, tmp_path / "tube.mcap", every=2 * tube.step_size, variables=["pressure"]):
+        tube.step(8 * tube.step_size)
+    with ge.open_log(tmp_path / "tube.mcap") as log:
+        found, _ = columns(save_rrd(log, tmp_path / "scene.rrd"))
+        page = report(log, tmp_path / "report").read_text()
+    colours = [row for row in found["scene/cells_tube"]["vertex_colors"] if row is not None]
+    assert len(colours) == 5 and len(colours[0]) == 4 * 50  # one colour for each cell: no shared corners
+    words = next(row for row in found["caption"]["text"] if row is not None)[0]
+    assert "isplacement" not in words and "isplacement" not in page.partition("Validity")[0]
+    # In one row, numbers say where a cell is.
+    assert "Pressure of every cell (across)" in page and "chosen cells" in page and 'class="film"' in page
+
+
 def test_a_field_of_cells_colours_whole_cells(tmp_path):
     connectivity = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
     assert triangles_of(connectivity).tolist() == [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]
-    assert sorted(map(tuple, edges_of(connectivity).tolist())) == [(0, 1), (0, 3), (1, 2), (1, 4), (2, 5), (3, 4), (4, 5)]
+    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
+    assert sorted(map(tuple, edges_of(connectivity, nodes).tolist())) == [
+        (0, 1),
+        (0, 3),
+        (1, 2),
+        (1, 4),
+        (2, 5),
+        (3, 4),
+        (4, 5),
+    ]
     side = 50
     corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
     many = np.stack([corner, corner + 1, corner + side + 2, corner + side + 1], axis=1)
-    assert len(edges_of(many)) == 4 * side  # the rim alone
+    square = np.stack(np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0)), axis=-1).reshape(-1, 2)
+    assert len(edges_of(many, square)) == 4 * side  # the rim alone
+    # Two long rows of nodes: lines between the cells would be closer than the pixels.
+    assert len(edges_of(connectivity, nodes * [500.0, 1.0])) == 6
 
 
 def test_cracks_lie_across_broken_links_while_their_ends_are_near():
@@ -167,5 +196,29 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     counts, _ = np.histogram(times, 100, (0.0, cracking_log.times("displacement")[-1]))
     assert strip.count("<rect") == np.count_nonzero(counts)
     assert f"{sum(event.kind == 'tension_break' for event in events)} x tension break" in page
-    # What is asked for by name has no film.
-    assert 'class="film"' not in report(cracking_log, tmp_path / "chosen", variables=["damage"]).read_text()
+    # Numbers in a packing do not say where an automaton is: no x-t diagram, unless one is asked for.
+    assert "Histories of chosen automata" in page and "x-t diagram" not in page and "Profiles" not in page
+    chosen = report(cracking_log, tmp_path / "chosen", variables=["damage"]).read_text()
+    assert 'class="film"' not in chosen and "x-t diagram" in chosen
+
+
+def test_events_are_counted_in_time_by_kind():
+    figure = event_counts([(0.005, "break"), (0.006, "yield"), (0.5, "break"), (1.0, "break")], (0.0, 1.0))
+    axes = figure.axes[0]
+    heights = [[bar.get_height() for bar in bars] for bars in axes.containers]
+    assert [sum(one) for one in heights] == [3, 1] and [one[0] for one in heights] == [1, 1]
+    assert heights[0][50] == heights[0][99] == 1 and axes.get_xlabel() == "time [s]"
+    # One kind stands on the other.
+    assert axes.containers[1][0].get_y() == 1.0
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["break", "yield"]
+
+
+def test_what_is_drawn_says_what_its_outputs_belong_to(coupled_log, cracking_log):
+    found = places_of_outputs(cracking_log.drawables)
+    assert found["damage"].name == found["rotation"].name == "automata" and found["linked"].name == "links"
+    assert found["damage"].fills_plane and found["linked"].fills_plane
+    assert places_of_outputs(coupled_log.drawables)["grid_speed"].fills_plane
+    tube = Cells("tube", np.array([[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]]), np.array([[0, 1, 2, 3]]), "pressure")
+    assert not places_of_outputs([tube])["pressure"].fills_plane and places_of_outputs([tube])["pressure"].name == ""
+    row = Points("beads", np.array([[0.0, 0.0], [1.0, 0.0]]), np.ones(2), "moved", "speed")
+    assert not places_of_outputs([row])["speed"].fills_plane

@@ -198,3 +198,8 @@ def test_without_a_screen_the_other_ways_are_named(chain_log, monkeypatch):
 def test_an_instant_outside_the_log_is_refused(chain_log, tmp_path):
     with pytest.raises(ParameterError, match="at: got 1 s"):
         screenshot(chain_log, tmp_path / "picture.png", at=1.0)
+
+
+def test_the_end_as_people_write_it_is_in_the_log(chain_log):
+    assert viewer._instant(chain_log, 1e-4 * (1.0 + 1e-12)) == pytest.approx(chain_log.duration)
+    assert viewer._instant(chain_log, None) == pytest.approx(2e-4 / 3.0)

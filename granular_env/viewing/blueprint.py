@@ -91,9 +91,9 @@ def _plot(rrb: Any, plot: Plot) -> Any:
 def _whole(rrb: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
     """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in."""
     located = any(shape.located for shape in scene_data.shapes)
-    drawn = f"displacements drawn {scales.stretch}" if located else "positions at the start"
+    drawn = f"; displacements drawn {scales.stretch}" if located else "; positions at the start"
     sizes = ", particles to scale" if scene_data.motions else ""
-    name = f"{'From above' if scene_data.is_plane else 'From the side'}; {drawn}{sizes}"
+    name = f"{'From above' if scene_data.is_plane else 'From the side'}{drawn if scene_data.can_move else ''}{sizes}"
     return rrb.Tabs(
         whole_camera(scene_data, scales, views).view(name, ["scene/**"]),
         rrb.Spatial3DView(origin="scene", name="The same in 3D", line_grid=False, eye_controls=_oblique(rrb, scales)),

@@ -34,6 +34,7 @@ from .figure_style import (
     time_unit,
     with_style,
 )
+from .optional_packages import import_optional
 from .scene_data import Curve, Motion, SceneData
 from .units import label_with_unit
 
@@ -44,6 +45,7 @@ __all__ = [
     "curves",
     "default_indices",
     "default_times",
+    "event_counts",
     "headline",
     "histories",
     "balance",
@@ -55,6 +57,10 @@ __all__ = [
 ]
 
 
+# Where a legend stands beside a second axis, in widths of the axes.
+_BEYOND_AXIS = 1.17
+# Parts of a run in which events are counted.
+EVENT_BINS = 100
 # The wave has reached a particle that changed by this part of the largest change.
 _REACHED = 0.05
 
@@ -149,6 +155,9 @@ def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
         relative = panels[1].secondary_yaxis("right", functions=(lambda amount: amount / largest, lambda part: part * largest))
         relative.set_ylabel(f"of the largest\n{words}")
         relative.ticklabel_format(axis="y", scilimits=(-2, 3), useMathText=True)
+        if (names_of_residuals := panels[1].get_legend()) is not None:
+            # Beyond the second axis.
+            names_of_residuals.set_bbox_to_anchor((_BEYOND_AXIS, 1.0))
     return figure
 
 
@@ -163,6 +172,32 @@ def curves(chosen: Sequence[Curve]) -> Figure:
         draw_curves(panel, panel_curves, label_with_unit(panel_curves[0].name if len(panel_curves) == 1 else "", unit).strip())
         if panel is not panels[-1]:
             panel.set_xlabel("")
+    return figure
+
+
+@with_style
+def event_counts(events: Sequence[tuple[float, str]], span: tuple[float, float]) -> Figure:
+    """Draw how many events there were when.
+
+    Args:
+        events: the instant [s] and the kind of each.
+        span: start and end of the run [s].
+    """
+    scale, unit = time_unit(span[1])
+    figure = new_figure(8.0, 2.6)
+    axes = figure.subplots()
+    edges = np.linspace(span[0], span[1] if span[1] > span[0] else span[0] + 1.0, EVENT_BINS + 1)
+    below = np.zeros(EVENT_BINS)
+    for place, kind in enumerate(dict.fromkeys(kind for _, kind in events)):
+        counts, _ = np.histogram([time for time, one in events if one == kind], edges)
+        axes.bar(
+            scale * edges[:-1], counts, scale * np.diff(edges), below, align="edge", color=PALETTE[place % len(PALETTE)],
+            label=kind.replace("_", " "),
+        )  # fmt: skip
+        below += counts
+    axes.set(xlabel=f"time [{unit}]", ylabel="events", xlim=(scale * edges[0], scale * edges[-1]))
+    axes.yaxis.set_major_locator(import_optional("matplotlib.ticker", "figures").MaxNLocator(integer=True))
+    legend(axes)
     return figure
 
 

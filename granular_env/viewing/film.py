@@ -15,17 +15,18 @@ from typing import Any
 import numpy as np
 
 from .figure_style import canvas, new_figure, svg, time_unit, with_style
+from .figures import EVENT_BINS
 from .legend import add_bar
 from .optional_packages import import_optional
 from .plane import Plane, draw_instant, load_plane
 from .scene_data import SceneData, evenly_picked
 
-_MOST_FRAMES = 25
+# Frames, and things drawn in all of them together: fewer frames of many things, and none where few would be left.
+_MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
 # The largest picture [inch] and its fineness.
 _LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
-# So many colours are enough for what is coloured by one scale, and make small files.
-_COLOURS = 64
-_BINS = 100
+# A picture of more bytes gets a palette: a third of the size, and where so much is drawn its steps are not seen.
+_MOST_BYTES, _COLOURS = 40_000, 64
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Film:
 
 
 def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) -> Film | None:
-    """Draw the film of a log; None where nothing lies or moves in a plane, or nothing moves at all.
+    """Draw the film of a log; None where nothing lies or moves in a plane, nothing moves at all, or too much would be drawn.
 
     Args:
         log: an open log.
@@ -66,7 +67,11 @@ def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) 
     clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
     if not scene_data.is_plane or not clocks:
         return None
-    times = clocks[0][evenly_picked(len(clocks[0]), _MOST_FRAMES)]
+    count = sum(len(one.radius) for one in scene_data.motions) + sum(len(one.connectivity) for one in scene_data.meshes)
+    frames = min(_MOST_FRAMES, _MOST_DRAWN // count)
+    if frames < _FEWEST_FRAMES:
+        return None
+    times = clocks[0][evenly_picked(len(clocks[0]), frames)]
     plane = load_plane(log, scene_data, times.tolist())
     if plane is None or len(plane.times) < 2:
         return None
@@ -100,7 +105,14 @@ def _picture(plane: Plane, frame: int) -> bytes:
     draw_instant(axes, plane, frame)
     pixels = np.asarray(canvas(figure, _DOTS_PER_INCH).buffer_rgba())
     image = import_optional("PIL.Image", "figures")
-    picture = image.fromarray(pixels).quantize(_COLOURS, method=image.Quantize.FASTOCTREE, dither=image.Dither.NONE)
+    picture = image.fromarray(pixels)
+    data = _png(picture)
+    if len(data) > _MOST_BYTES:
+        data = _png(picture.quantize(_COLOURS, method=image.Quantize.FASTOCTREE, dither=image.Dither.NONE))
+    return data
+
+
+def _png(picture: Any) -> bytes:
     buffer = io.BytesIO()
     picture.save(buffer, "PNG")
     return buffer.getvalue()
@@ -121,7 +133,7 @@ def _events(log: Any, start: float, end: float) -> tuple[tuple[float, ...], str]
     if not found:
         return (), ""
     times = np.array([event.tick for event in found]) * log.step_size
-    counts, _ = np.histogram(times, _BINS, (start, end))
+    counts, _ = np.histogram(times, EVENT_BINS, (start, end))
     # A single event beside thousands is still seen.
     heights = np.where(counts > 0, np.maximum(counts / max(counts.max(), 1), 0.08), 0.0)
     scale, unit = time_unit(end)

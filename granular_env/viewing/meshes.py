@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .optional_packages import import_optional
 from .scene_data import MeshFrames
 
-# Up to so many cells, the edges of all of them are drawn; beyond, those at the rim.
-_MOST_EDGED_CELLS = 2000
+# Up to so many cells, and so many along the longest side, the edges of all of them are drawn; beyond, those at the rim.
+_MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0
 # The edges lie before the cells, by this part of the mesh's length.
 _IN_FRONT = 2e-3
 _EDGE = (120, 124, 128)
@@ -29,11 +29,14 @@ def triangles_of(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     return fans.reshape(-1, 3)
 
 
-def edges_of(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
     """Return the edges to draw, shape (edges, 2): each once, or where cells are many those that belong to one cell only."""
     ends = np.stack([connectivity, np.roll(connectivity, -1, axis=1)], axis=2).reshape(-1, 2)
     edges, counts = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
-    return edges if len(connectivity) <= _MOST_EDGED_CELLS else edges[counts == 1]
+    along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
+    least = float(np.quantile(np.sqrt((along * along).sum(axis=1)), 0.1))
+    is_coarse = len(connectivity) <= _MOST_EDGED_CELLS and float(np.ptp(nodes, axis=0).max()) <= _MOST_ALONG * least
+    return edges if is_coarse else edges[counts == 1]
 
 
 def send_triangles(recording: Any, mesh: MeshFrames) -> None:
@@ -67,7 +70,7 @@ def send_mesh(
         colours = np.repeat(colours, mesh.connectivity.shape[1], axis=1)
     shown = rr.Mesh3D.columns(vertex_positions=corners.reshape(-1, 3), vertex_colors=colours.reshape(-1, 3))
     recording.send_columns(cells_entity(mesh), when, shown.partition(np.full(frames, corners.shape[1])))
-    edges = edges_of(mesh.connectivity)
+    edges = edges_of(mesh.connectivity, mesh.nodes)
     strips = drawn[:, edges].reshape(-1, 2, 3)
     strips[..., 2] += _IN_FRONT * float(np.ptp(mesh.nodes, axis=0).max())
     colour = np.broadcast_to(np.array(_EDGE, np.uint8), (len(strips), 3))

@@ -34,6 +34,8 @@ _WIDTH, _TWO_ABREAST, _LARGEST_HEIGHT = 8.0, 2.5, 4.5  # inch, width over height
 # pages' grounds.
 _EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
 _WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # point, of a thing, point
+# Cells touch, so that lines between small ones would be most of what is seen [point].
+_LEAST_EDGED_CELL = 8.0
 # An event that is so near to the start or the end, in lengths of the run, has no picture of its own.
 _MARGIN = 0.05
 
@@ -179,14 +181,14 @@ def _draw(axes: Axes, plane: Plane, drawable: Drawable, frame: int) -> None:
         _draw_points(axes, plane, drawable, frame)
 
 
-def _edge_width(axes: Axes, plane: Plane, size: float) -> float:
-    """Return how wide the edge of a thing of some size [m] is [point]: where things are small, edges would hide the colours."""
+def _edge_width(axes: Axes, plane: Plane, size: float, least: float = _LEAST_EDGED) -> float:
+    """Return how wide the edge of a thing of some size [m] is [point]; 0 below `least`, where it would hide the colours."""
     low, high = plane.box
     place, figure = axes.get_position(), axes.get_figure(root=True)
     assert figure is not None
     inches = figure.get_size_inches() * np.array([place.width, place.height])
     drawn = size * float((72.0 * inches / (high - low)).min())
-    return min(_WIDEST_EDGE, _EDGE_PART * drawn) if drawn >= _LEAST_EDGED else 0.0
+    return min(_WIDEST_EDGE, _EDGE_PART * drawn) if drawn >= least else 0.0
 
 
 def _draw_points(axes: Axes, plane: Plane, points: Points, frame: int) -> None:
@@ -211,7 +213,7 @@ def _draw_points(axes: Axes, plane: Plane, points: Points, frame: int) -> None:
 def _draw_cells(axes: Axes, plane: Plane, cells: Cells, frame: int) -> None:
     corners = plane.places(cells, frame)[cells.connectivity]
     size = float(np.sqrt(np.median(np.ptp(corners, axis=1).prod(axis=1))))
-    width = min(0.2, _edge_width(axes, plane, size))
+    width = min(0.2, _edge_width(axes, plane, size, _LEAST_EDGED_CELL))
     # Smooth edges of cells without lines between them would leave seams.
     edge = {"edgecolor": _EDGE, "linewidth": width} if width else {"linewidth": 0.0, "antialiased": False}
     shapes = import_optional("matplotlib.collections", "figures").PolyCollection(corners, **edge)
@@ -260,8 +262,8 @@ def words(plane: Plane) -> str:
     kinds = [one.name.replace("_", " ") for one in plane.drawables]
     shown = ", ".join(kinds[:-1]) + (f" and {kinds[-1]}" if len(kinds) > 1 else kinds[-1])
     parts = [f"{shown.capitalize()} at chosen instants, x to the right, y up"]
-    moves = any(isinstance(one, Points | Cells) and one.displacement in plane.values for one in plane.drawables)
-    if not moves:
+    movable = [one for one in plane.drawables if isinstance(one, Points | Cells) and one.displacement]
+    if movable and not any(one.displacement in plane.values for one in movable):
         parts.append("at their places at the start, since no displacements were recorded")
     elif plane.exaggeration != 1.0:
         parts.append(f"displacements drawn {plane.exaggeration:g} x larger")

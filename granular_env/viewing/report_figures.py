@@ -14,6 +14,7 @@ from . import figures, plane
 from .fields import Field, as_field, field_names, load_field, require_names
 from .plot_groups import plots
 from .scene_data import Curve, SceneData, from_log
+from .shapes import Place, places_of_outputs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,13 +86,14 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         if scene_data.motion is not None and scene_data.motion.colour is not None
         else None
     )
+    places = places_of_outputs(log.drawables)
     # What colours the particles comes first and is in memory already.
     for place, name in enumerate(sorted(arrays, key=lambda name: name != main), start=1):
         if name == main and scene_data.motion is not None:
             field = as_field(scene_data.motion)
         else:
             field = load_field(log, name, FRAMES, lambda part, place=place: progress(share * (place + part)))
-        drawn |= _field_figures(field, choice, is_main=name == main)
+        drawn |= _field_figures(field, choice, name == main, places.get(name))
         progress(share * (place + 1))
     for balance in scene_data.balances:
         figure = figures.balance(scene_data, balance.quantity)
@@ -106,11 +108,21 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         if curves := _curves(scene_data, title, choice):
             words = f"{title.capitalize()} in time; those that stay 0 are left out."
             drawn[title] = Shown(title.capitalize(), figures.curves(curves), words)
+    if choice.variables is None and (happened := log.events()):
+        span = log.start_tick * log.step_size, log.start_tick * log.step_size + log.duration
+        figure = figures.event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
+        drawn["events"] = Shown(
+            "Events", figure, "How many events there were, in a hundred equal parts of the run, by their kind."
+        )
     return scene_data, drawn
 
 
-def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Shown]:
-    """Return the figures of one array: of the one that colours the particles all three, of another those without instants."""
+def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place | None) -> dict[str, Shown]:
+    """Return the figures of one array: of the one that colours the particles all three, of another those without instants.
+
+    What is drawn side by side in a plane has histories alone, unless it is asked for: its numbers do not say where it is.
+    """
+    things = drawn_at.name.replace("_", " ") if drawn_at is not None and drawn_at.name else f"{field.place}s"
     name = field.variable.name.replace("_", " ")
     stem = "" if is_main else f"{field.variable.name}-"
     sign = "red is positive, blue negative" if field.values.min(initial=0.0) < 0.0 else "the redder the larger"
@@ -121,14 +133,16 @@ def _field_figures(field: Field, choice: Choice, is_main: bool) -> dict[str, Sho
         "Where there is no frame the diagram is grey."
     )
     heading = "x-t diagram" if is_main else f"{name.capitalize()}"
-    drawn = {f"{stem}space-time": Shown(heading, figures.space_time(field), words)}
-    if is_main or choice.times is not None or choice.variables is not None:
-        heading = "Profiles at chosen times" if is_main else f"{name.capitalize()}: profiles"
-        words = f"{name.capitalize()} of every {field.place} at chosen instants."
-        drawn[f"{stem}profiles"] = Shown(heading, figures.profiles(field, choice.times), words)
-    heading = f"Histories of chosen {field.place}s" if is_main else f"{name.capitalize()}: histories"
+    drawn, is_asked = {}, choice.times is not None or choice.variables is not None
+    if is_asked or drawn_at is None or not drawn_at.fills_plane:
+        drawn[f"{stem}space-time"] = Shown(heading, figures.space_time(field), words)
+        if is_main or is_asked:
+            heading = "Profiles at chosen times" if is_main else f"{name.capitalize()}: profiles"
+            words = f"{name.capitalize()} of every {field.place} at chosen instants."
+            drawn[f"{stem}profiles"] = Shown(heading, figures.profiles(field, choice.times), words)
+    heading = f"Histories of chosen {things}" if is_main else f"{name.capitalize()}: histories"
     which = "" if choice.indices is not None else ", evenly spaced among those that changed; others can be named (indices)"
-    words = f"{name.capitalize()} of chosen {field.place}s in time{which}."
+    words = f"{name.capitalize()} of chosen {things} in time{which}."
     drawn[f"{stem}histories"] = Shown(heading, figures.histories(field, choice.indices), words)
     return drawn
 

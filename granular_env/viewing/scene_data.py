@@ -128,6 +128,7 @@ class MeshFrames:
         field_variable: name, unit and meaning of it.
         located: whether the displacements were recorded.
         is_plane: whether they lie, or can move, in two dimensions.
+        is_fixed: whether they never move, so that there are no displacements to record.
     """
 
     name: str
@@ -140,6 +141,7 @@ class MeshFrames:
     field_variable: Variable
     located: bool
     is_plane: bool
+    is_fixed: bool = False
 
 
 @dataclass(frozen=True)
@@ -177,6 +179,11 @@ class SceneData:
     def is_plane(self) -> bool:
         """True where anything drawn lies in a plane, or can move in it; otherwise all is in a row along x."""
         return any(shape.is_plane for shape in self.shapes)
+
+    @property
+    def can_move(self) -> bool:
+        """False where everything drawn is fixed for good."""
+        return any(isinstance(shape, Motion) or not shape.is_fixed for shape in self.shapes)
 
     def coloured(self) -> Iterator[tuple[Variable, FloatArray]]:
         """Yield each output that colours something, and its values in all frames."""
@@ -292,7 +299,7 @@ def _mesh(log: Any, cells: Cells, frames: int) -> MeshFrames | None:
         cells.name, np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
         nodes, cells.connectivity, displacement, field,
         log.variables.get(cells.field) or Variable(cells.field, "output", "", (), cells.field),
-        located, is_plane(nodes, log.variables.get(cells.displacement)),
+        located, is_plane(nodes, log.variables.get(cells.displacement)), not cells.displacement,
     )  # fmt: skip
 
 
@@ -416,7 +423,7 @@ def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Ite
             missing = f"neither {cells.displacement} nor {cells.field} was recorded"
             yield f"The {cells.name} is not drawn: {missing}, or it is too large."
     for mesh in meshes:
-        if not mesh.located:
+        if not mesh.located and not mesh.is_fixed:
             yield f"The {mesh.name} is drawn as it was at the start: its displacements were not recorded."
         if mesh.field is None and mesh.field_variable.name:
             yield f"{mesh.field_variable.name} was not recorded; the {mesh.name} is grey."
@@ -484,5 +491,5 @@ def _present_mesh(component: Component, cells: Cells, now: FloatArray, tick: npt
     return MeshFrames(
         cells.name, now, tick, nodes, cells.connectivity, displacement,
         np.asarray(component.get(cells.field))[None], component.variables[cells.field],
-        bool(cells.displacement), is_plane(nodes, component.variables.get(cells.displacement)),
+        bool(cells.displacement), is_plane(nodes, component.variables.get(cells.displacement)), not cells.displacement,
     )  # fmt: skip

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from granular_env.components.contract import Variable
-from granular_env.components.drawables import Cells, Drawable, Points
+from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.roots import round_down_to_125
 from granular_env.recording.displacement_scale import choose_exaggeration
@@ -38,6 +39,38 @@ def is_plane(reference: FloatArray, displacement: Variable | None) -> bool:
     """
     moves = displacement is not None and len(displacement.shape) == 2 and displacement.shape[1] > 1
     return moves or bool(np.ptp(reference[:, 1:], axis=0).any())
+
+
+@dataclass(frozen=True)
+class Place:
+    """The things that an output that is drawn belongs to.
+
+    Attributes:
+        name: of points and links, a plural such as "discs"; empty for cells, whose name is that of all of them together.
+        fills_plane: whether the things lie side by side in a plane, so that their numbers say little about where they are.
+    """
+
+    name: str
+    fills_plane: bool
+
+
+def places_of_outputs(drawables: Sequence[Drawable]) -> dict[str, Place]:
+    """Return what each output that is drawn belongs to, by the output's name."""
+    points = {one.name: one for one in drawables if isinstance(one, Points)}
+    found: dict[str, Place] = {}
+    for one in drawables:
+        if isinstance(one, Cells):
+            found |= dict.fromkeys(drawn_outputs([one]), Place("", fills_plane(one.nodes[one.connectivity].mean(axis=1))))
+        elif isinstance(one, Points | Links) and not is_hidden(one, drawables):
+            reference = (one if isinstance(one, Points) else points[one.points]).reference
+            found |= dict.fromkeys(drawn_outputs([one]), Place(one.name, fills_plane(reference)))
+    return found
+
+
+def fills_plane(places: FloatArray) -> bool:
+    """Return whether places, shape (n, d), lie side by side and not in one row along x; rounding apart."""
+    across = np.ptp(places[:, 1:], axis=0)
+    return bool((across > 1e-9 * np.ptp(places[:, 0])).any())
 
 
 def common_exaggeration(

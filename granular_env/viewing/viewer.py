@@ -154,10 +154,7 @@ def screenshot(
     require_writable(target)
     width, height = _window(size)
     _require_log(log)
-    start = log.start_tick * log.step_size
-    instant = start + 2.0 / 3.0 * log.duration if at is None else _number("at", at)
-    if not start <= instant <= start + log.duration:
-        raise ParameterError(f"at: got {instant:g} s, expected {start:g} to {start + log.duration:g} s")
+    instant = _instant(log, at)
     with rerun_process("--headless", "--window-size", f"{width}x{height}", data=scene_bytes(log, exaggerate)) as viewer:
         picture = _take(viewer, instant)
     write_files({target: picture})
@@ -211,6 +208,17 @@ def _number(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ParameterError(f"{name}: got {value!r}, expected a number")
     return float(value)
+
+
+def _instant(log: Any, at: float | None) -> float:
+    """Return the instant to show [s]: two thirds of the run, where none is given."""
+    start = log.start_tick * log.step_size
+    instant = start + 2.0 / 3.0 * log.duration if at is None else _number("at", at)
+    # The end as people write it may be a rounding error later.
+    slack = 1e-9 * max(abs(start), log.duration)
+    if not start - slack <= instant <= start + log.duration + slack:
+        raise ParameterError(f"at: got {instant:g} s, expected {start:g} to {start + log.duration:g} s")
+    return instant
 
 
 def _window(size: Any) -> tuple[int, int]:
