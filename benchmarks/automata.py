@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 import granular_env as ge
+from granular_env.components.automata import advance, threads
 
 from .figures import Figure
 from .grid import MEDIUM, triad
 from .timing import interleaved, ratio, repeats_for
 
-# Of the roof of memory; bytes that an automaton may take; part of a cracking run that finding contacts may take.
-WANTED, MOST_BYTES, MOST_SEARCH = 0.5, 200.0, 0.5
+# Of the roof of memory; bytes that an automaton may take; what a second thread has to give a large specimen; part of a cracking
+# run that finding contacts may take.
+WANTED, MOST_BYTES, LEAST_GAIN, MOST_SEARCH = 0.5, 200.0, 1.3, 0.5
 _SAMPLE_SECONDS = 0.2
 
 
@@ -36,7 +38,8 @@ def bytes_of_tick(automata: Any) -> int:
 def bytes_of_memory(automata: Any) -> int:
     """What the automata take while they step."""
     arrays = (automata.body.neighbours, automata.body.kind, *automata.motion, *automata.scratch)
-    return sum(array.nbytes for array in arrays)
+    rings = [array for part in automata.steps.parts for array in part if isinstance(array, np.ndarray)]
+    return sum(array.nbytes for array in (*arrays, *rings))
 
 
 def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cracking: float = 2.9e-4) -> Iterator[Figure]:
@@ -55,7 +58,26 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
             at_least=WANTED, note=f"{rate:.1f} M automaton updates/s, {bytes_of_tick(automata) / count:.0f} bytes each",
         )  # fmt: skip
         yield Figure(f"memory of an automaton, {packing}", bytes_of_memory(automata) / count, "bytes", at_most=MOST_BYTES)
+        yield _two_threads(automata, rounds)
     yield Figure("finding contacts, part of a run that cracks", 100.0 * search_part(cracking), "%", at_most=100.0 * MOST_SEARCH)
+
+
+def _two_threads(automata: Any, rounds: int) -> Figure:
+    """Two parts of one specimen by two threads, against the whole by one."""
+    steps = automata.steps
+    arguments = steps.arguments(repeats_for(lambda: automata._advance(1), _SAMPLE_SECONDS))
+    if len(steps.parts) == 1:
+        return Figure("one thread / two, automata", 1.0, at_least=LEAST_GAIN, note="too small for two threads")
+    times = interleaved(
+        {
+            "one": lambda: advance.advance(steps.body, steps.whole, *arguments),
+            "two": lambda: threads.advance(steps.body, steps.parts, *arguments),
+        },
+        rounds,
+        wall=True,
+    )
+    name = f"one thread / two, {automata.count} {automata.packing.lattice.name} automata"
+    return Figure(name, ratio(times["one"], times["two"]), at_least=LEAST_GAIN)
 
 
 def search_part(duration: float) -> float:

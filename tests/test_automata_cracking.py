@@ -397,3 +397,36 @@ def test_a_log_names_the_cause_of_each_break(tmp_path: Path) -> None:
     # One factor for each link, whichever way it breaks.
     ratio = {"stretch_break": 0.02, "angle_break": 0.021}
     assert all(0.7 <= event.limit / ratio[event.kind] <= 1.3 and event.value >= event.limit for event in automata.events())
+
+
+# -- why it did not break -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("criterion", "per_strain"),
+    [
+        # Uniaxial strain with lambda = G = 1: s_yy = 3 eps, s_xx = s_zz = eps, so that s_eq = 2 eps and s_m = 5/3 eps.
+        ({"name": "strain", "tensile": 0.02}, 50.0),
+        ({"name": "von_mises", "strength": 0.04}, 50.0),
+        ({"name": "drucker_prager", "compressive": 0.2, "tensile": 0.1}, 27.5),
+        ({"name": "mohr_coulomb", "cohesion": 10.0, "internal_friction": 0.0, "tensile": 0.06}, 50.0),
+    ],
+)
+def test_each_pair_tells_how_near_to_breaking_it_is(criterion: dict[str, object], per_strain: float) -> None:
+    automata = confined(criterion=criterion)
+    stretch(automata, 1e-3, rate=1e-5)
+    ratio = automata.get("criterion_ratio")
+    across = automata.steps._pairs[:, 2] == 1
+    assert automata.events() == [] and ratio.shape == (len(across),)
+    assert ratio[across] == pytest.approx(np.full(across.sum(), per_strain * 1e-3), rel=0.02)
+
+
+def test_the_pair_that_breaks_first_was_the_nearest() -> None:
+    edges = {"left": "fixed", "right": "velocity"}
+    strain = {"name": "strain", "tensile": 1e-3}
+    automata = block(columns=8, rows=2, boundaries=edges, criterion=strain, strength_scatter=0.3, step_size=0.05)
+    while not automata.events():
+        nearest = automata.get("criterion_ratio")
+        automata.step(automata.step_size, right_velocity=[1e-3, 0.0])
+    assert automata.events()[0].index in np.flatnonzero(nearest > 0.98) and nearest.max() < 1.02
+    assert automata.get("criterion_ratio")[automata.events()[0].index] == 0.0

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.automata import Automata, theory
+from granular_env.components.automata import Automata, theory, threads
+from granular_env.components.automata.advance import update_forces
 from granular_env.components.automata.edges import edge_automata
-from granular_env.components.automata.linked import dilations, forces
+from granular_env.components.automata.schedule import make_parts
+from granular_env.components.automata.state import Motion
 from granular_env.components.errors import ParameterError, StepError
 
 ROW = 0.5 * math.sqrt(3.0)
@@ -35,18 +37,7 @@ def residual(automata: Automata, gradient: np.ndarray) -> tuple[np.ndarray, np.n
     turn = 0.5 * (gradient[1, 0] - gradient[0, 1])
     automata.reset(displacement=automata.packing.reference @ gradient.T, rotation=turn)
     automata.steps.dilation()
-    scratch = automata.scratch
-    forces(
-        automata.body,
-        automata.motion.displacement,
-        scratch.half,
-        scratch.dilation,
-        scratch.force,
-        scratch.torque,
-        0,
-        automata.count,
-    )
-    return scratch.force.copy(), scratch.torque.copy()
+    return automata.scratch.force.copy(), automata.scratch.torque.copy()
 
 
 # -- homogeneous strains ------------------------------------------------------------------------------------------------
@@ -208,9 +199,9 @@ def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -
 
     def force_at(displacement: np.ndarray) -> np.ndarray:
         scratch = automata.scratch
-        scratch.half[:] = 0.0
-        dilations(automata.body, displacement, scratch.half, scratch.dilation, 0, automata.count)
-        forces(automata.body, displacement, scratch.half, scratch.dilation, scratch.force, scratch.torque, 0, automata.count)
+        still = np.zeros(automata.count)
+        whole = make_parts(automata.body)[0]
+        update_forces(automata.body, whole, Motion(displacement, displacement, still, still), scratch)
         return scratch.force.copy()
 
     # Leapfrog's middles of steps are its whole steps: v there is that of the tick, u lies half a step before and after it.
@@ -382,6 +373,30 @@ def test_a_specimen_that_is_torn_too_fast_is_refused_and_unharmed() -> None:
     with pytest.raises(StepError, match=r"velocity\[0\] reached .* smaller step_size"):
         automata.step(10.0, force=1e6)
     assert automata.tick == 0 and not automata.get("velocity").any()
+
+
+# -- threads --------------------------------------------------------------------------------------------------------------
+
+
+@BOTH
+@pytest.mark.parametrize("rows", [40, 41])
+def test_the_bits_do_not_depend_on_the_number_of_threads(packing: str, rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With loads, a held and a driven edge, and an edge that is closed on itself; 41 rows are not cut between two."""
+    edges = {"bottom": "fixed", "top": "velocity", "left": "periodic", "right": "periodic"}
+    runs = []
+    for least in (10**9, 1):
+        monkeypatch.setattr(threads, "LEAST_AUTOMATA", least)
+        monkeypatch.setattr(threads, "available", lambda: True)
+        automata = block(
+            packing, 6, rows + rows % 2 * (packing == "hexagonal"), boundaries=edges, forced_automata=[[3.0, 20.0]]
+        )
+        assert len(automata.steps.parts) == (1 if least > 1 else 2)
+        generator = np.random.default_rng(1)
+        automata.reset(velocity=1e-3 * generator.standard_normal((automata.count, 2)), rotation={50: 0.05, 51: -0.02})
+        automata.step(40 * automata.step_size, top_velocity=[1e-3, -2e-3], force=[[1e-3, 2e-3]])
+        runs.append(automata)
+    one, two = runs
+    assert one.state_view().tobytes() == two.state_view().tobytes()
 
 
 # -- shapes -----------------------------------------------------------------------------------------------------------------

@@ -45,7 +45,7 @@ SMALL = {
     "compilation": (lambda: compilation.measure(repeats=1), 3),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 3),
-    "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4), 5),
+    "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4), 7),
     "coupled": (lambda: coupled.measure(side=6, rounds=2), 2),
     "detonation": (lambda: detonation.measure(cells=60, triad_words=1000, rounds=2), 2),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),

@@ -1,6 +1,6 @@
 """Pairs with a history: links that weaken, yield, break, and are released over several steps.
 
-As in `linked`, with the weight w of each link (1 while it holds, falling to 0 while it is released), what is left of its
+As in `sweep`, with the weight w of each link (1 while it holds, falling to 0 while it is released), what is left of its
 stiffness g, and its plastic strains:
 
     theta_i = sum_j w c eps / (1 + a),      a = (c* + sum_j (1 - w) c) lambda / 2 G
@@ -20,8 +20,9 @@ import numpy as np
 from ..support.arrays import FloatArray
 from ..support.jit import inlined, jit
 from .breaking.functions import failure
-from .pair import mirrored_slots, strains, turned
+from .pair import mirrored_slots, orient, strains, turned
 from .responses.functions import respond
+from .state import Body, Motion, Scratch
 from .stress import virial
 
 
@@ -111,7 +112,7 @@ def bond_dilation(body, bonds, displacement, half, i):
 
 @jit
 def bond_dilations(body, bonds, displacement, half, dilation_out, begin, end):
-    """Write the volumetric strains of automata from `begin` up to `end`; arguments as for `linked.dilations`."""
+    """Write the volumetric strains of automata from `begin` up to `end`; arguments as for `bond_forces`."""
     for i in range(begin, end):
         dilation_out[i] = bond_dilation(body, bonds, displacement, half, i)
 
@@ -140,7 +141,19 @@ def _virial(body, bonds, displacement, half, dilation, i, kind, slot):
 
 @jit
 def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out, begin, end):
-    """Write the forces and torques of the links on automata from `begin` up to `end`; arguments as for `linked.forces`."""
+    """Write the forces and torques of the links on automata from `begin` up to `end`.
+
+    Args:
+        body: a `Body`.
+        bonds: `Bonds`.
+        displacement: shape (n, 2) [m].
+        half: see `pair.orient`, shape (n, 2).
+        dilation: see `bond_dilations`, of all automata from `begin` to `end` and their neighbours, shape (n,).
+        force_out: shape (n, 2) [N].
+        torque_out: shape (n,) [N m].
+        begin: first automaton.
+        end: after the last one.
+    """
     slots = body.directions.shape[0]
     for i in range(begin, end):
         k, fx, fy, torque = body.kind[i], 0.0, 0.0, 0.0
@@ -162,6 +175,20 @@ def _pull(body, bonds, displacement, half, dilation, i, kind, slot):
     fn, ft = area * normal, area * tangential
     fx, fy = turned(fn, ft, body.directions[slot, 0], body.directions[slot, 1], less, sine)
     return fx, fy, (0.5 * body.diameter) * ((1.0 + eps) * ft - gamma * fn)
+
+
+def intact_bonds(body: Body) -> Bonds:
+    """Return links that all hold."""
+    shape = body.neighbours.shape
+    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape))
+
+
+def update_intact_forces(body: Body, bonds: Bonds, motion: Motion, scratch: Scratch) -> None:
+    """Write the volumetric strains of the positions as they are, and the forces and torques of the links."""
+    u, half, count = motion.displacement, scratch.half, len(body.kind)
+    orient(motion.rotation, half, 0, count)
+    bond_dilations(body, bonds, u, half, scratch.dilation, 0, count)
+    bond_forces(body, bonds, u, half, scratch.dilation, scratch.force, scratch.torque, 0, count)
 
 
 @jit
@@ -301,3 +328,25 @@ def bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot
     normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
     factor = law.factors[i, slot]
     return failure(law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, factor)
+
+
+@jit
+def criterion_ratios(body, bonds, law, displacement, half, dilation, stress, pairs, ratio_out):
+    """Write how near links are to breaking: what decides over its limit, 0 of those that are broken or far from it.
+
+    Args:
+        body: a `Body`.
+        bonds: `Bonds`.
+        law: a `Law` with a criterion.
+        displacement: shape (n, 2) [m].
+        half: see `pair.orient`, shape (n, 2).
+        dilation: see `bond_dilations`, shape (n,).
+        stress: see `bond_stresses`, shape (n, 3) [Pa].
+        pairs: see `packing.Packing.pairs`, shape (m, 3).
+        ratio_out: shape (m,).
+    """
+    for row in range(pairs.shape[0]):
+        i, slot, ratio_out[row] = pairs[row, 0], pairs[row, 2], 0.0
+        if bonds.weight[i, slot] == 1.0:
+            value, limit, _ = bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot)
+            ratio_out[row] = max(value / limit, 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,14 @@ from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import motion
+from .advance import update_forces
+from .bonds import intact_bonds, update_intact_forces
 from .conditions import Conditions
 from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
 from .linked_steps import LinkedSteps
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
+from .schedule import make_parts
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .state import Body, Scratch, make_body, make_scratch
 
@@ -63,7 +67,10 @@ class Automata(Component):
         self.mass: FloatArray = self.body.mass[self.body.kind]
         self.scratch: Scratch = make_scratch(self.count)
         self.conditions = Conditions(p, self.packing)
-        self.largest_frequency = largest_frequency(self.body)
+        # Kernels that the steps of this specimen take too: none is compiled for this alone.
+        forces = update_intact_forces if p.has_history else update_forces
+        links = intact_bonds(self.body) if p.has_history else make_parts(self.body)[0]
+        self.largest_frequency = largest_frequency(self.body, partial(forces, self.body, links), int(p.has_history))
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
@@ -120,6 +127,9 @@ class Automata(Component):
             yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
             yield Variable("broken_links", "output", "1", (), "number of broken links")
             yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
+        if self.parameters.criterion.causes:
+            text = "what decides whether a pair breaks over its limit: 1 breaks it; 0 for a broken or an unloaded pair"
+            yield Variable("criterion_ratio", "output", "1", (links,), text, minimum=0.0, axes=("link",))
         if not self.parameters.response.elastic:
             yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
@@ -135,6 +145,8 @@ class Automata(Component):
         }
         if isinstance(steps, CrackingSteps):
             found |= {"damage": steps.damage, "broken_links": steps.broken_links, "touching": steps.touching}
+            if self.parameters.criterion.causes:
+                found["criterion_ratio"] = steps.criterion_ratio
             if not self.parameters.response.elastic:
                 found["inelastic_strain"] = steps.inelastic
         return found

@@ -47,6 +47,7 @@ class Conditions:
     Attributes:
         load: forces, with the values of the inputs that were applied last.
         grip: prescribed velocities, likewise.
+        marked: automata that either acts on, in increasing order, shape (m,).
         load_before: memory for `motion.add_loads`.
         grip_before: memory for `motion.hold`.
     """
@@ -62,6 +63,7 @@ class Conditions:
         }
         self._fill_load()
         self._fill_grip()
+        self.marked = np.unique(np.concatenate([self.load.automata, self.grip.automata]))
 
     def _fill_load(self) -> None:
         p, start = self._parameters, len(self._forced)

@@ -9,7 +9,7 @@ from ..snapshot import EVENT_ROWS, Block
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
 from . import cracking
-from .bonds import Bonds, Law, bond_dilations, bond_energy, bond_stresses
+from .bonds import Bonds, Law, bond_dilations, bond_energy, bond_stresses, criterion_ratios
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
 from .cracking import LOSSES, TRAVEL, Judgement, Medium
 from .linked_steps import LinkedSteps
@@ -29,6 +29,9 @@ _NEVER = 1e300
 
 class CrackingSteps(LinkedSteps):
     """A specimen with histories: links that weaken, yield and break, contacts that rub."""
+
+    def _prepare_sweeps(self) -> None:
+        """Make nothing: sweeps know no histories."""
 
     def prepare(self, parameters: AutomataParameters) -> None:
         """Make the laws and the scratch, from the parameters."""
@@ -174,6 +177,13 @@ class CrackingSteps(LinkedSteps):
     def broken_links(self) -> float:
         """Return how many links are broken."""
         return float(np.count_nonzero(self.linked() < 1.0))
+
+    def criterion_ratio(self) -> FloatArray:
+        """Return how near each link is to breaking: what decides over its limit, shape (links,)."""
+        stress, found = self.stress(), np.empty(len(self._pairs))
+        u, scratch = self.motion.displacement, self.scratch
+        criterion_ratios(self.body, self.medium.bonds, self._law, u, scratch.half, scratch.dilation, stress, self._pairs, found)
+        return found
 
     def damage(self) -> FloatArray:
         """Return what part of the faces of each automaton is broken, shape (n,)."""

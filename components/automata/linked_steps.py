@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from ..snapshot import Block
 from ..support.arrays import FloatArray
-from .advance import advance
+from . import threads
+from .advance import advance, update_forces
 from .conditions import Conditions
-from .linked import dilations, elastic_energy
+from .energy import elastic_energy
 from .packing import Packing
 from .pair import orient
+from .schedule import Part, make_parts
 from .state import Body, Motion, Scratch
 from .stress import stresses
+from .sweep import KEPT
 
 
 class LinkedSteps:
@@ -24,6 +28,8 @@ class LinkedSteps:
         fields: its own parts of the state.
         growing: its own lists in the state.
         event_kinds: what can happen.
+        whole: the order of the work for one thread.
+        parts: the same for as many threads as the specimen is large enough for.
     """
 
     fields: Mapping[str, tuple[str, tuple[int, ...]]] = {}
@@ -38,6 +44,13 @@ class LinkedSteps:
         self.step_size, self.speed_limit = step, limit
         self.count = len(packing.kind)
         self._links = len(packing.pairs())
+        self._prepare_sweeps()
+
+    def _prepare_sweeps(self) -> None:
+        """Make the order of the work, for one thread and for two."""
+        self.whole: Part = make_parts(self.body)[0]
+        self.parts: list[Part] = make_parts(self.body, 2) if self.count >= threads.LEAST_AUTOMATA else [self.whole]
+        self._kept = np.zeros((len(self.conditions.marked), KEPT))
 
     def bind(self, block: Block) -> None:
         """Take the state."""
@@ -49,17 +62,24 @@ class LinkedSteps:
 
     def advance(self, tick: int, ticks: int) -> int:
         """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
-        edge = self.conditions
-        forces = edge.load, edge.load_before, edge.grip, edge.grip_before, self.tallies
-        return advance(
-            self.body, self.packing.reference, self.motion, self.scratch, *forces, self.step_size, ticks, self.speed_limit
-        )
+        if len(self.parts) > 1 and threads.available():
+            return threads.advance(self.body, self.parts, *self.arguments(ticks))
+        return advance(self.body, self.whole, *self.arguments(ticks))
+
+    def arguments(self, ticks: int) -> tuple[Any, ...]:
+        """Return what `advance.advance` takes beside a body and a part."""
+        inputs = self.conditions
+        return (
+            self.packing.reference, self.motion, self.scratch, inputs.marked, self._kept, inputs.load, inputs.load_before,
+            inputs.grip, inputs.grip_before, self.tallies, self.step_size, ticks, self.speed_limit,
+        )  # fmt: skip
 
     def dilation(self) -> FloatArray:
         """Compute the rotations and volumetric strains of the present state; return the strains, in the scratch."""
-        orient(self.motion.rotation, self.scratch.half, 0, self.count)
-        dilations(self.body, self.motion.displacement, self.scratch.half, self.scratch.dilation, 0, self.count)
-        return self.scratch.dilation
+        scratch, motion = self.scratch, self.motion
+        orient(motion.rotation, scratch.half, 0, self.count)
+        update_forces(self.body, self.whole, motion, scratch)
+        return scratch.dilation
 
     def stress(self) -> FloatArray:
         """Return the stresses of the automata, shape (n, 3) [Pa]."""

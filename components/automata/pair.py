@@ -37,45 +37,36 @@ def orient(rotation, half_out, begin, end):
         end: after the last one.
     """
     for i in range(begin, end):
-        half = 0.5 * rotation[i]
-        quarters = np.rint(half * _QUARTER_TURNS)
-        x = ((half - quarters * _PART_1) - quarters * _PART_2) - quarters * _PART_3
-        z = x * x
-        # Taylor series; at pi/4 the first term that is left out is 1e-17 of the whole.
-        sine = x + x * z * _sine_series(z)
-        less = z * _cosine_series(z)
-        turns = quarters - 4.0 * np.floor(0.25 * quarters)
-        # Without branches, so that the loop is one of vectors.
-        half_out[i, 0] = (
-            (less if turns == 0.0 else -sine - 1.0) if turns < 2.0 else (-2.0 - less if turns == 2.0 else sine - 1.0)
-        )
-        half_out[i, 1] = (sine if turns == 0.0 else 1.0 + less) if turns < 2.0 else (-sine if turns == 2.0 else -1.0 - less)
+        half_out[i, 0], half_out[i, 1] = half_turn(rotation[i])
 
 
 @inlined
-def _sine_series(z):
-    """Return (sin x - x) / x^3 of z = x^2."""
-    return -1.0 / 6.0 + z * (
-        1.0 / 120.0
-        + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 + z * (-1.0 / 39916800.0 + z * (1.0 / 6227020800.0 - z / 1307674368000.0))))
+def half_turn(angle):
+    """Return cos - 1 and sin of half an angle."""
+    half = 0.5 * angle
+    quarters = np.rint(half * _QUARTER_TURNS)
+    less, sine = small_turn(((half - quarters * _PART_1) - quarters * _PART_2) - quarters * _PART_3)
+    turns = quarters - 4.0 * np.floor(0.25 * quarters)
+    # Without branches, so that loops are made of vectors.
+    return (
+        (less if turns == 0.0 else -sine - 1.0) if turns < 2.0 else (-2.0 - less if turns == 2.0 else sine - 1.0),
+        (sine if turns == 0.0 else 1.0 + less) if turns < 2.0 else (-sine if turns == 2.0 else -1.0 - less),
     )
 
 
 @inlined
-def _cosine_series(z):
-    """Return (cos x - 1) / x^2 of z = x^2."""
-    return -0.5 + z * (
-        1.0 / 24.0
-        + z
-        * (
-            -1.0 / 720.0
-            + z
-            * (
-                1.0 / 40320.0
-                + z * (-1.0 / 3628800.0 + z * (1.0 / 479001600.0 + z * (-1.0 / 87178291200.0 + z / 20922789888000.0)))
-            )
-        )
+def small_turn(x):
+    """Return cos - 1 and sin of an angle of at most pi / 4, to rounding: the polynomials of fdlibm (Sun Microsystems, 1993)."""
+    z = x * x
+    sine = -1.98412698298579493134e-4 + z * (
+        2.75573137070700676789e-6 + z * (-2.50507602534068634195e-8 + z * 1.58969099521155010221e-10)
     )
+    less = 2.48015872894767294178e-5 + z * (
+        -2.75573143513906633035e-7 + z * (2.08757232129817482790e-9 + z * -1.13596475577881948265e-11)
+    )
+    sine = -1.66666666666666324348e-1 + z * (8.33333333332248946124e-3 + z * sine)
+    less = -0.5 + z * (4.16666666666666019037e-2 + z * (-1.38888888888741095749e-3 + z * less))
+    return z * less, x + x * z * sine
 
 
 @inlined
@@ -92,12 +83,7 @@ def strains(displacement, half, i, j, nx, ny, length):
         length: distance of the two before anything moved [m].
     """
     dx, dy = displacement[j, 0] - displacement[i, 0], displacement[j, 1] - displacement[i, 1]
-    return relative_strains(dx, dy, half[i, 0], half[i, 1], half[j, 0], half[j, 1], nx, ny, 1.0 / length)
-
-
-@inlined
-def relative_strains(dx, dy, ci, si, cj, sj, nx, ny, inverse):
-    """Return what `strains` does, of a relative displacement [m], cos - 1 and sin of half the rotations, and 1 / length."""
+    ci, si, cj, sj, inverse = half[i, 0], half[i, 1], half[j, 0], half[j, 1], 1.0 / length
     less, sine = (ci + cj) + (ci * cj - si * sj), (si + sj) + (ci * sj + cj * si)
     x, y = dx + (less * dx + sine * dy), dy + (less * dy - sine * dx)
     return (x * nx + y * ny) * inverse + less, (y * nx - x * ny) * inverse - sine, less, sine

@@ -27,8 +27,6 @@ class Body(NamedTuple):
         inertia: moment of inertia about the centre, m D^2 / 8, shape (kinds,) [kg m^2].
         shear: G [Pa].
         lame: lambda = K - 2 G / 3 [Pa].
-        runs: first automaton of each run (neighbours of one kind, whose neighbours lie equally far on in memory), and how many
-            automata there are, shape (runs + 1,), int64.
     """
 
     neighbours: npt.NDArray[np.int32]
@@ -43,7 +41,6 @@ class Body(NamedTuple):
     inertia: FloatArray
     shear: float
     lame: float
-    runs: npt.NDArray[np.int64]
 
 
 class Motion(NamedTuple):
@@ -103,15 +100,7 @@ def make_body(packing: Packing, *, density: float, shear: float, lame: float, th
         inertia=mass * diameter * diameter / 8.0,
         shear=shear,
         lame=lame,
-        runs=_find_runs(packing),
     )
-
-
-def _find_runs(packing: Packing) -> npt.NDArray[np.int64]:
-    count = len(packing.kind)
-    way = packing.neighbours - np.arange(count)[:, np.newaxis]
-    changes = (way[1:] != way[:-1]).any(axis=1) | (packing.kind[1:] != packing.kind[:-1])
-    return np.concatenate([[0], np.flatnonzero(changes) + 1, [count]]).astype(np.int64)
 
 
 def make_scratch(count: int) -> Scratch:

@@ -14,7 +14,7 @@ def stresses(body, displacement, half, dilation, stress_out, begin, end):
         body: a `Body`.
         displacement: shape (n, 2) [m].
         half: see `pair.orient`, shape (n, 2).
-        dilation: see `linked.dilations`, shape (n,).
+        dilation: see `sweep.update_forces`, shape (n,).
         stress_out: xx, yy and xy, tension positive, along the axes as they are now, shape (n, 3) [Pa].
         begin: first automaton.
         end: after the last one.

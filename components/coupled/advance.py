@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata import motion as automata_motion
+from ..automata.advance import advance as advance_automata
 from ..automata.contact import Contacts
 from ..automata.cracking import TRAVEL, Judgement, Medium, add_forces, judge_bonds
-from ..automata.linked import dilations, forces
-from ..automata.pair import orient
+from ..automata.schedule import Part
 from ..automata.state import Body, Motion, Scratch
 from ..grid import kernels as grid_kernels
 from ..grid.layout import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK, Conditions, Grid, State
@@ -62,9 +62,10 @@ class GridPart(NamedTuple):
 
 
 class AutomataPart(NamedTuple):
-    """The automata, their centres in the grid's coordinates, their state, scratch, edges, and tallies of loads and grip."""
+    """The automata, the order of the work on them, centres in the grid's coordinates, state, scratch, edges, and tallies."""
 
     body: Body
+    part: Part
     reference: FloatArray
     motion: Motion
     scratch: Scratch
@@ -126,11 +127,13 @@ def update_automata_forces(part, cracking, seam, time, tick):
         time: since the forces were computed last [s].
         tick: number of the step of the automata.
     """
-    body, motion, scratch, count = part.body, part.motion, part.scratch, part.body.kind.size
+    motion, scratch, edges = part.motion, part.scratch, part.edges
     if cracking is None:
-        orient(motion.rotation, scratch.half, 0, count)
-        dilations(body, motion.displacement, scratch.half, scratch.dilation, 0, count)
-        forces(body, motion.displacement, scratch.half, scratch.dilation, scratch.force, scratch.torque, 0, count)
+        # No step, so that none of the inputs is looked at.
+        advance_automata(
+            part.body, part.part, part.reference, motion, scratch, edges.load.automata, edges.load_before, edges.load,
+            edges.load_before, edges.grip, edges.grip_before, part.tallies, 0.0, 0, 0.0,
+        )  # fmt: skip
     else:
         add_forces(cracking.medium, motion, scratch, cracking.contacts, cracking.contact_count, cracking.losses, time, tick)
     gather_forces(seam.interface, scratch.force, seam.exchange.automata_force)

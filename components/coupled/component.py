@@ -13,6 +13,7 @@ from ..automata.advance import TOO_FAST as TOO_FAST_ALONE
 from ..automata.component import Automata
 from ..automata.cracking_steps import UNSOUND, CrackingSteps
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
+from ..automata.schedule import make_parts
 from ..automata.state import Scratch
 from ..component import Component
 from ..contract import Balance, Variable
@@ -171,8 +172,9 @@ class Coupled(Component):
         self._seam = Seam(self.interface, exchange)
         self._edges = self._make_edges()
         self._automata_part = AutomataPart(
-            automata.body, self.reference, automata.motion, scratch, self._edges, self._block["tallies"]
-        )
+            automata.body, make_parts(automata.body)[0], self.reference, automata.motion, scratch, self._edges,
+            self._block["tallies"],
+        )  # fmt: skip
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         self._steps = Steps(self.step_size, self.micro_steps, SCHEMES[self.parameters.scheme], limit)
         self._cracking = automata.steps if isinstance(automata.steps, CrackingSteps) else None
