@@ -22,9 +22,6 @@ ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 _found = Recent()
 
 
-_found = Recent()
-
-
 def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], kind: int) -> float:
     """Return the largest frequency of small motions of a linked packing, from below [rad/s].
 
