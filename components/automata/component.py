@@ -70,7 +70,7 @@ class Automata(Component):
         # Kernels that the steps of this specimen take too: none is compiled for this alone.
         forces = update_intact_forces if p.has_history else update_forces
         links = intact_bonds(self.body) if p.has_history else make_parts(self.body)[0]
-        self.largest_frequency = largest_frequency(self.body, partial(forces, self.body, links), int(p.has_history))
+        self.largest_frequency = largest_frequency(self.body, partial(forces, self.body, links), p.has_history)
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()

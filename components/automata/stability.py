@@ -19,18 +19,18 @@ _ROUNDS, _CHANGE, _MOST_ROUNDS, _MOST_WORK = 20, 1e-5, 1000, 30_000_000
 # The parts of the limit 2 / omega_max of leapfrog that a step may take, and that the default takes.
 ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 
-_found = Recent()
+_found = {breakable: Recent() for breakable in (False, True)}
 
 
-def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], kind: int) -> float:
+def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
     """Return the largest frequency of small motions of a linked packing, from below [rad/s].
 
     Args:
         body: the packing.
         update: writes the forces and torques of a motion to a scratch.
-        kind: number of that function: two round otherwise.
+        breakable: whether these are computed by the kernels of links that may break: their last bits differ.
     """
-    return _found.get([*body, kind], lambda: _compute_frequency(body, update))
+    return _found[breakable].get(body, lambda: _compute_frequency(body, update))
 
 
 def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:
