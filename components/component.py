@@ -444,7 +444,9 @@ def balance_variables(balance: Balance) -> Iterable[Variable]:
     quantity = balance.quantity.replace("_", " ")
     for entries, what in kinds:
         for name, amount in entries.items():
-            text = f"{name.replace('_', ' ')}: {quantity} {what}"
+            words = name.replace("_", " ")
+            # A store is named after what it holds: kinetic energy, momentum.
+            text = words if what == "stored" and quantity in words else f"{words}: {quantity} {what}"
             yield Variable(name, "output", balance.unit, np.shape(amount), text)
     added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))
     text = f"{added} - {quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"

@@ -220,7 +220,7 @@ class StepError(GranularError, ArithmeticError):
 
 
 class LogError(GranularError):
-    """A log or a snapshot cannot be written, or is not one, or is damaged, or asks for more than the caps allow."""
+    """A log or a snapshot cannot be written, or is not one, or is damaged, or asks for more than the limits allow."""
 
 
 class ExperimentError(GranularError, ValueError):

@@ -1,4 +1,4 @@
-"""Reading files that people name: regular ones only, and never more than a cap."""
+"""Reading files that people name: regular ones only, and never more than a limit."""
 
 from __future__ import annotations
 

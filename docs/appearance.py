@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import Collection
 from matplotlib.colors import Colormap, ListedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
@@ -50,6 +51,9 @@ def darken(figure: Figure) -> None:
         axes.tick_params(color=DARK["#000000"], labelcolor=DARK["#000000"], which="both")
     for image in figure.findobj(AxesImage):
         image.set_cmap(_dark_map(image.get_cmap()))
+    for marks in figure.findobj(Collection):
+        if marks.get_array() is not None:
+            marks.set_cmap(_dark_map(marks.get_cmap()))
     for legend in figure.findobj(Legend):
         legend.get_frame().set_facecolor(DARK["#ffffff"])
 

@@ -85,9 +85,9 @@ def _solitary_speed(amplitudes: np.ndarray) -> np.ndarray:
     return theory.SOLITARY_SPEED * 6e-3 * 5.6e12**0.4 * amplitudes**0.2
 
 
-def tutorial() -> None:
-    """Draw the tutorial's pictures, by the very lines that stand on its page; with few colours, for small files."""
-    blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "tutorial.md").read_text(), re.MULTILINE | re.DOTALL)
+def draw_page(page: str, colours: int = _COLOURS) -> None:
+    """Draw a page's pictures, by the very lines that stand there; with few colours, for small files."""
+    blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / f"{page}.md").read_text(), re.MULTILINE | re.DOTALL)
     last = max(place for place, block in enumerate(blocks) if "savefig" in block)
     drawn: dict[str, Figure] = {}
 
@@ -99,7 +99,7 @@ def tutorial() -> None:
         for block in blocks[: last + 1]:
             exec(block, names)
     for name, figure in drawn.items():
-        appearance.save(figure, IMAGES / f"tutorial-{name}", 110, _COLOURS)
+        appearance.save(figure, IMAGES / f"{page}-{name}", 110, colours)
 
 
 @figure_style.with_style
@@ -132,7 +132,8 @@ def control() -> None:
 
 if __name__ == "__main__":
     piston()
-    tutorial()
+    draw_page("tutorial")
+    draw_page("seam", 200)
     stationary_waves()
     control()
     sweep()

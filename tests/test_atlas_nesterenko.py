@@ -152,25 +152,25 @@ def whole(tmp_path_factory):
     return folder, made(folder, constants={"seeds": SEEDS}, processes=2)
 
 
-@pytest.fixture(scope="module")
-def computed_twice(tmp_path_factory):
-    """Items of the entries with single numbers, as computed and at half the steps and sampling intervals; and runs told."""
-    paper = papers.paper("nesterenko-1983")
+def compute_numbers(folder, refinement):
+    """Compute the entries with single numbers; return what was found, and the (entry, share) told meanwhile."""
+    paper, told = papers.paper("nesterenko-1983"), []
     only = [entry.name for entry in paper.entries if entry.name not in ENSEMBLES]
-    told, found = [], []
-    for refinement in (1, 2):
-        folder = tmp_path_factory.mktemp("refined")
-        found.append(
-            atlas.compute(
-                paper,
-                folder,
-                only=only,
-                refinement=refinement,
-                processes=2,
-                told=lambda entry, share: told.append((entry.name, share)),
-            )
-        )
+    found = atlas.compute(
+        paper,
+        folder,
+        only=only,
+        refinement=refinement,
+        processes=2,
+        told=lambda entry, share: told.append((entry.name, share)),
+    )
     return found, told
+
+
+@pytest.fixture(scope="module")
+def numbers(tmp_path_factory):
+    """The entries with single numbers, as computed."""
+    return compute_numbers(tmp_path_factory.mktemp("numbers"), 1)
 
 
 def words(data, entry):
@@ -239,8 +239,9 @@ def test_figures_that_are_known_to_more_digits(whole):
     assert six == "1.292, 0.6764, 0.3752, 0.2137, 0.124, 0.07326, 0.0432, 0.03449"
 
 
-def test_no_digit_is_printed_that_half_the_step_and_sampling_change(computed_twice):
-    (once, twice), _ = computed_twice
+@pytest.mark.slow
+def test_no_digit_is_printed_that_half_the_step_and_sampling_change(numbers, tmp_path):
+    once, twice = numbers[0], compute_numbers(tmp_path, 2)[0]
     assert not once.failed and not twice.failed
     seen = 0
     for one, other in zip(once.done, twice.done, strict=True):
@@ -257,16 +258,15 @@ def test_no_digit_is_printed_that_half_the_step_and_sampling_change(computed_twi
     assert seen > 80
 
 
-def test_the_progress_bar_knows_how_many_runs_an_entry_makes(computed_twice, tmp_path):
-    told = list(computed_twice[1])
+def test_the_progress_bar_knows_how_many_runs_an_entry_makes(numbers, tmp_path):
+    told = list(numbers[1])
     constants, paper = {"seeds": 4, "N": 40}, papers.paper("nesterenko-1983")
     atlas.compute(
         paper, tmp_path, constants, only=ENSEMBLES, told=lambda entry, share: told.append((entry.name, share))
     )  # fmt: skip
     for entry in paper.entries:
         own = [share for name, share in told if name == entry.name]
-        times = 1 if entry.name in ENSEMBLES else 2
-        assert len(own) == times * (entry.expected_runs(constants) + 2), entry.name
+        assert len(own) == entry.expected_runs(constants) + 2, entry.name
         assert own[0] == 0.0 and own[-1] == 1.0
 
 
@@ -289,8 +289,8 @@ def test_waves_are_counted_twice_by_one_rule(whole):
     assert [wall[f"{mass} masses, above {part} %"] for part in (5, 2) for mass in (4, 5, 6)] == [5, 6, 7, 7, 8, 10]
 
 
-def test_a_number_is_reproduced_by_a_stated_tolerance_or_the_printed_digits_alone(computed_twice):
-    once, _ = computed_twice[0]
+def test_a_number_is_reproduced_by_a_stated_tolerance_or_the_printed_digits_alone(numbers):
+    once, _ = numbers
     values = [value for done in once.done for item in done.findings.items for value in item.values]
     numbers = [value for value in values if value.verdict.kind == "reproduced" and not isinstance(value.computed, str)]
     for value in numbers:

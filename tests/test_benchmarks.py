@@ -15,6 +15,7 @@ from benchmarks import (  # noqa: E402
     chains,
     compilation,
     coupled,
+    detonation,
     environments,
     facts,
     gradient,
@@ -46,6 +47,7 @@ SMALL = {
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2), 3),
     "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4), 5),
     "coupled": (lambda: coupled.measure(side=6, rounds=2), 2),
+    "detonation": (lambda: detonation.measure(cells=60, triad_words=1000, rounds=2), 2),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "mcap": (lambda: mcap_peer.measure(small=20, large=2, large_words=100, rounds=2), 4),
@@ -54,7 +56,8 @@ SMALL = {
 }
 
 
-@pytest.mark.parametrize("name", SMALL)
+# Compiles everything in processes of its own.
+@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one == "compilation" else one for one in SMALL])
 def test_a_benchmark_gives_its_figures(name):
     measure, count = SMALL[name]
     figures = list(measure())

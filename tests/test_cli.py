@@ -19,6 +19,7 @@ from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.output_files import with_article
 from granular_env.package_contents import first_sentence
 from granular_env.recording import open_log, record, verify
+from granular_env.run_loop import run
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -268,7 +269,7 @@ def test_a_report_is_written_to_a_folder_only(log, capsys):
     assert Path(log).read_bytes() == before
     Path("bare").write_bytes(before)
     assert main(["report", "bare"]) == 0
-    assert capsys.readouterr().out == "written: bare-report/report.html\n"
+    assert capsys.readouterr().out == "written: bare-report/report.html, with its figures in bare-report/\n"
 
 
 def test_recovering_a_complete_log_says_so(log, capsys):
@@ -715,3 +716,81 @@ def test_events_say_what_broke_and_which_limit_was_passed(folder, capsys):
 def test_describe_says_which_events_there_can_be(capsys):
     assert main(["describe", "discs"]) == 0
     assert re.search(r"^events\n +link_broken +the strain of a link", capsys.readouterr().out, re.MULTILINE)
+
+
+def test_describe_tells_of_an_environment(capsys):
+    assert main(["describe", "Splitting-v1", "--set", "columns=4"]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"observation space +Box\(-10, 10, \(19,\), float32\)", text)
+    assert re.search(r"force\[-1,0\] +1.5 N", text) and re.search(r"target +2", text) and "End of the episode" in text
+    assert main(["describe", "granular_env/Splitting-v1", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["action_size"] == 2 and facts["deadline"] == 60 and facts["component"] == "discs"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["Splitting-v2"], "did you mean 'granular_env/Splitting-v1'?"),
+        (["Splitting-v1", "--set", "discs=-1"], "discs: got -1, expected further parameters of the component, name -> value"),
+        (["Splitting-v1", "--set", "columms=3"], "make_splitting: columms: unknown; did you mean 'columns'?"),
+        (["chain", "--set", "law.name=powr"], "law.name: got 'powr', expected a known name; did you mean 'power'?"),
+    ],
+)
+def test_describe_names_what_is_wrong(arguments, said, capsys):
+    assert main(["describe", *arguments]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_describe_says_what_indices_count_and_what_fmi_calls_it(capsys):
+    assert main(["describe", "discs"]) == 0
+    assert re.search(r"velocity +m/s +\(8, 2\) +velocity \(by disc and direction, state\)", capsys.readouterr().out)
+    assert main(["describe", "discs", "--json"]) == 0
+    speed = next(one for one in json.loads(capsys.readouterr().out)["outputs"] if one["name"] == "speed")
+    assert (speed["axes"], speed["initial"], speed["minimum"], speed["maximum"]) == (["disc"], "calculated", 0.0, None)
+
+
+def test_defaults_are_written_as_toml_whatever_they_are_made_of(capsys):
+    assert main(["describe", "grid"]) == 0
+    text = capsys.readouterr().out
+    assert '["elastic"]' in text and "Elastic(" not in text
+
+
+def test_a_template_shows_rows_and_patterns_and_they_are_valid(tmp_path, capsys):
+    from granular_env.experiments import load_experiment
+    from granular_env.experiments.preparation import prepare
+
+    assert main(["new", "discs"]) == 0
+    text = capsys.readouterr().out
+    for key in ("velocity", r"\[input.force\]", "profile", "peak", "duration", "pattern"):
+        text = re.sub(rf"^# ({key}\b.*|{key}.*)$", r"\1", text, count=1, flags=re.MULTILINE)
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    ready = prepare(load_experiment(path))
+    assert ready.inputs["force"].pattern.tolist()[0] == [1.0, 0.0] and ready.inputs["force"].pattern.sum() == 1.0
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        (["run", "discs/broken-row", "--log", "x.mcap"], "--log: 'x.mcap' exists; choose another name, or pass --overwrite"),
+        (["branch", "x.mcap", "--at", "5"], "--at: got 5 s, the log goes from 0 s"),
+        (["branch", "x.mcap", "--at", "1e-4", "--log", "x.mcap"], "--log: 'x.mcap' is the parent itself"),
+        (["recover", "x.mcap", "-o", "x.mcap"], "--out: 'x.mcap' exists"),
+        (["view", "x.mcap", "--save", "."], "--save: '.' is a folder"),
+        (["events", "x.mcap", "--kind", "x"], "--kind: got 'x', expected a kind of event; known: link_broken"),
+        (["sweep", "discs-breaking", "--workers", "0"], "--workers: got 0, expected a whole number from 1 to 4096"),
+    ],
+)
+def test_a_fault_of_an_argument_names_the_option_that_was_typed(command, option, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run("discs/broken-row", log="x.mcap", overrides={"duration": 2e-4})
+    assert main(command) == 2
+    assert f"granular-env {command[0]}: {option}" in capsys.readouterr().err
+
+
+def test_a_run_where_nothing_moves_has_no_relative_residual(capsys):
+    experiment = {"name": "rest", "duration": 1e-3, "component": {"type": "discs"}}
+    from granular_env.run_loop import energy_residual
+
+    assert "(" not in energy_residual(run(experiment).component)

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from granular_env.atlas import names as papers
 from granular_env.cli import main
 from granular_env.cli.program import program
 from granular_env.components import catalogue
+from granular_env.domains import environments
 from granular_env.package_contents import shipped_files
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -21,7 +23,7 @@ KINDS = {
     "sweep": ["plans of sweeps"],
     "study": ["studies"],
     "check": ["experiments", "plans of sweeps", "studies"],
-    "describe": ["components", "experiments", "plans of sweeps", "studies"],
+    "describe": ["components", "experiments", "plans of sweeps", "studies", "environments"],
     "new": ["components", "experiments", "plans of sweeps", "studies"],
 }
 
@@ -35,9 +37,28 @@ def completed(*words: str, monkeypatch, capsys) -> list[tuple[str, str]]:
     return [(kind, text) for kind, _, text in (line.partition(",") for line in capsys.readouterr().out.splitlines())]
 
 
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["run", "discs/broken-row", "--set", "component.br"], ["component.breaking_strain="]),
+        (
+            ["run", "discs/broken-row", "--set", "input.force.p"],
+            [f"input.force.p{key}=" for key in ("rofile", "eak", "attern")],
+        ),
+        (["sweep", "discs-breaking", "--set", "input.force.pe"], ["input.force.peak="]),
+        (["describe", "chain", "--set", "grav"], ["gravity="]),
+        (["run", "no-such-experiment", "--set", "comp"], []),
+        (["run", "discs/broken-row", "--set", "duration="], []),
+    ],
+)
+def test_keys_that_can_be_set(words, expected, monkeypatch, capsys):
+    assert completed(*words, monkeypatch=monkeypatch, capsys=capsys) == [("plain", key) for key in expected]
+
+
 @pytest.mark.parametrize("command", KINDS)
 def test_names_of_what_is_shipped(command, monkeypatch, capsys):
-    names = [name for kind in KINDS[command] for name in (catalogue.names() if kind == "components" else shipped_files(kind))]
+    known = {"components": catalogue.names, "environments": environments}
+    names = [name for kind in KINDS[command] for name in known.get(kind, partial(shipped_files, kind))()]
     assert completed(command, "", monkeypatch=monkeypatch, capsys=capsys) == [("plain", name) for name in names]
     begun = names[-1][:3]
     found = completed(command, begun, monkeypatch=monkeypatch, capsys=capsys)

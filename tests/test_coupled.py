@@ -278,6 +278,9 @@ def start_periodic_noise(medium: Coupled) -> float:
 
 # Automata beside four by four cells, which they touch along a side and once more in a corner.
 HOOK = {"name": "polygon", "corners": [[4, 0], [6, 0], [6, 6], [4, 6], [4, 4], [5, 4], [5, 2], [4, 2]]}
+SQUARE = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+CLOCKWISE = {"name": "quadrilaterals", "nodes": SQUARE, "cells": [[0, 3, 2, 1]]}
+FLAT = {"name": "quadrilaterals", "nodes": [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]], "cells": [[0, 1, 2, 3]]}
 SIDEWAYS = {"automata.packing": "hexagonal", "automata.shape": rectangle(8.0, 4 * ROW), "origin": [8.0, 0.0]}
 
 
@@ -297,6 +300,10 @@ SIDEWAYS = {"automata.packing": "hexagonal", "automata.shape": rectangle(8.0, 4 
         ({"automata.thickness": 0.5}, "automata.thickness: got 0.5 m"),
         ({"automata.step_size": 0.1}, "automata.step_size: the parts have one step_size"),
         ({"grid.mesh": mesh(4, 4), "automata.shape": HOOK, "origin": [0.0, 0.0]}, "the two parts touch in a point"),
+        ({"automata.shape": rectangle(8.3, 4.0)}, "component 'coupled': automata.shape.width: 8.3 m"),
+        ({"grid.mesh": CLOCKWISE}, r"component 'coupled': grid.*cells\[0\].*inverted"),
+        ({"grid.mesh": FLAT}, r"component 'coupled': grid.*cells\[0\].*flat"),
+        ({"grid.material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, r"grid.material.poisson.*0\.5"),
         ({"automata.material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, "poisson"),
     ],
 )
@@ -314,10 +321,11 @@ def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], words: st
 def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:
     medium = layers()
     before = medium.save().to_bytes()
+    medium.reset(grid_velocity={0: (50.0, 0.0)})
+    start = medium.save().to_bytes()
     with pytest.raises(StepError, match="grid_displacement: cell") as inverted:
-        medium.reset(grid_velocity={0: (50.0, 0.0)})
         medium.step(10 * medium.step_size)
-    assert inverted.value.variable == "grid_displacement"
+    assert inverted.value.variable == "grid_displacement" and medium.save().to_bytes() == start
     medium.reset(automata_velocity={30: (30.0, 0.0)})
     with pytest.raises(StepError, match="automata_velocity") as fast:
         medium.step()

@@ -145,6 +145,42 @@ def test_a_link_breaks_at_the_strain_that_theory_says() -> None:
     assert first.tick * medium.step_size * rate == pytest.approx(0.01, rel=0.01)
 
 
+def pressed_core(n: int) -> Coupled:
+    """Return a block of cells with a core of automata, both mirrored in x = 0, that is pressed from above."""
+    hole = {"name": "box", "x": [-2.0, 2.0], "y": [2.0, 6.0]}
+    grid = {
+        "mesh": mesh(8, 8, holes=[hole], centre=[0.0, 4.0]),
+        "boundaries": {"top": {"name": "velocity", "components": "y"}, "bottom": "symmetry"},
+    }
+    automata = {"shape": rectangle(4.0, 4.0), "criterion": WEAK}
+    return coupled(grid, automata, n, origin=[-2.0, 2.0], step_size=0.2, micro_steps=n)
+
+
+def mirror_of(points: Any) -> Any:
+    """Return for each point the number of its mirror image."""
+    places = {(round(4 * x), round(4 * y)): number for number, (x, y) in enumerate(points.tolist())}
+    return np.array([places[-round(4 * x), round(4 * y)] for x, y in points.tolist()])
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_a_mirrored_body_cracks_as_its_image(n: int) -> None:
+    """Bit for bit while nothing touches, where automata are as large as cells; otherwise to rounding, which collisions amplify."""
+    medium = pressed_core(n)
+    parts = [("grid_velocity", mirror_of(medium.grid.mesh.nodes)), ("automata_velocity", mirror_of(medium.reference))]
+    push = ge.Profile.half_sine(-0.03, 10.0) * [0.0, 1.0]
+    while medium.time < 30.0:
+        medium.step(1.0, grid_top_velocity=push)
+        for name, image in parts:
+            velocity = medium.get(name)
+            found = velocity[image] * [-1.0, 1.0]
+            if n == 1 and medium.get("automata_touching") == 0.0 and medium.time < 15.0:
+                np.testing.assert_array_equal(found, velocity)
+            assert np.abs(found - velocity).max() <= 1e-8 * np.abs(velocity).max()
+    damage = medium.get("automata_damage")
+    assert medium.get("automata_broken_links") >= 20
+    np.testing.assert_allclose(damage[parts[1][1]], damage, atol=1e-12)
+
+
 # -- events, bits, logs -------------------------------------------------------------------------------------------------------
 
 

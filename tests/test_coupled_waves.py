@@ -61,27 +61,45 @@ def test_the_interface_sends_little_back(packing: str, shear: bool, bound: float
     assert 3.0 <= short / long <= 6.0
 
 
-@pytest.mark.parametrize("packing", ["square", "hexagonal"])
-def test_a_pulse_comes_back_from_the_rigid_end_as_it_went(packing: str) -> None:
-    """80 cells long, through the interface twice and some 400 cells far."""
-    medium, axis = strip(packing, 200, 100)
-    start_wave(medium, axis, lambda x: pulse(x - 60.0, 80.0), 140.0, False)
+def go_there_and_back(packing: str, length: int) -> dict[str, float]:
+    """Send a pulse of so many cells through the interface, to the rigid end, and back: some 5 lengths far.
+
+    Returns:
+        What is left of its height; the L2 misfit to the exact pulse where that is moved to fit best, and where it is not; by
+        what part of its way it is late; the residual of the energy in parts of the energy.
+    """
+    medium, axis = strip(packing, 5 * length // 2, 5 * length // 4)
+    start_wave(medium, axis, lambda x: pulse(x - 0.75 * length, float(length)), 1.75 * length, False)
     energy, incident = medium.get("kinetic_energy") + medium.get("elastic_energy"), medium.get("grid_velocity")[:, axis]
     end = medium.reference[:, axis].max()
-    medium.step(round(2.0 * (end - 100.0) / P_SPEED / 0.2) * 0.2)
+    medium.step(round(2.0 * (end - 1.25 * length) / P_SPEED / 0.2) * 0.2)
     velocity, x = medium.get("grid_velocity")[:, axis], medium.grid.mesh.nodes[:, axis]
-    assert 0.9987 <= np.abs(velocity).max() / incident.max() <= 1.0007
+    way, before = P_SPEED * medium.time, x < 2.5 * length - 5.0
 
     def misfit(delay: float) -> float:
-        exact = -SMALL * pulse(2.0 * end - P_SPEED * medium.time - x - 60.0 + delay, 80.0)
-        return float(np.sqrt(((velocity - exact) ** 2)[x < 195.0].sum() / (incident**2).sum()))
+        exact = -SMALL * pulse(2.0 * end - way - x - 0.75 * length + delay, float(length))
+        return float(np.sqrt(((velocity - exact) ** 2)[before].sum() / (incident**2).sum()))
 
-    delays = np.linspace(-1.0, 1.0, 201)
+    delays = np.linspace(-1.0, 1.0, 801)
     misfits = [misfit(delay) for delay in delays]
-    assert min(misfits) <= 0.014
-    # Waves of this length are late by 6e-4 at most.
-    assert abs(delays[int(np.argmin(misfits))]) <= 6e-4 * P_SPEED * medium.time
-    assert abs(medium.get("energy_residual")) <= 1e-12 * energy
+    best = int(np.argmin(misfits))
+    return {
+        "height": np.abs(velocity).max() / incident.max(), "aligned": misfits[best], "unaligned": misfit(0.0),
+        "delay": abs(delays[best]) / way, "residual": abs(medium.get("energy_residual")) / energy,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("packing", ["square", "hexagonal"])
+def test_a_pulse_comes_back_from_the_rigid_end_as_it_went(packing: str) -> None:
+    """80 cells long, through the interface twice and 400 cells far."""
+    found = go_there_and_back(packing, 80)
+    assert 0.9987 <= found["height"] <= 1.0007
+    assert found["aligned"] <= 0.014
+    # Where it stands, late by a quarter of a cell; of that most comes.
+    assert found["unaligned"] <= 0.017
+    assert found["delay"] <= 6e-4
+    assert found["residual"] <= 1e-12
+    assert 3.5 <= go_there_and_back(packing, 40)["delay"] / found["delay"] <= 4.5
 
 
 def secondary_waves(length: int, shift: int) -> tuple[float, float]:
@@ -114,7 +132,7 @@ def secondary_waves(length: int, shift: int) -> tuple[float, float]:
 def test_the_interface_makes_few_secondary_waves(placed: str) -> None:
     inside, along = secondary_waves(20, 0 if placed == "on the interface" else 20)
     assert 0.0 < inside <= 0.008
-    # Along the surface, where the Rayleigh wave of the automata falls behind that of the grid.
+    # Along the surface, where the Rayleigh wave of automata is ahead of the exact one and that of the grid behind it.
     assert along <= 0.012
 
 

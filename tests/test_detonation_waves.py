@@ -188,6 +188,15 @@ def test_cells_that_do_not_resolve_the_zone_are_warned_of() -> None:
     assert "the half-reaction length of 0.005 m has 0.5 cells" in tube.cautions()[0]
 
 
+def test_a_front_runs_to_the_left_as_well() -> None:
+    tube = detonating_tube(250, 0.5, regions=[{"x": [0.496, 0.5], "pressure": 1.2e6, "temperature": 3540.0}])
+    run_for(tube, 0.7 * 0.5 / tube.front.speed)
+    assert tube.get("right_front") == 0.5
+    assert tube.get("left_front") == pytest.approx(0.15, abs=0.01)
+    assert tube.get("cj_ratio") == pytest.approx(1.0, abs=7e-3)
+    assert [(event.kind, event.index) for event in tube.events()] == [("ignited", 248), ("end_reached", 1)]
+
+
 def test_the_input_ignites_the_tube() -> None:
     """So much heat that the zone passes the trigger, within ten microseconds."""
     tube = detonating_tube(200, 0.4, regions=[], ignition_zone=[0.0, 0.01])

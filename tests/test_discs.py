@@ -362,3 +362,28 @@ def test_cma_finds_how_to_break_every_link(tmp_path: Path, monkeypatch: pytest.M
     }  # fmt: skip
     score = run_study(study, tmp_path / "study").of("cma")[0].score
     assert score is not None and score.value == 3.0
+
+
+def test_events_are_asked_for_by_kind_and_index() -> None:
+    discs = ge.run("discs/broken-row").component
+    (broken,) = discs.events("link_broken")
+    assert discs.events(index=broken.index) == [broken] and discs.events("link_broken", broken.index + 1) == []
+    with pytest.raises(ParameterError, match="kind: got 'broken', expected a kind of event"):
+        discs.events("broken")
+    with pytest.raises(ParameterError, match="index: got 1.5"):
+        discs.events(index=1.5)  # type: ignore[arg-type]
+
+
+def test_a_sweep_measures_events(tmp_path) -> None:
+    plan = {
+        "version": 1, "experiment": "discs/broken-row", "grid": {"input.force.peak": [0.1, 1.5]},
+        "measure": {"broken": "events link_broken", "when": "first link_broken"},
+    }  # fmt: skip
+    sweep = run_sweep(plan, tmp_path / "sweep", engine="serial")
+    found = sweep.columns()
+    event = ge.run("discs/broken-row", overrides={"input.force.peak": 1.5}).component.events()[0]
+    assert list(found["broken"]) == [0.0, 1.0] and np.isnan(found["when"][0])
+    assert found["when"][1] == pytest.approx(event.tick * 1e-5) and sweep.units["when"] == "s"
+    plan["measure"] = {"broken": "events link_brokn"}
+    with pytest.raises(ge.GranularError, match=r"measure.broken.kind: got 'link_brokn'.*did you mean 'link_broken'"):
+        run_sweep(plan, tmp_path / "wrong", engine="serial")

@@ -133,7 +133,7 @@ FAULTS = {
     "logs": (plan(logs={"keep": "some"}), "logs.keep: got 'some'"),
     "both logs": (plan(logs={"keep": "all", "every": 2}), "give keep or every, not both"),
     "seeds": (plan(seeds=0), "seeds.count: got 0"),
-    "idle seeds": (plan(seeds=3), "seeds.keys: seed changes nothing in this chain"),
+    "idle seeds": (plan(seeds=3), "seeds.keys: seed changes nothing in component .chain."),
     "every": (plan(every=1.7e-9), "every: got 1.7e-09 s, which is .* internal steps"),
 }
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..support.counter_random import uniform
 from ..support.jit import jit
+from ..support.recent import Recent
 from .linked import dilations, forces
 from .pair import orient
 from .state import Body, make_scratch
@@ -19,9 +20,15 @@ _ROUNDS, _CHANGE, _MOST_ROUNDS, _MOST_WORK = 20, 1e-5, 1000, 30_000_000
 # The parts of the limit 2 / omega_max of leapfrog that a step may take, and that the default takes.
 ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 
+_found = Recent()
+
 
 def largest_frequency(body: Body) -> float:
     """Return the largest frequency of small motions of a linked packing, from below [rad/s]."""
+    return _found.get(body, lambda: _compute_frequency(body))
+
+
+def _compute_frequency(body: Body) -> float:
     count = len(body.kind)
     scratch = make_scratch(count)
     vector = uniform(1, 1, 3 * count).reshape(count, 3) - 0.5

@@ -137,41 +137,22 @@ def update_automata_forces(part, cracking, seam, time, tick):
 
 
 @jit
-def must_search(cracking):
-    """Return whether contacts have to be found anew before automata move on."""
-    if cracking is None:
-        return False
-    return cracking.losses[TRAVEL] > cracking.most_travel
-
-
-@jit
 def must_break(part, cracking, tick):
     """Let links weaken and yield; return whether some have to be broken before the forces are computed."""
-    if cracking is None:
-        return False
-    marked = judge_bonds(
-        cracking.medium,
-        part.motion,
-        part.scratch,
-        cracking.judgement,
-        cracking.contacts,
-        cracking.contact_count,
-        cracking.losses,
-        tick,
-    )
-    return marked > 0
+    motion, scratch, judgement = part.motion, part.scratch, cracking.judgement
+    contacts, count = cracking.contacts, cracking.contact_count
+    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick) > 0
 
 
 @jit
 def note_travel(part, cracking, time):
     """Add the way of the fastest automaton in a drift of `time` [s] to what decides when contacts are found anew."""
-    if cracking is not None:
-        velocity, largest = part.motion.velocity, 0.0
-        for i in range(part.body.kind.size):
-            square = velocity[i, 0] * velocity[i, 0] + velocity[i, 1] * velocity[i, 1]
-            if square > largest:
-                largest = square
-        cracking.losses[TRAVEL] += time * np.sqrt(largest)
+    velocity, largest = part.motion.velocity, 0.0
+    for i in range(part.body.kind.size):
+        square = velocity[i, 0] * velocity[i, 0] + velocity[i, 1] * velocity[i, 1]
+        if square > largest:
+            largest = square
+    cracking.losses[TRAVEL] += time * np.sqrt(largest)
 
 
 @jit
@@ -449,46 +430,6 @@ def follow_velocities(interface, state, motion):
 
 
 @jit
-def begin(grid, automata, seam, factors, row, steps, impulses, literal):
-    """Begin a tick, before the first step of the automata."""
-    if impulses is not None:
-        begin_impulses(grid, automata, seam, factors, row, steps)
-    if literal is not None:
-        begin_literally(seam)
-
-
-@jit
-def move(grid, automata, seam, factors, row, steps, impulses, literal):
-    """Kick for half a step of the automata, and drift."""
-    if impulses is not None:
-        move_with_impulses(grid, automata, seam, steps.step / steps.micro, steps.scheme)
-    elif literal is not None:
-        move_literally(grid, automata, seam, steps.step / steps.micro)
-    else:
-        move_together(grid, automata, seam, factors, row, steps)
-
-
-@jit
-def act(grid, automata, seam, steps, tick, again, impulses, literal):
-    """Kick for the second half of a step of the automata; return a cell that is inverted, or -1, and their speed squared."""
-    if impulses is not None:
-        return np.int64(-1), act_with_impulses(grid, automata, seam, steps.step / steps.micro, steps.scheme)
-    if literal is not None:
-        return np.int64(-1), act_literally(grid, automata, seam, steps.step / steps.micro, steps.micro)
-    return finish_together(grid, automata, seam, steps, tick, again)
-
-
-@jit
-def finish(grid, automata, seam, factors, row, steps, tick, again, impulses, literal):
-    """Finish a tick after the last step of the automata; return a cell that is inverted, or -1."""
-    if impulses is not None:
-        return finish_impulses(grid, automata, seam, steps, tick, again)
-    if literal is not None:
-        return finish_literally(grid, automata, seam, factors, row, steps, tick, again)
-    return np.int64(-1)
-
-
-@jit
 def advance(grid, automata, cracking, seam, factors, steps, impulses, literal, tick, progress, failure_out):
     """Advance by whole ticks, or up to where links break or contacts have to be found anew.
 
@@ -508,28 +449,46 @@ def advance(grid, automata, cracking, seam, factors, steps, impulses, literal, t
     Returns:
         DONE, INVERTED or TOO_FAST; SEARCH before a step of the automata, BREAK in the middle of one.
     """
+    # The kinds of steps are told apart here alone: each further function that gets all these tuples compiles for half a second.
     time, rows, fastest = steps.step / steps.micro, len(factors), 0.0
     while progress[ROW] < rows:
         row = progress[ROW]
         now, again, failed = tick + row + 1, row + 1 < rows, np.int64(-1)
         if progress[STAGE] == BEGIN:
-            begin(grid, automata, seam, factors, row, steps, impulses, literal)
+            if impulses is not None:
+                begin_impulses(grid, automata, seam, factors, row, steps)
+            elif literal is not None:
+                begin_literally(seam)
             progress[MICRO], progress[STAGE] = 0, MOVE
         while progress[MICRO] < steps.micro:
             own_tick = (now - 1) * steps.micro + progress[MICRO]
             if progress[STAGE] == MOVE:
-                if must_search(cracking):
-                    return SEARCH
-                move(grid, automata, seam, factors, row, steps, impulses, literal)
-                note_travel(automata, cracking, time)
+                if cracking is not None:
+                    if cracking.losses[TRAVEL] > cracking.most_travel:
+                        return SEARCH
+                if impulses is not None:
+                    move_with_impulses(grid, automata, seam, time, steps.scheme)
+                elif literal is not None:
+                    move_literally(grid, automata, seam, time)
+                else:
+                    move_together(grid, automata, seam, factors, row, steps)
                 progress[STAGE] = ACT
-                if must_break(automata, cracking, own_tick):
-                    return BREAK
+                if cracking is not None:
+                    note_travel(automata, cracking, time)
+                    if must_break(automata, cracking, own_tick):
+                        return BREAK
             update_automata_forces(automata, cracking, seam, time, own_tick)
-            failed, fastest = act(grid, automata, seam, steps, now, again, impulses, literal)
+            if impulses is not None:
+                fastest = act_with_impulses(grid, automata, seam, time, steps.scheme)
+            elif literal is not None:
+                fastest = act_literally(grid, automata, seam, time, steps.micro)
+            else:
+                failed, fastest = finish_together(grid, automata, seam, steps, now, again)
             progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE
-        bad = finish(grid, automata, seam, factors, row, steps, now, again, impulses, literal)
-        failed = bad if failed < 0 else failed
+        if impulses is not None:
+            failed = finish_impulses(grid, automata, seam, steps, now, again)
+        elif literal is not None:
+            failed = finish_literally(grid, automata, seam, factors, row, steps, now, again)
         if failed >= 0 or not fastest <= steps.speed_limit * steps.speed_limit:
             failure_out[0], failure_out[1] = failed, now
             return INVERTED if failed >= 0 else TOO_FAST

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -72,6 +72,8 @@ _AUTOMATA_FAILED = 16
 # Axes that do not count nodes, cells, automata or pairs: both parts have them.
 _ENTRIES = ("direction", "entry", "component")
 
+Part = TypeVar("Part", Grid, Automata)
+
 
 class Coupled(Component):
     """A grid and movable cellular automata that share an interface: Psakhie et al. (2003), section 2.3.
@@ -94,13 +96,22 @@ class Coupled(Component):
         p = self.parameters
         self._given = {"grid": p.grid.model_dump(), "automata": p.automata.model_dump()}
         # Built by themselves first: their frequencies bound the step, and the size of their states is known then.
-        grid, automata = Grid(**self._given["grid"]), Automata(**self._given["automata"])
+        grid, automata = self._make_part(Grid, "grid"), self._make_part(Automata, "automata")
         self._choose_steps(grid.highest_frequency, automata.largest_frequency)
         self._lay_out_state(grid, automata)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self.automata.mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self.automata.mass])
         self.grid.attach(self.carried_mass)
         self._make_parts()
+
+    def _make_part(self, kind: type[Part], name: str, **changes: Any) -> Part:
+        """Return one of the parts; what is wrong with its parameters is told as of this component."""
+        try:
+            return kind(**{**self._given[name], **changes})
+        except ParameterError as error:
+            raise ParameterError(
+                *(dataclasses.replace(fault, source=f"component {self.name!r}").within(name) for fault in error.faults)
+            ) from None
 
     def _choose_steps(self, grid_frequency: float, automata_frequency: float) -> None:
         p = self.parameters
@@ -142,8 +153,8 @@ class Coupled(Component):
             exchange=("f8", (EXCHANGE_TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
         micro = self.step_size / self.micro_steps
-        self.grid = Grid(**{**self._given["grid"], "step_size": self.step_size, "memory": self._block["grid"]})
-        self.automata = Automata(**{**self._given["automata"], "step_size": micro, "memory": self._block["automata"]})
+        self.grid = self._make_part(Grid, "grid", step_size=self.step_size, memory=self._block["grid"])
+        self.automata = self._make_part(Automata, "automata", step_size=micro, memory=self._block["automata"])
         self._include(self.grid, "grid")
         self._include(self.automata, "automata", self.micro_steps)
 

@@ -29,8 +29,9 @@ _SUGGESTED_COURANT = 0.5
 _DETONATION_WAVES, _SOUND_WAVES = 1.3, 2.5
 # State and scratch of a cell.
 _BYTES_OF_CELL = 8 * (9 + 17) + 8
-# Cells over which the speed of the front is measured.
-_SPEED_CELLS = 20
+# Cells over which the speed of the front is measured, where so many have burnt, and the least number: a burn of a few cells
+# makes the arrival in one cell uncertain by a tenth of the time that the front takes to cross it.
+_SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
 
 
@@ -45,10 +46,10 @@ class DetonationTube(Component):
     parameters: DetonationParameters
     # In the order of their numbers in `kernels`.
     event_kinds = {
-        "ignited": "half of the gas in a cell had reacted for the first time anywhere; the index is the cell's",
-        "front_passed": "half of the gas had reacted at a gauge; the index is the gauge's",
-        "end_reached": "half of the gas had reacted at an end, ignited elsewhere: 0 left, 1 right",
         "diaphragm_opened": "the pressure on a diaphragm reached its bursting pressure: 0 left, 1 right",
+        "end_reached": "half of the gas had reacted at an end, ignited elsewhere: 0 left, 1 right",
+        "front_passed": "half of the gas had reacted at a gauge; the index is the gauge's",
+        "ignited": "half of the gas in a cell had reacted for the first time anywhere; the index is the cell's",
     }
 
     # -- building ---------------------------------------------------------------------------------------------------
@@ -128,7 +129,7 @@ class DetonationTube(Component):
         )
         yield Variable(
             "area", "input", "m^2", (n,), "cross-section of each cell; walls that move do work on the gas",
-            start=float(self._areas[0]), minimum=1e-300, axes=cells, nominal=float(self._areas.mean()),
+            start=float(self._areas[0]), minimum=0.0, axes=cells, nominal=float(self._areas.mean()),
         )  # fmt: skip
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code in (OPEN, DIAPHRAGM):
@@ -148,7 +149,7 @@ class DetonationTube(Component):
         yield Variable("left_front", "output", "m", (), "where burnt gas begins; 0 where nothing has burnt")
         yield Variable("right_front", "output", "m", (), "where burnt gas ends; 0 where nothing has burnt")
         yield Variable(
-            "front_speed", "output", "m/s", (), f"speed of the right front over the last {_SPEED_CELLS} cells; 0 where unknown"
+            "front_speed", "output", "m/s", (), f"speed of the front over its last {_SPEED_CELLS} cells; 0 where unknown"
         )
         yield Variable("cj_ratio", "output", "1", (), "front_speed over that of the Chapman-Jouguet detonation")
         yield Variable("courant_number", "output", "1", (), "largest (|u| + c) dt / dx", minimum=0.0)
@@ -191,14 +192,19 @@ class DetonationTube(Component):
         return float(begin), float(end)
 
     def _front_speed(self) -> float:
-        arrival = self._state.arrival
-        reached = np.flatnonzero(arrival >= 0.0)
-        if not len(reached) or reached[-1] < _SPEED_CELLS:
+        """Return the speed of the front that runs to the right, or where there is none, of that to the left [m/s]."""
+        reached = np.flatnonzero(self._state.arrival >= 0.0)
+        if len(reached) < _LEAST_SPEED_CELLS:
             return 0.0
-        last = int(reached[-1])
-        since = arrival[last] - arrival[last - _SPEED_CELLS]
-        known = arrival[last - _SPEED_CELLS] >= 0.0 and since > 0.0
-        return _SPEED_CELLS * self.cell_size / float(since) if known else 0.0
+        first, last = int(reached[0]), int(reached[-1])
+        return self._speed_between(max(first, last - _SPEED_CELLS), last) or self._speed_between(
+            min(last, first + _SPEED_CELLS), first
+        )
+
+    def _speed_between(self, earlier: int, later: int) -> float:
+        """Return the mean speed of a front from one cell to another [m/s]; 0 where none ran that way."""
+        begin, end = (float(self._state.arrival[cell]) for cell in (earlier, later))
+        return abs(later - earlier) * self.cell_size / (end - begin) if end > begin >= 0.0 else 0.0
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state, gas = self._state, self.gas
@@ -252,6 +258,10 @@ class DetonationTube(Component):
                 f"run at {speeds[cell]:g} m/s at the start and may cross at most {kernels.LARGEST_COURANT:g} cells a step; "
                 "take a smaller step_size, or leave it out"
             )
+
+    def tables(self) -> tuple[Medium, Tube, State, layout.Scratch, FloatArray]:
+        """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
+        return self._medium, self._tube, self._state, self._scratch, self._block["tally"]
 
     def _advance(self, ticks: int) -> int:
         signals, areas = tick_signals(self._held, self._tick, ticks), area_pattern(self._held)

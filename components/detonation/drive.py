@@ -26,10 +26,13 @@ def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
 
 
 def area_pattern(held: Mapping[str, Held]) -> FloatArray:
-    """Return what the area's signal is multiplied by, shape (n,) [m^2]."""
+    """Return a copy of what the area's signal is multiplied by, shape (n,) [m^2].
+
+    Held arrays are read-only and those of some profiles are not: kernels would be compiled for both.
+    """
     area = held["area"]
     pattern = area.pattern if isinstance(area, CompiledProfile) else area
-    return np.asarray(pattern)
+    return np.array(pattern)
 
 
 def _values(held: Held, tick: int, ticks: int) -> FloatArray | float:

@@ -44,8 +44,8 @@ from .reactions.reaction import ARRHENIUS, CONSTANT_VOLUME, INERT, PRESSURE_BURN
 
 # The largest Courant number (|u| + c) dt / dx at which a tick is made.
 LARGEST_COURANT = 0.9
-# Kinds of events, in the order of `component.EVENT_KINDS`, and the progress at which gas counts as burnt.
-_IGNITED, _FRONT_PASSED, _END_REACHED, _OPENED = 0, 1, 2, 3
+# Kinds of events, in the order of `DetonationTube.event_kinds`, and the progress at which gas counts as burnt.
+_OPENED, _END_REACHED, _FRONT_PASSED, _IGNITED = 0, 1, 2, 3
 BURNT = 0.5
 
 
@@ -72,7 +72,9 @@ def advance(medium, tube, state, scratch, signals, areas, tally, first_tick, eve
         status = change_area(medium, state, areas, signals[row, AREA], tally, failed)
         if status != 0:
             return status
-        flow(medium, tube, state, scratch, signals[row], tally, tick, events, counts)
+        status = flow(medium, tube, state, scratch, signals[row], tally, tick, events, counts, failed)
+        if status != 0:
+            return status
         add_heat(medium, tube, state, signals[row, POWER], tally)
         status = finish(medium, tube, state, tally, tick, events, counts, failed)
         if status != 0:
@@ -113,8 +115,11 @@ def change_area(medium, state, areas, factor, tally, failed):
 
 
 @jit
-def flow(medium, tube, state, scratch, signals, tally, tick, events, counts):
-    """Move the gas by one step of Heun: a whole step, and a second one from there, of which the mean is taken."""
+def flow(medium, tube, state, scratch, signals, tally, tick, events, counts, failed):
+    """Move the gas by one step of Heun: a whole step, and a second one from there, of which the mean is taken.
+
+    Returns 0, or a status where the first one leaves no gas in a cell, or no pressure.
+    """
     n = state.density.size
     for i in range(n):
         scratch.density[i + 1] = state.density[i]
@@ -131,10 +136,15 @@ def flow(medium, tube, state, scratch, signals, tally, tick, events, counts):
         scratch.density[i + 1] = r
         scratch.velocity[i + 1] = u
         scratch.fraction[i + 1] = y
-        scratch.pressure[i + 1] = (medium.gamma - 1.0) * (energy[i] - 0.5 * momentum[i] * u - fuel[i] * medium.heat)
+        p = (medium.gamma - 1.0) * (energy[i] - 0.5 * momentum[i] * u - fuel[i] * medium.heat)
+        scratch.pressure[i + 1] = p
+        if not (r > 0.0 and p > 0.0):
+            failed[0], state.density[i], state.pressure[i] = i, r, p
+            return NOT_POSITIVE
     compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
     tally_ends(medium, state, scratch, tally)
     update_second(medium, state, scratch, tally)
+    return 0
 
 
 @jit
@@ -162,6 +172,16 @@ def compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
         left = (density[i] + dr[i], velocity[i] + du[i], pressure[i] + dp[i], fraction[i] + dy[i])
         right = (density[j] - dr[j], velocity[j] - du[j], pressure[j] - dp[j], fraction[j] - dy[j])
         mass[i], impulse[i], energy[i], fuel[i] = hllc_flux(medium, left, right)
+    compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
+
+
+@jit
+def compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
+    """Write the fluxes at both ends; a diaphragm on which the pressure is too high opens."""
+    n = state.density.size
+    density, velocity, pressure, fraction = scratch.density, scratch.velocity, scratch.pressure, scratch.fraction
+    dr, du, dp, dy = scratch.slopes[0], scratch.slopes[1], scratch.slopes[2], scratch.slopes[3]
+    mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
     for side in range(2):
         i, sign = (1, -1.0) if side == 0 else (n, 1.0)
         face = 0 if side == 0 else n

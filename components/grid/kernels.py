@@ -21,6 +21,9 @@ from ..materials.von_mises import plastic_strain
 from ..support.jit import inlined, jit
 from .layout import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
 
+# A slower node is at rest [m/s]. Ahead of a wave velocities fall off to where they, or products of what follows from them, are
+# no normal numbers any more, with which a processor is tens of times as slow.
+_REST = 1e-140
 # Number of the event kind for a cell that yields first.
 _YIELDED = 0
 # Indices are unsigned throughout the long loops: numba then need not look for negative ones.
@@ -201,6 +204,7 @@ def finish_tile(grid, state, corner, tile, step, again):
         vx, vy = velocity[n, 0] + weight * fx, velocity[n, 1] + weight * fy
         if again:
             vx, vy = vx + weight * fx, vy + weight * fy
+            vx, vy = moving(vx), moving(vy)
             displacement[n, 0] += step * vx
             displacement[n, 1] += step * vy
         else:
@@ -249,15 +253,21 @@ def forces(grid, state, groups, corner, step, tick, events, counts):
     return failed
 
 
+@inlined
+def moving(velocity):
+    """Return a velocity before a drift, 0 where it is next to nothing; what is not a number stays so."""
+    return 0.0 if abs(velocity) < _REST else velocity
+
+
 @jit
 def kick(grid, state, step, begin, end):
-    """Add what the forces give in half a step [s] to the velocities of nodes begin..end-1 that have no conditions."""
+    """Add what the forces give in the first half of a step [s] to the velocities of nodes begin..end-1 without conditions."""
     special, half_inverse, velocity, force = grid.special, grid.half_inverse, state.velocity, state.force
     for n in range(begin, end):
         if not special[n]:
             weight = step * half_inverse[n]
-            velocity[n, 0] += weight * force[n, 0]
-            velocity[n, 1] += weight * force[n, 1]
+            velocity[n, 0] = moving(velocity[n, 0] + weight * force[n, 0])
+            velocity[n, 1] = moving(velocity[n, 1] + weight * force[n, 1])
 
 
 @jit

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
+from ..support.recent import Recent
 from . import kernels
 from .layout import Conditions, Grid, State
 
@@ -17,6 +18,7 @@ _ITERATIONS = 100
 _SETTLED = 2e-5
 # The part of the largest stable step that is allowed, and the part that is suggested.
 ALLOWED, SUGGESTED = 0.9, 0.8
+_found = Recent()
 
 
 def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -> float:
@@ -27,6 +29,12 @@ def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) ->
         conditions: what is prescribed, and what moves as one.
         corner: scratch of the kernels; its last row is 0.
     """
+    # Of plastic laws nothing counts, and of the conditions where nodes cannot move and which move as one.
+    inputs = (*grid._replace(laws=np.zeros(0)), conditions.nodes, conditions.prescribed, conditions.groups)
+    return _found.get(inputs, lambda: _compute_frequency(grid, conditions, corner))
+
+
+def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -> float:
     n, m = len(grid.reference), len(grid.cells)
     nothing = np.zeros(0)
     elastic = grid._replace(laws=np.zeros_like(grid.laws))

@@ -27,6 +27,13 @@ class Verdict:
 
     kind: Kind
     words: str
+    beside: str = ""
+    """The words beside others, in a list of several; default: the same."""
+
+    @property
+    def words_in_list(self) -> str:
+        """Return the words as they stand beside those of other values."""
+        return self.beside or self.words
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,8 +139,8 @@ class Value:
             if self.computed == self.printed:
                 if self.reading:
                     return Verdict("in part", "as we read it")
-                return Verdict("reproduced", "reproduced")
-            return Verdict("not reproduced", f"“{self.computed}”, not “{self.printed}”")
+                return Verdict("reproduced", "reproduced", "yes")
+            return _not_reproduced(f"“{self.computed}”, not “{self.printed}”")
         if self.band is not None:
             return self._in_band(self.band)
         return self._below() if self.at_most else self._within()
@@ -144,29 +151,30 @@ class Value:
         assert bound is not None
         if math.isfinite(self.computed) and self.computed <= bound:
             read = self.loose is not None
-            return Verdict("in part", "kept as we read it") if read else Verdict("bound kept", "bound kept")
-        return Verdict("not reproduced", f"{_round(self.computed - bound)} {self.unit}".strip() + " more")
+            return Verdict("in part", "kept as we read it") if read else Verdict("bound kept", "bound kept", "kept")
+        return _not_reproduced(f"{_round(self.computed - bound)} {self.unit}".strip() + " more")
 
     def _within(self) -> Verdict:
         gap = abs(self.difference)
         if not math.isfinite(gap):
-            return Verdict("not reproduced", "not finite")
+            return _not_reproduced("not finite")
         # A number that rounds to what is printed is as near as one can ask; and nobody wants to read of 1e-14 %.
         near = self.rounding if self.rounding <= self.largest_difference else 0.0
         if gap <= max(near, _NOT_WORTH_SAYING * self.largest_difference, self.resolution) * (1.0 + 1e-9):
-            return Verdict("reproduced", "reproduced")
+            return Verdict("reproduced", "reproduced", "yes")
         if gap <= self.largest_difference * (1.0 + 1e-9):
-            return Verdict("reproduced", f"reproduced to {self.distance}")
+            return Verdict("reproduced", f"reproduced to {self.distance}", f"yes to {self.distance}")
         if self.loose is not None and gap <= self.loose:
             return Verdict("in part", f"only to {self.distance}")
-        return Verdict("not reproduced", f"{self.distance} off")
+        return _not_reproduced(f"{self.distance} off")
 
     def _in_band(self, band: Band) -> Verdict:
         assert self.number is not None
         if not band.low <= self.number <= band.high:
             side = "below" if self.number < band.low else "above"
-            return Verdict("not reproduced", f"the paper’s is {side} all {band.count} draws")
-        return Verdict("as bands", f"{band.percentile(self.number):.0f}")
+            return _not_reproduced(f"the paper’s is {side} all {band.count} draws")
+        percentile = f"{band.percentile(self.number):.0f}"
+        return Verdict("as bands", percentile, f"at percentile {percentile}")
 
     @property
     def distance(self) -> str:
@@ -176,6 +184,10 @@ class Value:
         if self.number == 0.0 or absolute:
             return f"{_round(abs(self.difference))} {self.unit}".strip()
         return f"{_round(100.0 * abs(self.difference / self.number))} %"
+
+
+def _not_reproduced(words: str) -> Verdict:
+    return Verdict("not reproduced", words, f"no, {words}")
 
 
 def _round(value: float) -> str:
@@ -202,19 +214,9 @@ def combine(values: Sequence[Value]) -> Verdict:
         return Verdict("not reproduced", f"not reproduced: {judged[0][1].words}")
     if len(judged) == 1 or kinds == {"in part"}:
         return Verdict("in part", max(judged, key=lambda pair: _relative(pair[0]))[1].words)
-    parts = "; ".join(f"{value.label}: {_short(verdict)}" for value, verdict in judged)
+    parts = "; ".join(f"{value.label}: {verdict.words_in_list}" for value, verdict in judged)
     bands = "as bands" in kinds and "not reproduced" not in kinds
     return Verdict("as bands" if bands else "in part", f"in part: {parts}")
-
-
-def _short(verdict: Verdict) -> str:
-    words = verdict.words.removeprefix("reproduced")
-    return {
-        "reproduced": f"yes{words}",
-        "bound kept": "kept",
-        "not reproduced": f"no, {words}",
-        "as bands": f"at percentile {words}",
-    }.get(verdict.kind, words)
 
 
 def _relative(value: Value) -> float:

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from granular_env.cli.set_keys import set_keys
 from granular_env.components.errors import Override
 from granular_env.package_contents import first_sentence
 
@@ -43,7 +44,15 @@ def command(name: str, **attributes: Any) -> Callable[[Body], Command]:
 
 def set_option(text: str) -> Decorator:
     """Let the command take overrides, as `overrides`."""
-    return click.option("--set", "overrides", metavar="KEY=VALUE", multiple=True, callback=_parse_overrides, help=text)
+    return click.option(
+        "--set",
+        "overrides",
+        metavar="KEY=VALUE",
+        multiple=True,
+        callback=_parse_overrides,
+        shell_complete=set_keys,
+        help=text,
+    )
 
 
 def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence[str]) -> Overrides:
@@ -86,8 +95,8 @@ def overwrite_option(text: str) -> Decorator:
     return click.option("--overwrite", is_flag=True, help=text)
 
 
-def large_option(text: str = "Lift the caps on sizes that a log may declare.") -> Decorator:
-    """Let the command lift caps, as `allow_large`."""
+def large_option(text: str = "Lift the limits on sizes that a log may declare.") -> Decorator:
+    """Let the command lift limits, as `allow_large`."""
     return click.option("--allow-large", is_flag=True, help=text)
 
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 @click.option("--address", metavar="HOST:PORT", help="A Ray cluster (default: one of our own, on this machine).")
 @click.option("--workers", metavar="N", type=int, help="How many tasks at a time (default: one for each core).")
 @set_option("A key of the experiment, for every task, such as component.grains=500.")
-@large_option("Lift the cap on the number of tasks.")
+@large_option("Lift the limit on the number of tasks.")
 @output_options("table")
 def sweep(
     plan: str,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import click
@@ -80,7 +81,7 @@ def report(
     with open_log(log, allow_large=allow_large) as opened:
         folder = Path(out) if out else _report_folder(Path(log))
         page = viewing.report(opened, folder, variables=variables, indices=indices, times=times, progress=True)
-        print(f"written: {page}")
+        print(f"written: {page}, with its figures in {folder}{os.sep}")
     return Status.DONE
 
 

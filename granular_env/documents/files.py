@@ -64,10 +64,10 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
     The last part of a name will do: 3.4-piston for nesterenko-1983/3.4-piston.
     """
     names = sorted(known)
-    short = {name.rpartition("/")[2]: name for name in names}
-    close = [short[name]] if name in short else difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    known_as = {name.rpartition("/")[2]: name for name in names} | {name: name for name in names}
+    close = [name] if name in known_as else difflib.get_close_matches(name, known_as, n=1, cutoff=0.6)
     if close:
-        return f"did you mean {close[0]!r}?"
+        return f"did you mean {known_as[close[0]]!r}?"
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.0)
     return f"the nearest: {', '.join(near)}; `granular-env list` names all"
 

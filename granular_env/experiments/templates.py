@@ -159,9 +159,6 @@ def _of_component(name: str) -> str:
     lines += ["", "[start]                # a number or a row for all, a list, or { index = value or row }"]
     lines += [_line(f"# {v.name} = {_some_elements(v)}", f"{v.unit}, {v.description}") for v in states]
     inputs = [v for v in component.variables.values() if v.causality == "input"]
-    if inputs:
-        lines += ["", "# [input]              # held from the start: a number for all, a list, or { index = value or row }"]
-        lines += [_line(f"# {v.name} = {_some_elements(v, 1.0)}", f"{v.unit}, {v.description}") for v in inputs]
     for variable in inputs:
         lines += ["", *_profile_lines(variable, step)]
     kept = [v.name for v in states]
@@ -181,7 +178,8 @@ def _of_component(name: str) -> str:
 def _profile_lines(variable: Variable, step: float) -> list[str]:
     """Return an input that is a profile of time."""
     lines = [
-        _line(f"# [input.{variable.name}]", "or a profile of time"),
+        _line(f"# [input.{variable.name}]", f"{variable.unit}, {variable.description}: a profile of time, or"),
+        _line("", f"in [input] {variable.name} = {_some_elements(variable, 1.0)}, held from the start"),
         _line('# profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
         _line("# peak = 1.0", variable.unit),
         _line(f"# duration = {_tidy(100 * step)}", "s"),

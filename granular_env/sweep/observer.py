@@ -64,7 +64,9 @@ class RunObserver:
         watch = domain_of(component.name).load("watch")
         if watch is None:
             raise ParameterError(
-                f"a {component.name!r} has no measurements", hint="take its variables, such as 'max NAME[0]'", at="measure"
+                f"component {component.name!r} has no measurements",
+                hint="take its variables, such as 'max NAME[0]'",
+                at="measure",
             )
         self._watch = watch(every)
         self._watch.on_reset(component)

@@ -52,7 +52,7 @@ def run_sweep(
         overrides: keys of the experiment to set in every task, such as ``{"component.grains": 500}``.
         progress: show a bar: tasks done and failed, their rate, the time that is left; or call this with the part that is
             done.
-        allow_large: lift the cap on the number of tasks.
+        allow_large: lift the limit on the number of tasks.
 
     Raises:
         ExperimentError: the plan or its experiment is not valid.

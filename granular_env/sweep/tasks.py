@@ -51,17 +51,17 @@ def make_tasks(plan: Plan, basis: str, files: Mapping[str, str], allow_large: bo
         plan: which one.
         basis: hash of what all tasks share.
         files: CSV files that values name -> what they are called beside the results.
-        allow_large: lift the cap on their number.
+        allow_large: lift the limit on their number.
 
     Raises:
-        ExperimentError: there are more than the cap allows.
+        ExperimentError: there are more than the limit allows.
     """
     refuse_too_many(plan, allow_large)
     return [_task(plan, basis, files, number, *point) for number, point in enumerate(_points(plan))]
 
 
 def refuse_too_many(plan: Plan, allow_large: bool) -> None:
-    """`ExperimentError` for more tasks than the cap allows; nothing is made for it."""
+    """`ExperimentError` for more tasks than the limit allows; nothing is made for it."""
     if plan.size > LARGEST and not allow_large:
         many = f"it asks for {plan.size} tasks, at most {LARGEST} are computed unasked"
         hint = ("take fewer values, or pass ", Option("allow_large"))

@@ -42,14 +42,16 @@ def validate_plan(plan: Plan, job: Job, orders: Mapping[str, Order]) -> dict[str
 
 
 def _refuse_idle_seeds(plan: Plan, computer: Computer, order: Order, ready: Prepared) -> None:
-    """Repetitions that are all the same are nobody's wish."""
+    """Refuse repetitions whose seed changes nothing: they would all be the same."""
     seeds = plan.seeds
     if seeds is None or seeds.count == 1:
         return
     others = {key: value ^ 1 if key in seeds.keys else value for key, value in order.overrides}
     other = computer.prepare_task(Order("", tuple(others.items()))).component
     if other.identity == ready.component.identity and other.save().to_bytes() == ready.component.save().to_bytes():
-        same = f"{', '.join(seeds.keys)} changes nothing in this {ready.component.name}, all repetitions would be the same"
+        same = (
+            f"{', '.join(seeds.keys)} changes nothing in component {ready.component.name!r}: all repetitions would be the same"
+        )
         hint = 'name the key that is a seed, such as keys = ["component.arrangement.seed"]'
         raise ExperimentError(plan.locate_fault(Fault(("seeds", "keys"), same, hint=hint)))
 

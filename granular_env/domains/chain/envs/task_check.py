@@ -170,13 +170,25 @@ def _run(kernel: Callable[..., Any], name: str, *arguments: Any) -> Any:
     except IndexError as error:
         raise _SlipError(f"{name}: {error}") from None
     except ValueError as error:
-        if "read-only" in str(error):
+        if _writes(kernel, arguments):
             raise _SlipError(f"{name}: it writes into an array that is not its own; it may write into counters alone") from None
         raise _wrap_error(name, error) from error
     except _SlipError:
         raise
     except Exception as error:  # whatever compiled code can do and plain Python cannot
         raise _wrap_error(name, error) from error
+
+
+def _writes(kernel: Callable[..., Any], arguments: tuple[Any, ...]) -> bool:
+    """Return whether a kernel changes arrays that it only may read, where they are copies that it can write to."""
+    closed = [place for place, one in enumerate(arguments) if isinstance(one, np.ndarray) and not one.flags.writeable]
+    copies = [np.array(one) if isinstance(one, np.ndarray) else one for one in arguments]
+    try:
+        with np.errstate(all="ignore"):
+            kernel(*copies)
+    except Exception:  # it does not come to writing for another reason
+        return False
+    return any(copies[place].tobytes() != np.asarray(arguments[place]).tobytes() for place in closed)
 
 
 def _wrap_error(name: str, error: Exception) -> _UncheckedError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import numpy.typing as npt
 
 from granular_env.atlas.model import Arrows, Axis, Curve, Figure, Letter, Shading
 from granular_env.components.grid.theory import Front, load_fronts
@@ -103,29 +104,38 @@ def _most(values: FloatArray) -> float:
 def _plane(name: str, title: str, caption: str, window: Window) -> Figure:
     fronts = load_fronts(MATERIAL, INSTANTS[-1], window.source)
     # Over the surface there is room for letters.
-    curves = [
-        Curve("", [window.left, window.right], [0.0, 0.0], "thin", _SEAM),
-        Curve("interface: grid on the left, automata on the right", [0.0, 0.0], [window.bottom, 0.0], "line", _SEAM),
-    ]
+    curves = [Curve("", [window.left, window.right], [0.0, 0.0], "thin", _SEAM)]
+    if window.left < 0.0 < window.right:
+        words = "interface: grid on the left, automata on the right"
+        curves.append(Curve(words, [0.0, 0.0], [window.bottom, 0.0], "line", _SEAM))
     for number, front in enumerate(fronts):
         inside = np.where(front.points[:, :1] > window.left, front.points, np.nan)
         inside = np.where(inside[:, :1] < window.right, inside, np.nan)
         label = "fronts that theory predicts" if number == 0 else ""
         curves.append(Curve(label, inside[:, 0], inside[:, 1], "dashed", _FRONTS))
     letters = [Letter("↓", window.source, 0.5 * _SKY, _SEAM)] if window.left < window.source < window.right else []
-    letters += [_letter(front) for front in fronts if _is_inside(front, window)]
+    letters += [letter for front in fronts if (letter := _letter(front, window)) is not None]
     return Figure(
         name, title, caption, Axis("x, m", window.left, window.right), Axis("y, m", window.bottom, _SKY), curves,
         letters=letters, equal=True,
     )  # fmt: skip
 
 
-def _is_inside(front: Front, window: Window) -> bool:
-    x, y = front.outward[0]
-    return window.left + _OFF < x < window.right - _OFF and y > window.bottom + _OFF
+def _is_inside(points: FloatArray, window: Window) -> npt.NDArray[np.bool_]:
+    """Tell which points lie in a window, with room for a letter beside them."""
+    x, y = points[..., 0], points[..., 1]
+    return (x > window.left + _OFF) & (x < window.right - _OFF) & (y > window.bottom + _OFF)
 
 
-def _letter(front: Front) -> Letter:
+def _letter(front: Front, window: Window) -> Letter | None:
+    """Return a front's name at its own place, or where the middle of it is seen; None where it is not."""
     place, direction = front.outward
+    seen = front.points[_is_inside(front.points, window)]
+    if not _is_inside(place, window):
+        if len(seen) < 2:
+            return None
+        place = seen[len(seen) // 2]
+        direction = place - [window.source, 0.0]
+        direction /= np.linalg.norm(direction)
     x, y = place + _OFF * direction
     return Letter(front.name, float(x), float(y), _FRONTS)

@@ -87,14 +87,14 @@ def _ellipse(last: Motion) -> Item:
 
 
 def _turns(last: Motion, side: float) -> bool:
-    """Tell whether the velocity turns by more than half a turn backwards as the middle of the wave passes."""
+    """Tell whether the velocity turns by more than half a turn against the sense of rolling as the wave passes."""
     x = _window(INSTANTS[-1])
     velocity = last.at(side * x, np.zeros_like(x)) * [side, 1.0]
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     own = speed > 0.3 * speed.max()
-    # Along x at one instant the past of a point lies ahead of it: turning is seen in the reverse sense.
+    # What has passed a point lies ahead of it: along x the velocity turns clockwise where in time it turns against the clock.
     angle = np.unwrap(np.arctan2(velocity[own, 1], velocity[own, 0]))
-    return bool(angle[0] - angle[-1] > np.pi) != bool(angle[-1] - angle[0] > np.pi)
+    return bool(angle[0] - angle[-1] > np.pi)
 
 
 def _decay(last: Motion) -> Item:

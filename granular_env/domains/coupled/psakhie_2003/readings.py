@@ -1,4 +1,4 @@
-"""What the paper's words are read as: it prints no numbers for its results, so that this page had to choose."""
+"""Readings of the paper's words: it prints no numbers for its results, so that this page had to choose some."""
 
 from __future__ import annotations
 
