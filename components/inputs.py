@@ -43,8 +43,8 @@ def hold_input(
             raise ParameterError(f"got {number:g} {unit}", expected=f"{minimum:g} to {maximum:g}", at=at)
         return number if shape == () else read_only(np.full(shape, number))
     array = number_array(at, value, f"a number, an array of shape {shape} or a Profile", (shape,))
-    outside = ~((minimum <= array) & (array <= maximum))
-    if outside.any():
+    bounded = minimum > -math.inf or maximum < math.inf
+    if bounded and (outside := ~((minimum <= array) & (array <= maximum))).any():
         where = tuple(int(index) for index in np.argwhere(outside)[0])
         raise ParameterError(f"got {array[where]:g} {unit}", expected=f"{minimum:g} to {maximum:g}", at=(*at, *where))
     return read_only(array)

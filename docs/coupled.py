@@ -1,4 +1,4 @@
-"""Draws the picture of coupled.md: ``python docs/coupled.py``."""
+"""Draws the pictures of coupled.md: ``python docs/coupled.py``."""
 
 from pathlib import Path
 
@@ -6,6 +6,7 @@ import appearance
 import numpy as np
 from grid import BLUE, TIME, show_fronts
 from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, PolyCollection
 
 import granular_env as ge
 from granular_env.components.coupled import Coupled
@@ -54,5 +55,43 @@ def waves_through_the_interface() -> None:
     appearance.save(figure, IMAGES / "coupled.png", colours=64)
 
 
+def in_plane(stress: np.ndarray) -> np.ndarray:
+    """Return minus the mean of both normal stresses in the plane [MPa]."""
+    return -0.5e-6 * (stress[:, 0] + stress[:, 1])
+
+
+def show_core(axes: Axes, medium: Coupled) -> None:
+    """Draw mean stresses in the plane, displacements tenfold, automata with broken links, and cells that have yielded."""
+    stretch, limit = 10.0, 25.0
+    corners = (medium.grid.mesh.nodes + stretch * medium.get("grid_displacement"))[medium.grid.mesh.cells]
+    pressure = {"cmap": "RdBu_r", "clim": (-limit, limit), "linewidths": 0.0}
+    axes.add_collection(PolyCollection(corners, array=in_plane(medium.get("grid_stress")), **pressure))
+    centres = medium.reference + stretch * medium.get("automata_displacement")
+    damage = medium.get("automata_damage")
+    size = np.full(len(centres), medium.automata.parameters.diameter)
+    discs = {"units": "xy", "offset_transform": axes.transData, "linewidths": 0.0}
+    mean = in_plane(medium.get("automata_stress"))
+    axes.add_collection(
+        EllipseCollection(size, size, 0.0, offsets=centres, array=mean, cmap="RdBu_r", clim=(-limit, limit), **discs)
+    )
+    broken = damage > 0.0
+    size = size[broken]
+    axes.add_collection(EllipseCollection(size, size, 0.0, offsets=centres[broken], facecolors="black", **discs))
+    middles = corners.mean(axis=1)[medium.get("grid_plastic_strain") > 0.0]
+    axes.plot(middles[:, 0], middles[:, 1], ".", color="#e09f3e", markersize=2.0)
+    axes.set(xlim=(-0.1, 0.1), ylim=(-0.004, 0.125), aspect="equal", xticks=[], yticks=[])
+    axes.set_title(f"{medium.time * 1e6:.0f} µs, {medium.get('automata_broken_links'):.0f} broken links")
+
+
+@figure_style.with_style
+def a_core_that_cracks() -> None:
+    """Draw the shipped impact at four instants."""
+    figure = figure_style.new_figure(11.0, 7.2)
+    for axes, time in zip(figure.subplots(2, 2).ravel(), (1.8e-5, 2.6e-5, 3.2e-5, 6e-5), strict=True):
+        show_core(axes, ge.run("psakhie-2003/impact-on-a-cracking-core", overrides={"duration": time}).component)
+    appearance.save(figure, IMAGES / "coupled-impact.png", colours=64)
+
+
 if __name__ == "__main__":
     waves_through_the_interface()
+    a_core_that_cracks()

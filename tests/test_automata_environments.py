@@ -148,3 +148,17 @@ def test_random_pressures_are_worse_than_theory(returns) -> None:
     env = make_confinement()
     drive = np.random.default_rng(0).uniform(0.0, 1.0, 50)
     assert play(env, OpenLoop(drive), seed=0)[0] < returns["theory"][0]
+
+
+def test_an_episode_is_recorded_with_the_loads_that_the_task_adds(tmp_path) -> None:
+    from granular_env.envs import RecordEnv
+
+    env = gymnasium.make(NAME, deadline=4, internal_steps=5)
+    with RecordEnv(env, tmp_path / "episode.mcap", variables=["velocity", "linked"]) as recorded:
+        recorded.reset(seed=0)
+        for _ in range(4):
+            recorded.step(np.array([0.1], np.float32))
+    with ge.open_log(tmp_path / "episode.mcap") as log:
+        assert set(log.inputs) == {"left_traction", "right_traction", "top_velocity"}
+        assert log.inputs["right_traction"][1][-1].tolist() == pytest.approx([-0.1 * SCALE, 0.0])
+    assert ge.verify(tmp_path / "episode.mcap").identical

@@ -242,7 +242,7 @@ def test_dop853_stops_refining_at_the_rounding_of_the_overlaps(amplitude: float)
     ("fields", "said"),
     [
         ({"density": 7800.0, "young": 2e11, "poisson": 30.0}, "^Material: poisson: got 30.0, expected less than 0.5$"),
-        ({"poisson": 0.3}, "density: missing; it is mass density; young: missing"),
+        ({"poisson": 0.3}, "density: missing; it is mass density\nMaterial: young: missing"),
         ({"E": 2e11, "nu": 0.3, "density": 7800.0}, "E: unknown; it is called 'young' here"),
         ({"density": 7800.0, "young": 2e11, "poisson": 0.3, "yeild_strength": 1e9}, "did you mean 'yield_strength'"),
     ],
@@ -250,7 +250,7 @@ def test_dop853_stops_refining_at_the_rounding_of_the_overlaps(amplitude: float)
 def test_a_slip_in_a_material_is_one_sentence_of_the_family(fields: dict[str, float], said: str) -> None:
     with pytest.raises(ge.ParameterError, match=said) as caught:
         ge.Material(**fields)
-    assert "\n" not in str(caught.value) and "pydantic" not in str(caught.value)
+    assert len(str(caught.value).splitlines()) == len(caught.value.faults) and "pydantic" not in str(caught.value)
 
 
 KK = {"name": "kuwabara_kono", "dissipation": 3e5}

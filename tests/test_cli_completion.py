@@ -52,7 +52,8 @@ def completed(*words: str, monkeypatch, capsys) -> list[tuple[str, str]]:
     ],
 )
 def test_keys_that_can_be_set(words, expected, monkeypatch, capsys):
-    assert completed(*words, monkeypatch=monkeypatch, capsys=capsys) == [("plain", key) for key in expected]
+    found = completed(*words, monkeypatch=monkeypatch, capsys=capsys)
+    assert [one for one in found if one[1]] == [("plain", key) for key in expected]
 
 
 @pytest.mark.parametrize("command", KINDS)

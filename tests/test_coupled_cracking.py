@@ -164,7 +164,7 @@ def mirror_of(points: Any) -> Any:
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_a_mirrored_body_cracks_as_its_image(n: int) -> None:
-    """Bit for bit while nothing touches, where automata are as large as cells; else to rounding, which collisions amplify."""
+    """Bit for bit while nothing touches, where automata are as large as cells; otherwise to rounding, which collisions grow."""
     medium = pressed_core(n)
     parts = [("grid_velocity", mirror_of(medium.grid.mesh.nodes)), ("automata_velocity", mirror_of(medium.reference))]
     push = ge.Profile.half_sine(-0.03, 10.0) * [0.0, 1.0]
@@ -264,3 +264,12 @@ def test_automata_that_fly_too_fast_or_too_far_and_cells_that_invert_are_named()
     medium.reset(grid_velocity={0: (50.0, 0.0)})
     with pytest.raises(StepError, match="grid_displacement: cell 0 has been inverted"):
         medium.step(2.0)
+
+
+def test_a_snapshot_with_contacts_of_automata_that_do_not_exist_is_refused() -> None:
+    medium = sandwich()
+    shear_off(medium, 30.0)
+    contacts = medium.automata.steps.contacts().pairs
+    contacts[0, 1] = medium.automata.count
+    with pytest.raises(StepError, match="automata_displacement: the contacts of this state name automata that do not exist"):
+        medium.step()

@@ -232,6 +232,14 @@ def test_a_parameter_that_is_a_number_is_no_text_and_no_truth_value(value: objec
     assert value == 3.5 or fault(lambda: ge.Material(density=value, young=1e9, poisson=0.2)).location == ("density",)
 
 
+def test_numbers_in_lists_and_tables_of_parameters_are_looked_at() -> None:
+    masked = np.ma.masked_array([1e-3, 2e-3, 3e-3], mask=[True, False, False])
+    for mass in ({0: "1"}, {0: True}, masked):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert fault(lambda mass=mass: ge.make("chain", grains=3, mass=mass)).location[0] == "mass"
+
+
 def test_all_faults_of_parameters_are_told_at_once() -> None:
     found = faults(lambda: ge.make("discs", rows="3", mass=True, colums=3))
     assert [one.location for one in found] == [("rows",), ("mass",), ("colums",)]

@@ -83,7 +83,7 @@ def points_of(cloud: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def test_the_slow_clock_lasts_about_ten_seconds_and_simulated_time_stands_beside_it(log: Path) -> None:
     messages = decoded(log)
-    for topic in ("/particles", "/preview", "/preview/grains", "/energy[J]", "/scalars"):
+    for topic in ("/particles", "/preview", "/preview/spheres", "/energy[J]", "/scalars"):
         slow, simulated = (np.array([entry[place] for entry in messages[topic]]) for place in (0, 1))
         assert slow[0] == 0 and 8e9 <= slow[-1] <= 12.5e9
         assert simulated[-1] == pytest.approx((DURATION + 20 * make_chain().step_size) * 1e9, rel=1e-3)
@@ -100,7 +100,7 @@ def test_the_motion_is_seen(log: Path) -> None:
     true = [points_of(cloud)[0] for _, _, cloud in messages["/particles"]]
     length = np.ptp(true[0][:, 0]) + 6e-3
     grains = np.array([[(s.pose.position.x, s.pose.position.z) for s in scene.entities[0].spheres]
-                       for _, _, scene in messages["/preview/grains"]])  # fmt: skip
+                       for _, _, scene in messages["/preview/spheres"]])  # fmt: skip
     truly = max(np.abs(positions[:, 0] - true[0][:, 0]).max() for positions in true)
     assert truly < 0.01 * length, "or else this test shows nothing"
     assert np.abs(grains[..., 0] - grains[0, :, 0]).max() > 0.03 * length
@@ -115,7 +115,7 @@ def test_grains_stay_in_order_and_beside_the_true_particles(log: Path) -> None:
     messages = decoded(log)
     lowest = min(points_of(cloud)[0][:, 2].min() for _, _, cloud in messages["/preview"])
     assert lowest > points_of(messages["/particles"][0][2])[0][:, 2].max() + 3e-3
-    for _, _, scene in messages["/preview/grains"]:
+    for _, _, scene in messages["/preview/spheres"]:
         (entity,) = scene.entities
         assert entity.frame_id == "world" and len(entity.spheres) == GRAINS
         assert (np.diff([sphere.pose.position.x for sphere in entity.spheres]) > 0).all()
@@ -148,7 +148,7 @@ def test_scalars_are_grouped_by_unit_with_names_and_none_is_empty(log: Path) -> 
     messages, chain = decoded(log), make_chain()
     topics = {topic for topic in messages if topic.startswith("/")}
     assert {"/energy[J]", "/velocity[m\u00b7s\u207b\u00b9]", "/momentum[kg\u00b7m\u00b7s\u207b\u00b9]"} <= topics
-    assert not any("/" in topic[1:].replace("preview/grains", "") or " " in topic for topic in topics)
+    assert not any("/" in topic[1:].replace("preview/spheres", "") or " " in topic for topic in topics)
     for topic in topics:
         if "[" in topic:
             names = messages[topic][0][2].layout.dim[0].label.split(", ")
@@ -192,7 +192,7 @@ def test_a_log_that_was_not_closed_has_its_metadata_and_recovers_its_preview(log
     assert not open_log(tmp_path / "a.mcap").complete
     recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
     found = decoded(tmp_path / "b.mcap")
-    assert {"/preview", "/preview/grains", "/energy[J]", "/about"} <= found.keys()
+    assert {"/preview", "/preview/spheres", "/energy[J]", "/about"} <= found.keys()
     with (tmp_path / "b.mcap").open("rb") as file:
         (record,) = make_reader(file).iter_metadata()
     assert "radius = 0.003  # m\n" in record.metadata["parameters"]
@@ -267,7 +267,7 @@ def test_a_large_chain_has_a_preview_of_bounded_size_that_shows_the_wave(tmp_pat
     messages = decoded(tmp_path / "a.mcap")
     points, _ = points_of(messages["/preview"][-1][2])
     true, _ = points_of(messages["/particles"][-1][2])
-    assert len(true) == 5000 and len(points) <= 1000 and "/preview/grains" not in messages
+    assert len(true) == 5000 and len(points) <= 1000 and "/preview/spheres" not in messages
     assert np.ptp(points[:, 2]) > 0.1 * np.ptp(true[:, 0])
 
 

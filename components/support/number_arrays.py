@@ -13,6 +13,7 @@ from .arrays import FloatArray
 from .validation import finite_number
 
 Shape = tuple[int, ...]
+_NUMBERS = frozenset([int, float, np.float64, np.int64])
 
 
 def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence[Shape] | None = None) -> FloatArray:
@@ -27,16 +28,15 @@ def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence
     Raises:
         ParameterError: it holds what is no finite number, rows of unlike length, or it has another shape.
     """
-    if isinstance(value, np.ndarray) and value.dtype == np.float64 and not isinstance(value, np.ma.MaskedArray):
-        array = np.array(value, dtype=np.float64, order="C", subok=False)
+    if value.__class__ is np.ndarray and value.dtype == np.float64:
+        array = value.copy(order="C")
     else:
         array = _converted(at, value, expected)
     if shapes is not None and array.shape not in shapes:
         came = "a single number" if array.shape == () else f"an array of shape {array.shape}"
         raise ParameterError(f"got {came}", expected=expected, at=at)
-    finite = np.isfinite(array)
-    if not finite.all():
-        place = tuple(int(index) for index in np.argwhere(~finite)[0])
+    if not np.isfinite(array).all():
+        place = tuple(int(index) for index in np.argwhere(~np.isfinite(array))[0])
         raise ParameterError(f"got {array[place]:g}", expected="a finite number", at=(*to_location(at), *place))
     return array
 
@@ -52,6 +52,8 @@ def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
         rows = isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value)
         came = "rows of unlike length" if rows else shortened(value)
         raise ParameterError(f"got {came}", expected=expected, at=at) from None
+    if given.dtype == np.float64 or given.dtype.kind in "iu":
+        return np.array(given, dtype=np.float64, order="C")
     numbers = given.dtype.kind in "fiu" or (given.dtype.kind == "O" and all(isinstance(one, int | float) for one in given.flat))
     try:
         if numbers:
@@ -64,7 +66,7 @@ def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
 
 def _refuse_parts(at: Location, value: Any) -> None:
     """Refuse what is no number in lists: numpy would read truth values and masked elements as numbers."""
-    if not isinstance(value, list | tuple):
+    if not isinstance(value, list | tuple) or _NUMBERS.issuperset(map(type, value)):
         return
     for place, part in enumerate(value):
         if isinstance(part, list | tuple):

@@ -20,13 +20,13 @@ _INDEX = re.compile(r"-?\d{1,9}(,-?\d{1,9})*")
 
 
 class _Words:
-    """Text, or a truth value, where a number belongs: pydantic, which would read it as one, refuses this instead."""
+    """Text, a truth value or a masked element where a number belongs: pydantic, which would read it as one, refuses this."""
 
     def __init__(self, value: Any) -> None:
         self._value = value
 
     def __repr__(self) -> str:
-        return repr(self._value)
+        return shortened(self._value)
 
 
 class Fixed(BaseModel):
@@ -193,7 +193,7 @@ def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[Bas
 
 def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
     fields = {field.alias or key: field for key, field in model.model_fields.items()}
-    field = fields.get(str(place[0])) if place else None
+    field = fields.get(str(place[0])) if len(place) == 1 else None
     if field is None:
         return "it has no default"
     extra = field.json_schema_extra
@@ -253,7 +253,9 @@ def whole_number(at: str | Location, value: Any, least: int = 1, most: int | Non
 
 def plain(value: Any) -> Any:
     """Return a parameter as pydantic takes it: arrays and tuples as lists, numpy's numbers as Python's."""
-    if isinstance(value, np.ndarray) and not isinstance(value, np.ma.MaskedArray):
+    if isinstance(value, np.ma.MaskedArray):
+        return _Words(value)
+    if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
         return value.item()
@@ -271,4 +273,6 @@ def holds_numbers_only(annotation: Any) -> bool:
 def _mark_words(value: Any) -> Any:
     if isinstance(value, list):
         return [_mark_words(part) for part in value]
+    if isinstance(value, Mapping):
+        return {key: _mark_words(part) for key, part in value.items()}
     return _Words(value) if isinstance(value, str | bytes | bool) else value

@@ -7,13 +7,13 @@ recorded ones: a program that runs a log again, passes each recorded frame to su
 the same bytes in the log.
 Nothing else enters: no clock of the machine, no random number, no size of a batch.
 
-A run of a wave lasts microseconds and moves grains by microns, so the messages have two clocks and show the grains twice:
+A run of a wave lasts microseconds and moves particles by microns, so the messages have two clocks and show the particles twice:
 
 - `log_time` is a **slow clock**: the whole run lasts about 10 s. Viewers play it by default. `publish_time` and the time stamps
   inside the messages are the simulated time.
 - ``/particles``: every particle at its true place, a ``foxglove.PointCloud``.
-- ``/preview``: beside it, displacements multiplied by a stated factor; over each grain a column as high as the colouring
-  quantity. ``/preview/grains``: the same grains as spheres of their sizes, a ``foxglove.SceneUpdate``.
+- ``/preview``: beside it, displacements multiplied by a stated factor; over each particle a column as high as the colouring
+  quantity. ``/preview/spheres``: the same particles as spheres of their sizes, a ``foxglove.SceneUpdate``.
 - ``/links/NAME``, ``/cells/NAME``, ``/curves/NAME``: the other drawables as point clouds at their true places: dots between
   linked points, the nodes or centres of cells, a curve's values as heights over its coordinate.
 - one topic for each unit, such as ``/energy[J]``: a ROS 2 ``Float64MultiArray``, which stock rerun plots; and ``/scalars``: the
@@ -40,21 +40,21 @@ from .displacement_scale import choose_exaggeration
 # About so long lasts the whole run on the slow clock [s].
 _SHOWN_SECONDS = 10.0
 _SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-# Bounds of what is drawn: moving pictures, grains beside the true particles, grains drawn as spheres or with columns.
+# Bounds of what is drawn: moving pictures, particles of the preview, those drawn as spheres or with columns.
 _MOST_PICTURES = 100
-_MOST_GRAINS, _MOST_SPHERES = 500, 200
+_MOST_PARTICLES, _MOST_SPHERES = 500, 200
 # Parts of the picture's length: how far the preview is lifted beside the true particles, the highest column. With less,
 # the camera that rerun chooses stands so near that it sees half the chain.
 _LIFT, _HEIGHT = 0.55, 0.22
 _COLUMN_POINTS = 8
 # Dots that a link is drawn as; links, nodes or samples of a curve beyond which it is left out of the preview.
 _LINK_DOTS, _MOST_OTHERS = 5, 20_000
-# Steps to which heights, displacements (per radius) and shades are rounded: unchanged grains then cost next to no bytes.
+# Steps to which heights, displacements (per radius) and shades are rounded: unchanged particles then cost next to no bytes.
 _HEIGHT_STEPS, _PLACES_PER_RADIUS, _SHADES = 32, 16, 15
 # Seen on light and on dark grounds.
 _ZERO = "#bebebe"
 
-PARTICLES_TOPIC, PREVIEW_TOPIC, GRAINS_TOPIC = "/particles", "/preview", "/preview/grains"
+PARTICLES_TOPIC, PREVIEW_TOPIC, SPHERES_TOPIC = "/particles", "/preview", "/preview/spheres"
 SCALARS_TOPIC, ABOUT_TOPIC = "/scalars", "/about"
 
 QUANTITIES = {
@@ -254,12 +254,12 @@ def field_name(name: str, unit: str) -> str:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Scene:
-    """The grains beside the true particles: which, where at rest, how much their displacements and heights are multiplied.
+    """The particles beside the true ones: which, where at rest, how much their displacements and heights are multiplied.
 
     Attributes:
         points: all of them, their reference with three columns.
-        blocks: first particle of each block that one grain stands for, shape (n,); each alone where there are few.
-        reference, radius: of the grains drawn, lifted; shapes (n, 3), (n,) [m].
+        blocks: first particle of each block that one drawn stands for, shape (n,); each alone where there are few.
+        reference, radius: of those drawn, lifted; shapes (n, 3), (n,) [m].
         exaggeration: factor of the displacements.
         lift: height above the true particles [m].
         largest: magnitude of the colouring quantity that gives the fullest colour and the highest column.
@@ -281,7 +281,7 @@ class Scene:
         points = main_points(facts.drawables)
         if points is None or not len(points.radius):
             return None
-        blocks = np.arange(0, len(points.radius), -(-len(points.radius) // _MOST_GRAINS))
+        blocks = np.arange(0, len(points.radius), -(-len(points.radius) // _MOST_PARTICLES))
         reference, radius = points.reference[blocks], points.radius[blocks]
         moved = np.stack([_vectors(frame.drawn[points.displacement], blocks) for frame in frames])
         lift, height = _lift_and_height(*_extent(points))
@@ -299,7 +299,7 @@ class Scene:
         places, colours = self._places(displacement), colours_of(part, 1.0)
         yield _cloud_topic(PREVIEW_TOPIC), schemas.encode_point_cloud(time, *self._with_columns(places, part, colours))
         if len(places) <= _MOST_SPHERES:
-            yield _grains_topic(), schemas.encode_spheres(time, places, self.radius, colours)
+            yield _spheres_topic(), schemas.encode_spheres(time, places, self.radius, colours)
 
     def _part(self, colour: np.ndarray) -> np.ndarray:
         """Return the extreme of each block as a part of the largest, -1 to 1, in steps."""
@@ -316,7 +316,7 @@ class Scene:
         return np.rint(lengths / step) * step
 
     def _with_columns(self, places: np.ndarray, part: np.ndarray, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the grains, and the points over (or under) them, one on top."""
+        """Return the particles drawn, and the points over (or under) them, one on top."""
         owners, heights = [np.arange(len(places))], [np.zeros(len(places))]
         if len(places) <= _MOST_SPHERES:
             for rung in range(1, _COLUMN_POINTS):
@@ -336,8 +336,8 @@ def _cloud_topic(name: str) -> Topic:
 
 
 @cache
-def _grains_topic() -> Topic:
-    return Topic(GRAINS_TOPIC, "foxglove.SceneUpdate", "protobuf", schemas.scene_update_schema())
+def _spheres_topic() -> Topic:
+    return Topic(SPHERES_TOPIC, "foxglove.SceneUpdate", "protobuf", schemas.scene_update_schema())
 
 
 def _largest(frames: Sequence[PreviewFrame], name: str) -> float:
@@ -487,7 +487,7 @@ def _about(facts: PreviewFacts, clock: SlowClock, scene: Scene | None, scalars: 
             lines.append(f"Columns and colours: {colour}, from -{full} (blue) through 0 (grey) to +{full} (red).")
         lines += [f"/particles, {scene.lift:.3g} m below: true places.", ""]
         if len(scene.blocks) < len(scene.points.radius):
-            lines += [f"/preview has {len(scene.blocks)} grains for {len(scene.points.radius)} particles.", ""]
+            lines += [f"/preview has {len(scene.blocks)} points for {len(scene.points.radius)} particles.", ""]
     for topic, names in scalars.names.items():
         lines.append(f"{topic}: " + ", ".join(f"[{place}] {name}" for place, name in enumerate(names)))
     topic = Topic(ABOUT_TOPIC, cdr.TEXT_NAME, "ros2msg", cdr.TEXT.encode())

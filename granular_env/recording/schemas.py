@@ -140,7 +140,7 @@ def encode_spheres(nanoseconds: int, positions: np.ndarray, radius: np.ndarray, 
         spheres[axis], spheres[f"size {axis}"] = positions[:, place], 2.0 * radius
     for place, channel in enumerate("rgb"):
         spheres[channel] = np.rint(colours[:, place] * (_TINTS / 255.0)) / _TINTS
-    entity = _field(1, _stamp(nanoseconds)) + _field(2, FRAME.encode()) + _field(3, b"grains")
+    entity = _field(1, _stamp(nanoseconds)) + _field(2, FRAME.encode()) + _field(3, b"spheres")
     data = spheres.view(np.uint8).data
     return [b"\x12" + varint(len(entity) + len(data)) + entity, data]
 

