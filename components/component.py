@@ -123,6 +123,8 @@ class Component(Stepping, metaclass=_Fixed):
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
+        if part.event_ratio and not self.event_ratio:
+            vars(self)["event_ratio"] = f"{prefix}_{part.event_ratio}"
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent where there is one."""

@@ -124,6 +124,8 @@ class Physics(metaclass=ABCMeta):
 
     event_kinds: ClassVar[Mapping[str, str]] = {}
     """Kinds of events that can happen -> what they are; then the block has a growing part `events=EVENT_ROWS`."""
+    event_ratio: str = ""
+    """Name of the output that says how near each place is to an event, what decides over its limit; "" where there is none."""
     step_size: float
     """Length of one internal step [s]; set by `_build`."""
 

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import granular_env as ge
+from granular_env.cli import main
 from granular_env.components.automata import Automata, theory
 from granular_env.components.automata.breaking import CRITERIA
 from granular_env.components.automata.breaking.functions import failure
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support import memory_limits
+from granular_env.recording.nearness import nearest
 
 ROW = 0.5 * math.sqrt(3.0)
 SOLID = ge.Material(density=1.0, young=2.5, poisson=0.25)  # rho = G = lambda = 1
@@ -430,3 +432,27 @@ def test_the_pair_that_breaks_first_was_the_nearest() -> None:
         automata.step(automata.step_size, right_velocity=[1e-3, 0.0])
     assert automata.events()[0].index in np.flatnonzero(nearest > 0.98) and nearest.max() < 1.02
     assert automata.get("criterion_ratio")[automata.events()[0].index] == 0.0
+
+
+def test_a_log_says_how_near_the_run_came_to_breaking(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    automata = confined(criterion={"name": "strain", "tensile": 0.02})
+    path = tmp_path / "near.mcap"
+    names = ["criterion_ratio", "velocity"]
+    with ge.record(automata, path, every=10 * automata.step_size, variables=names, overwrite=True):
+        stretch(automata, 1e-3, rate=1e-5)
+        stretch(automata, -5e-4, rate=1e-5)
+    with ge.open_log(path) as log:
+        times, ratios = log.series("criterion_ratio")
+        found = nearest(log)
+    assert found is not None and found.variable == "criterion_ratio" and found.instants >= len(times)
+    frame = int(np.abs(times - found.time).argmin())
+    assert found.ratio == ratios.max() == ratios[frame, found.index] and 0.03 < found.ratio < 0.06
+    assert main(["events", str(path)]) == 0 and "--nearest" in capsys.readouterr().out
+    assert main(["events", str(path), "--nearest"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert f"criterion_ratio[{found.index}] reached {found.ratio:.6g} of its limit at {found.time:.9g} s" in told
+    discs = ge.make("discs")
+    with ge.record(discs, tmp_path / "discs.mcap"):
+        discs.step(1e-4)
+    assert main(["events", str(tmp_path / "discs.mcap"), "--nearest"]) == 0
+    assert "not known" in capsys.readouterr().out

@@ -74,7 +74,9 @@ class Automata(Component):
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
-        vars(self)["event_kinds"] = self.steps.event_kinds  # of this specimen's criterion
+        # Those of this specimen's criterion.
+        vars(self)["event_kinds"] = self.steps.event_kinds
+        vars(self)["event_ratio"] = "criterion_ratio" if self.steps.event_kinds else ""
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),

@@ -17,6 +17,7 @@ from granular_env.terminal import columns, printable, wrap_text
 
 if TYPE_CHECKING:
     from granular_env.components.contract import Event
+    from granular_env.recording.nearness import Nearness
 
 _MOST = 40
 
@@ -25,15 +26,23 @@ _MOST = 40
 @click.argument("log", shell_complete=files)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
 @click.option("--index", metavar="N", type=int, help="Only those of this link, cell, ...")
+@click.option("--nearest", "near", is_flag=True, help="Run the log again, and say how near it came where nothing happened.")
 @click.option("--all", "every", is_flag=True, help=f"List all of them, not the first {_MOST}.")
 @json_option()
 @large_option()
-def events(log: str, kind: str | None, index: int | None, every: bool, for_programs: bool, allow_large: bool) -> int:
-    """Say what happened in a run, when, and which limit was passed."""
+def events(
+    log: str, kind: str | None, index: int | None, near: bool, every: bool, for_programs: bool, allow_large: bool
+) -> int:
+    """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
+    from granular_env.recording.nearness import nearest
 
     with open_log(log, allow_large=allow_large) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
+        if near:
+            nearness = nearest(opened)
+            print(json.dumps(nearness and dataclasses.asdict(nearness)) if for_programs else _words_for(nearness))
+            return Status.DONE
     if for_programs:
         rows = [{**dataclasses.asdict(event), "time": event.tick * step_size} for event in found]
         print(json.dumps({"kinds": kinds, "events": rows}, indent=2))
@@ -41,7 +50,9 @@ def events(log: str, kind: str | None, index: int | None, every: bool, for_progr
         print("events: none; the component of this log declares no kind of event")
     elif not found:
         asked = "" if kind is None and index is None else " of that kind or index"
-        print("\n".join([f"events: none{asked}; it would be one when", *_meanings(kinds)]))
+        print(
+            "\n".join([f"events: none{asked}; it would be one when", *_meanings(kinds), "--nearest says how near the run came"])
+        )
     else:
         shown = found if every else found[:_MOST]
         heads = ("time [s]", "event", "index", "value", "limit")
@@ -49,6 +60,15 @@ def events(log: str, kind: str | None, index: int | None, every: bool, for_progr
         rest = "" if len(shown) == len(found) else f"; the first {len(shown)} are listed, --all lists the others too"
         print("\n".join([f"{summary(found)}{rest}", *_meanings({event.kind: kinds[event.kind] for event in found})]))
     return Status.DONE
+
+
+def _words_for(nearness: Nearness | None) -> str:
+    if nearness is None:
+        return "nearest: not known; the component of this log has no output that says how near an event is"
+    return wrap_text(
+        f"nearest: {printable(nearness.variable)}[{nearness.index}] reached {nearness.ratio:.6g} of its limit at "
+        f"{nearness.time:.9g} s (1 is an event; {count_of(nearness.instants, 'instant')} looked at)"
+    )
 
 
 def summary(found: list[Event]) -> str:
