@@ -5,6 +5,7 @@ m x'' = -k x + F, advanced by leapfrog (second order, symplectic).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -63,11 +64,12 @@ class Oscillator(Component):
         return 0 if np.isfinite(self._energy()) else 1
 
     def _explain(self, status: int) -> StepError:
-        name = "velocity" if np.isfinite(self._block["position"]) else "position"
+        # The energy has become infinite, by the square of one of them.
+        name = max(("velocity", "position"), key=lambda one: np.nan_to_num(abs(self._block[one]), nan=np.inf))
         value, unit = float(self._block[name]), self.variables[name].unit
         return StepError(
             f"{name} became {value} {unit} soon after {self.time:g} s; take a smaller step_size",
-            time=self.time, variable=name, index=None, value=value, limit=float(np.finfo(float).max),
+            time=self.time, variable=name, index=None, value=value, limit=math.sqrt(np.finfo(float).max),
         )  # fmt: skip
 
     def _energy(self) -> float:

@@ -221,7 +221,7 @@ def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) 
     elif quantity.code != _APPLIED:
         first, last = _place(quantity, first, grains), _place(quantity, last, grains)
         if first > last:
-            raise ParameterError(f"got {first} to {last}", expected="the first grain before the last one", at=quantity.name)
+            raise ParameterError(f"got {first} to {last}", expected="the first grain before the last one", at=(quantity.name,))
     if quantity.code in (_CONTACT_FORCE, _ENERGY) and chain.parameters.law.has_history:
         raise ParameterError(
             f"contacts of law {chain.parameters.law.name!r} remember", hint="use another law", at=quantity.name
