@@ -456,3 +456,16 @@ def test_a_log_says_how_near_the_run_came_to_breaking(tmp_path: Path, capsys: py
         discs.step(1e-4)
     assert main(["events", str(tmp_path / "discs.mcap"), "--nearest"]) == 0
     assert "not known" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("packing", ["square", "hexagonal"])
+@pytest.mark.parametrize("name", ["degrading", "plastic_degrading"])
+def test_pairs_wear_out_without_hardening(packing: str, name: str) -> None:
+    """The stress that decides is of all pairs of two automata: one of them loses its stiffness again and again."""
+    onset = {"onset" if name == "degrading" else "yield_stress": ONSET}
+    laws = {"boundaries": {"bottom": "fixed", "top": "velocity"}, "response": {"name": name, **onset}}
+    # A pair gives up what is left of its stiffness within some steps, so the balance closes at first order only.
+    automata = block(packing, 5, 5, **laws, step_size=0.25 * block(packing, 5, 5, **laws).step_size)
+    automata.step(80.0, top_velocity=[1e-3, 2e-3])
+    assert np.isfinite(automata.get("stress")).all()
+    assert abs(automata.get("energy_residual")) <= 0.01 * automata.get("boundary_work")

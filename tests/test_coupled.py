@@ -332,3 +332,25 @@ def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:
     assert fast.value.variable == "automata_velocity" and fast.value.value > fast.value.limit
     medium.reset()
     assert medium.save().to_bytes() == before
+
+
+@pytest.mark.parametrize("condition", ["absorbing", "fixed", "symmetry"])
+def test_the_interface_is_no_edge_that_can_be_held_or_damped(condition: str) -> None:
+    """It would take energy from what passes: half of a pulse, where it absorbs."""
+    parts = {
+        "grid": {
+            "mesh": {"name": "rectangle", "columns": 4, "rows": 4, "cell_size": 0.01},
+            "material": MEDIUM,
+        },
+        "automata": {
+            "shape": {"name": "rectangle", "width": 0.04, "height": 0.04},
+            "diameter": 0.01,
+            "packing": "square",
+            "material": MEDIUM,
+        },
+    }
+    parts["automata"]["forced_automata"] = [[0.01, 0.02]]
+    Coupled(origin=(0.04, 0.0), **parts)
+    parts["grid"]["boundaries"] = {"right": condition, "left": "absorbing"}
+    with pytest.raises(ParameterError, match=r"grid\.boundaries\.right: got .* where the interface is"):
+        Coupled(origin=(0.04, 0.0), **parts)

@@ -431,3 +431,17 @@ def test_nothing_moves_far_ahead_of_a_wave_whose_step_is_tiny() -> None:
     for name in ("displacement", "velocity", "stress", "internal_energy"):
         values = np.abs(once.get(name))
         assert (values == 0.0).any() and values[values > 0.0].min() > tiny
+
+
+def test_points_lie_in_the_body_and_cells_beside_each_other() -> None:
+    square = {"name": "rectangle", "columns": 4, "rows": 4, "cell_size": 0.01}
+    medium = {"density": 1.0, "young": 1.0, "poisson": 0.25}
+    for name in ("forced_nodes", "receivers"):
+        assert ge.make("grid", mesh=square, material=medium, **{name: [[0.0149, 0.0151]]})
+        with pytest.raises(ParameterError, match=rf"{name}\[0\]: got the point \[5.0, 77.0\] m, expected a point of the body"):
+            ge.make("grid", mesh=square, material=medium, **{name: [[5.0, 77.0]]})
+    nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.9]]
+    for cells in ([[0, 1, 2, 3]] * 2, [[0, 1, 2, 3], [0, 1, 2, 4]]):
+        points = nodes[: max(map(max, cells)) + 1]
+        with pytest.raises(ParameterError, match="lie on the same side of the line from node 0 to node 1|not convex"):
+            ge.make("grid", mesh={"name": "quadrilaterals", "nodes": points, "cells": cells}, material=medium)

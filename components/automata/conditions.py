@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -142,10 +143,24 @@ def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray
     for index, place in enumerate(places):
         if isinstance(place, int) and place >= count:
             raise ParameterError(f"forced_automata[{index}]: got automaton {place}, expected 0 to {count - 1}")
-        found.append(place if isinstance(place, int) else packing.nearest(place[0], place[1]))
+        found.append(place if isinstance(place, int) else _automaton_near(f"forced_automata[{index}]", place, packing))
         if found[-1] in found[:-1]:
             raise ParameterError(f"forced_automata[{index}]: automaton {found[-1]} is there already; give each automaton once")
     return np.array(found, np.int64)
+
+
+def _automaton_near(where: str, point: Sequence[float], packing: Packing) -> int:
+    """Return the automaton nearest to a point, which may lie a diameter off."""
+    automaton = packing.nearest(point[0], point[1])
+    x, y = packing.reference[automaton].tolist()
+    if math.hypot(point[0] - x, point[1] - y) > packing.diameter:
+        raise ParameterError(
+            f"got the point {list(point)} m",
+            expected="a point of the body, in the coordinates of `shape`",
+            hint=f"the nearest automaton, {automaton}, is at ({x:.6g}, {y:.6g}) m",
+            at=where,
+        )
+    return automaton
 
 
 def _value(held: Held, tick: int, part: float) -> Any:

@@ -6,6 +6,7 @@ which are nodes of the grid, and n - 1 between them, where the displacement is t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from ..automata.packing import Packing
 from ..automata.shapes import ON_THE_OUTLINE, Shape
+from ..boundaries import Boundary, Free, Traction
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
 from ..support.arrays import FloatArray
@@ -91,7 +93,7 @@ def find_interface(
         ParameterError: the two parts overlap, do not touch, or do not match where they touch.
     """
     _refuse_overlap(mesh, shape, origin)
-    sides = _common_sides(mesh, shape, origin)
+    sides = common_sides(mesh, shape, origin)
     if not len(sides):
         raise ParameterError(
             "automata: no side of a cell lies on the outline of the automata; move `origin`, or leave a hole in the mesh that "
@@ -123,13 +125,30 @@ def _refuse_overlap(mesh: Mesh, shape: Shape, origin: FloatArray) -> None:
         )
 
 
-def _common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
-    """Return the sides of the boundary of the grid that have automata on their other side, shape (k, 2)."""
+def common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
+    """Return the sides of the boundary of the grid that have automata on their other side, shape (k, 2): the nodes of each."""
     start, end = mesh.nodes[mesh.sides[:, 0]], mesh.nodes[mesh.sides[:, 1]]
     way = end - start
     # The body is on the left.
     beside = 0.5 * (start + end) + _PROBE * np.stack([way[:, 1], -way[:, 0]], axis=1)
     return mesh.sides[shape.contains(beside - origin, 0.0)]
+
+
+def refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], common: IntArray) -> None:
+    """Refuse what holds or damps the nodes of an interface from its side, where there is no surface: `common` are its sides."""
+    known = {tuple(sorted(side)) for side in common.tolist()}
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, (Free, Traction)):
+            continue
+        for start, end in mesh.edges[name].tolist():
+            if (min(start, end), max(start, end)) in known:
+                (x, y), (u, v) = mesh.nodes[start].tolist(), mesh.nodes[end].tolist()
+                raise ParameterError(
+                    f"got {boundary.name!r} where the interface is, between ({x:.6g}, {y:.6g}) and ({u:.6g}, {v:.6g}) m",
+                    expected="free or traction",
+                    hint="what meets the automata there is no surface",
+                    at=("grid", "boundaries", name),
+                )
 
 
 def _refuse_slanted_rows(mesh: Mesh, packing: Packing, side: list[int]) -> None:

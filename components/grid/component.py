@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -88,10 +89,23 @@ class Grid(Component):
         for index, place in enumerate(places):
             if isinstance(place, int) and place >= len(self.mesh.nodes):
                 raise ParameterError(f"{name}[{index}]: got node {place}, expected 0 to {len(self.mesh.nodes) - 1}")
-            found.append(place if isinstance(place, int) else self.mesh.nearest_node(place[0], place[1]))
+            found.append(place if isinstance(place, int) else self._node_near(f"{name}[{index}]", place))
             if found[-1] in found[:-1]:
                 raise ParameterError(f"{name}[{index}]: node {found[-1]} is there already; give each node once")
         return np.array(found, dtype=np.int64)
+
+    def _node_near(self, where: str, point: Sequence[float]) -> int:
+        """Return the node nearest to a point, which may lie as far off as a point of the body does."""
+        node = self.mesh.nearest_node(point[0], point[1])
+        x, y = self.mesh.nodes[node].tolist()
+        if math.hypot(point[0] - x, point[1] - y) > 0.51 * self.mesh.longest_diagonal:
+            raise ParameterError(
+                f"got the point {list(point)} m",
+                expected="a point of the body",
+                hint=f"the nearest node, {node}, is at ({x:.6g}, {y:.6g}) m",
+                at=where,
+            )
+        return node
 
     def attach(self, mass: FloatArray | None) -> None:
         """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells, shape (n,) [kg].

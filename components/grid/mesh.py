@@ -62,6 +62,13 @@ class Mesh:
         offsets = self.nodes - (x, y)
         return int(np.argmin((offsets * offsets).sum(axis=1)))
 
+    @cached_property
+    def longest_diagonal(self) -> float:
+        """The longest diagonal of a cell [m]: half of it is how far a point of the body may lie off its nearest node."""
+        corners = self.nodes[self.cells]
+        ways = np.concatenate([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]])
+        return float(np.sqrt((ways * ways).sum(axis=1).max()))
+
     def problem(self) -> tuple[str, str] | None:
         """Return what is wrong, as location and sentence; None where it is a mesh that can be computed on."""
         n = len(self.nodes)
@@ -98,16 +105,14 @@ class Mesh:
         )
 
     def _side_problem(self) -> tuple[str, str] | None:
-        """Return a side with more than two cells."""
-        sides = np.sort(np.concatenate([self.cells[:, [j, (j + 1) % 4]] for j in range(4)]), axis=1)
+        """Return a side on whose one side lie several cells: such as twice the same, or two that overlap."""
+        sides = np.concatenate([self.cells[:, [j, (j + 1) % 4]] for j in range(4)])
         keys, counts = np.unique(sides[:, 0] * len(self.nodes) + sides[:, 1], return_counts=True)
-        if counts.max() <= 2:
+        if counts.max() == 1:
             return None
-        side = divmod(int(keys[np.argmax(counts)]), len(self.nodes))
-        return (
-            "cells",
-            f"the side between the nodes {side[0]} and {side[1]} belongs to {counts.max()} cells, expected one or two",
-        )
+        start, end = divmod(int(keys[np.argmax(counts)]), len(self.nodes))
+        cells = np.unique(np.flatnonzero((sides == (start, end)).all(axis=1)) % len(self.cells)).tolist()
+        return "cells", f"the cells {cells} lie on the same side of the line from node {start} to node {end}, expected one cell"
 
 
 def cell_areas(nodes: FloatArray, cells: IntArray) -> FloatArray:

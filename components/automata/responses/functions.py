@@ -11,6 +11,10 @@ from __future__ import annotations
 
 from ...support.jit import inlined
 
+# What is left at least of the shear modulus of a pair: that of one that is worn out, which then stays as it is. The stress that
+# decides is of both automata, and their other pairs may hold it above the limit for ever.
+WORN_OUT = 1e-6
+
 
 @inlined
 def respond(equivalent, eps, gamma, dilation, eps_p, gamma_p, stiffness, inelastic, shear, onset, hardening, degradation):
@@ -31,7 +35,7 @@ def respond(equivalent, eps, gamma, dilation, eps_p, gamma_p, stiffness, inelast
         degradation: beta.
     """
     limit = onset + hardening * inelastic
-    if not equivalent > limit:
+    if not equivalent > limit or stiffness <= WORN_OUT:
         return eps_p, gamma_p, stiffness, inelastic
     more = (equivalent - limit) / (stiffness * (3.0 * shear + hardening))
     ratio = (limit + hardening * more) / equivalent
@@ -40,6 +44,6 @@ def respond(equivalent, eps, gamma, dilation, eps_p, gamma_p, stiffness, inelast
     return (
         eps - flow * (eps - eps_p) - (1.0 - flow) * dilation / 3.0,
         gamma - flow * (gamma - gamma_p),
-        weaker * stiffness,
+        max(weaker * stiffness, WORN_OUT),
         inelastic + more,
     )
