@@ -137,7 +137,14 @@ def test_a_drive_through_numbers_is_linear_between_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "word"), [({"pressure": -1.0}, "pressure"), ({"strain": 0.0}, "strain"), ({"presure": 1.0}, "presure")]
+    ("arguments", "word"),
+    [
+        ({"pressure": -1.0}, "pressure"),
+        ({"strain": 0.0}, "strain"),
+        ({"presure": 1.0}, "presure"),
+        ({"price": -1.0}, "price"),
+        ({"lost": 2.0}, "lost"),
+    ],
 )
 def test_bad_arguments_are_refused(arguments: dict, word: str) -> None:
     with pytest.raises(ParameterError, match=word):

@@ -354,6 +354,7 @@ def test_a_smooth_plate_lets_its_automata_slide() -> None:
         ({"shape": {"name": "disc", "radius": 0.4}}, "holds no two automata of diameter 1 m"),
         ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [4, 4.5], [0, 4.5]]}}, r"corners\[2\].*4\.5 m is 4\.5 rows"),
         ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [1, 3], [3, 3.5]]}}, "side 1 crosses side 3"),
+        ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [4, 0], [0, 4]]}}, "corner 1 is followed by itself"),
         ({"shape": {"name": "polygon", "corners": [[0, 0], [1, 1], [2, 2]]}}, "expected a polygon with an area"),
         ({"material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, r"poisson.*0\.5"),
         ({"boundaries": {"left": "periodic"}}, "boundaries.left: is periodic, so right has to be periodic too"),

@@ -99,6 +99,9 @@ class Polygon(Shape):
         corners = np.array(self.corners)
         if not abs(_area(corners)) > 1e-12 * float(np.ptp(corners, axis=0).max()) ** 2:
             raise ValueError(f"corners: got {shortened(self.corners)}, expected a polygon with an area")
+        twice = np.flatnonzero((corners == np.roll(corners, -1, axis=0)).all(axis=1))
+        if len(twice):
+            raise ValueError(f"corners: corner {twice[0]} is followed by itself; give each corner once")
         crossing = _first_crossing(corners)
         if crossing is not None:
             raise ValueError(f"corners: side {crossing[0]} crosses side {crossing[1]}, expected a polygon that does not")

@@ -13,6 +13,7 @@ from numpy.random import Generator
 from granular_env.components.automata import Automata
 from granular_env.components.automata.theory import confining_pressure
 from granular_env.components.component import Component
+from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv, environment_factory
@@ -189,8 +190,13 @@ def make_confinement(
                     "top": {"name": "velocity", "depth": grip}}, step_size=1e-7,
     )  # fmt: skip
     internal_steps, deadline = whole_number("internal_steps", internal_steps), whole_number("deadline", deadline)
+    price, lost = finite_number("price", price), positive_number("lost", lost)
+    if price < 0.0:
+        raise ParameterError(f"got {price:g}", expected="0 or more", at="price")
+    if lost > 1.0:
+        raise ParameterError(f"got {lost:g}", expected="at most 1, all pairs", at="lost")
     task = ConfinementTask(
         specimen, positive_number("pressure", pressure), positive_number("strain", strain),
-        internal_steps * specimen.step_size, deadline, grip, finite_number("price", price), positive_number("lost", lost),
+        internal_steps * specimen.step_size, deadline, grip, price, lost,
     )  # fmt: skip
     return ConfinementEnv(specimen, task, internal_steps=internal_steps, deadline=deadline, **{"clock": 2, **options})
