@@ -448,6 +448,9 @@ def test_a_log_says_how_near_the_run_came_to_breaking(tmp_path: Path, capsys: py
     frame = int(np.abs(times - found.time).argmin())
     assert found.ratio == ratios.max() == ratios[frame, found.index] and 0.03 < found.ratio < 0.06
     assert main(["events", str(path)]) == 0 and "--nearest" in capsys.readouterr().out
+    for other in (["--kind", "stretch_break"], ["--index", "0"], ["--all"]):
+        assert main(["events", str(path), "--nearest", *other]) == 2
+        assert f"--nearest and {other[0]} exclude each other" in capsys.readouterr().err
     assert main(["events", str(path), "--nearest"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert f"criterion_ratio[{found.index}] reached {found.ratio:.6g} of its limit at {found.time:.9g} s" in told

@@ -440,8 +440,8 @@ def test_points_lie_in_the_body_and_cells_beside_each_other() -> None:
         assert ge.make("grid", mesh=square, material=medium, **{name: [[0.0149, 0.0151]]})
         with pytest.raises(ParameterError, match=rf"{name}\[0\]: got the point \[5.0, 77.0\] m, expected a point of the body"):
             ge.make("grid", mesh=square, material=medium, **{name: [[5.0, 77.0]]})
-    nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.9]]
-    for cells in ([[0, 1, 2, 3]] * 2, [[0, 1, 2, 3], [0, 1, 2, 4]]):
+    nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.5], [0.0, 0.5]]
+    for cells in ([[0, 1, 2, 3]] * 2, [[0, 1, 2, 3], [0, 1, 4, 5]]):
         points = nodes[: max(map(max, cells)) + 1]
-        with pytest.raises(ParameterError, match="lie on the same side of the line from node 0 to node 1|not convex"):
+        with pytest.raises(ParameterError, match="lie on the same side of the line from node 0 to node 1"):
             ge.make("grid", mesh={"name": "quadrilaterals", "nodes": points, "cells": cells}, material=medium)

@@ -55,7 +55,7 @@ from .exchange import (
     follow,
     keep_grid_forces,
 )
-from .interface import Interface, Places, carried_mass, common_sides, find_interface, refuse_conditions
+from .interface import Interface, Places, carried_mass, find_interface
 from .parameters import CoupledParameters
 
 # The part of the largest stable step that is allowed, and the part that is suggested, for the grid and for the automata.
@@ -145,10 +145,15 @@ class Coupled(Component):
         origin = np.array(self.parameters.origin)
         places = Places(automata.packing, automata.parameters.shape, origin, automata.parameters.periodic)
         self.interface: Interface = find_interface(
-            mesh, grid.joined, automata.packing, automata.mass, automata.parameters.shape, origin, places
+            mesh,
+            grid.parameters.boundaries,
+            grid.joined,
+            automata.packing,
+            automata.mass,
+            automata.parameters.shape,
+            origin,
+            places,
         )
-        common = common_sides(mesh, automata.parameters.shape, origin)
-        refuse_conditions(mesh, grid.parameters.boundaries, common)
         rows = len(self.interface.nodes)
         self._lay_out(
             grid=("f8", (grid.memory.size,)), automata=("f8", (automata.memory.size,)), automata_force=("f8", (n, 2)),

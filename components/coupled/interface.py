@@ -76,12 +76,20 @@ class Places:
 
 
 def find_interface(
-    mesh: Mesh, joined: IntArray, packing: Packing, mass: FloatArray, shape: Shape, origin: FloatArray, places: Places
+    mesh: Mesh,
+    boundaries: Mapping[str, Boundary],
+    joined: IntArray,
+    packing: Packing,
+    mass: FloatArray,
+    shape: Shape,
+    origin: FloatArray,
+    places: Places,
 ) -> Interface:
     """Return the interface.
 
     Args:
         mesh: of the grid.
+        boundaries: conditions on its edges, by name.
         joined: groups of nodes that periodic edges join, the rest of each row -1, shape (g, 4).
         packing: the automata.
         mass: of each automaton, shape (n,) [kg].
@@ -90,15 +98,16 @@ def find_interface(
         places: the automata by their place.
 
     Raises:
-        ParameterError: the two parts overlap, do not touch, or do not match where they touch.
+        ParameterError: the two parts overlap, do not touch, or do not match there; or an edge there is held or damped.
     """
     _refuse_overlap(mesh, shape, origin)
-    sides = common_sides(mesh, shape, origin)
+    sides = _common_sides(mesh, shape, origin)
     if not len(sides):
         raise ParameterError(
             "automata: no side of a cell lies on the outline of the automata; move `origin`, or leave a hole in the mesh that "
             "the automata fill"
         )
+    _refuse_conditions(mesh, boundaries, sides)
     leader = _leaders(len(mesh.nodes), joined)
     hanging: dict[int, tuple[int, int, float]] = {}
     for side in sides.tolist():
@@ -125,7 +134,7 @@ def _refuse_overlap(mesh: Mesh, shape: Shape, origin: FloatArray) -> None:
         )
 
 
-def common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
+def _common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
     """Return the sides of the boundary of the grid that have automata on their other side, shape (k, 2): the nodes of each."""
     start, end = mesh.nodes[mesh.sides[:, 0]], mesh.nodes[mesh.sides[:, 1]]
     way = end - start
@@ -134,7 +143,7 @@ def common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
     return mesh.sides[shape.contains(beside - origin, 0.0)]
 
 
-def refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], common: IntArray) -> None:
+def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], common: IntArray) -> None:
     """Refuse what holds or damps the nodes of an interface from its side, where there is no surface: `common` are its sides."""
     known = {tuple(sorted(side)) for side in common.tolist()}
     for name, boundary in boundaries.items():

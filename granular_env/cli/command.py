@@ -107,7 +107,7 @@ def exclusive(*names: str) -> Decorator:
         @functools.wraps(body)
         def call(**values: Any) -> int:
             flags = {one.name: one.opts[0] for one in click.get_current_context().command.params}
-            given = [flags[name] for name in names if values[name]]
+            given = [flags[name] for name in names if values[name] is not None and values[name] is not False]
             if len(given) > 1:
                 raise click.UsageError(f"{given[0]} and {given[1]} exclude each other; give one of them.")
             return body(**values)

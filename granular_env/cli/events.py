@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from granular_env.cli.command import command, json_option, large_option
+from granular_env.cli.command import command, exclusive, json_option, large_option
 from granular_env.cli.completion import files
 from granular_env.cli.status import Status
 from granular_env.output_files import count_of
@@ -30,6 +30,9 @@ _MOST = 40
 @click.option("--all", "every", is_flag=True, help=f"List all of them, not the first {_MOST}.")
 @json_option()
 @large_option()
+@exclusive("near", "kind")
+@exclusive("near", "index")
+@exclusive("near", "every")
 def events(
     log: str, kind: str | None, index: int | None, near: bool, every: bool, for_programs: bool, allow_large: bool
 ) -> int:

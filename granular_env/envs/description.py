@@ -23,7 +23,7 @@ def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
         name: under which it is registered.
         arguments: those that differ from the defaults; spaces may depend on them.
     """
-    env, facts, registered = _made(name, arguments), environment_facts(name, arguments), environments()[name]
+    env, facts, registered = _make(name, arguments), environment_facts(name, arguments), environments()[name]
     rows = [
         ("component", facts["component"]),
         ("action space", str(env.action_space)),
@@ -42,7 +42,7 @@ def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
 
 def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return the same as JSON values, for programs."""
-    env, registered = _made(name, arguments), environments()[name]
+    env, registered = _make(name, arguments), environments()[name]
     return {
         "name": name,
         "description": (inspect.getdoc(load(registered.entry_point)) or "").partition("\n")[0],
@@ -59,7 +59,7 @@ def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]
     }
 
 
-def _made(name: str, arguments: Mapping[str, Any]) -> Any:
+def _make(name: str, arguments: Mapping[str, Any]) -> Any:
     env = gymnasium.make(name, disable_env_checker=True, **arguments).unwrapped
     assert isinstance(env, ComponentEnv)
     return env
