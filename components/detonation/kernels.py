@@ -241,45 +241,46 @@ def face_areas(area, i):
     return 0.5 * (before + here), 0.5 * (here + behind)
 
 
+@inlined
+def losses_of(fluxes, area, pressure, rate, i):
+    """Return what a cell loses in a whole step: density, momentum, energy, fuel; and the force of its walls on it."""
+    mass, impulse, energy, fuel = fluxes[0], fluxes[1], fluxes[2], fluxes[3]
+    before, behind = face_areas(area, i)
+    k, p = rate / area[i], pressure[i + 1]
+    return (
+        k * (behind * mass[i + 1] - before * mass[i]),
+        k * (behind * (impulse[i + 1] - p) - before * (impulse[i] - p)),
+        k * (behind * energy[i + 1] - before * energy[i]),
+        k * (behind * fuel[i + 1] - before * fuel[i]),
+        p * (behind - before),
+    )
+
+
 @jit
 def update_first(medium, state, scratch, tally):
     """Write what a whole step makes of the state."""
-    area, pressure = state.area, scratch.pressure
-    mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
-    first = scratch.first
-    rate = medium.step_size / medium.cell_size
-    wall = 0.0
-    for i in range(area.size):
-        before, behind = face_areas(area, i)
-        k, p = rate / area[i], pressure[i + 1]
-        first[0, i] = state.density[i] - k * (behind * mass[i + 1] - before * mass[i])
-        first[1, i] = state.momentum[i] - k * (behind * (impulse[i + 1] - p) - before * (impulse[i] - p))
-        first[2, i] = state.energy[i] - k * (behind * energy[i + 1] - before * energy[i])
-        first[3, i] = state.fuel[i] - k * (behind * fuel[i + 1] - before * fuel[i])
-        wall += p * (behind - before)
+    first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
+    for i in range(state.area.size):
+        density, momentum, energy, fuel, force = losses_of(scratch.fluxes, state.area, scratch.pressure, rate, i)
+        first[0, i] = state.density[i] - density
+        first[1, i] = state.momentum[i] - momentum
+        first[2, i] = state.energy[i] - energy
+        first[3, i] = state.fuel[i] - fuel
+        wall += force
     tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
 
 
 @jit
 def update_second(medium, state, scratch, tally):
     """Write the mean of the state and of what a second whole step makes of the first."""
-    area, pressure = state.area, scratch.pressure
-    mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
-    first = scratch.first
-    rate = medium.step_size / medium.cell_size
-    wall = 0.0
-    for i in range(area.size):
-        before, behind = face_areas(area, i)
-        k, p = rate / area[i], pressure[i + 1]
-        new = first[0, i] - k * (behind * mass[i + 1] - before * mass[i])
-        state.density[i] = 0.5 * (state.density[i] + new)
-        new = first[1, i] - k * (behind * (impulse[i + 1] - p) - before * (impulse[i] - p))
-        state.momentum[i] = 0.5 * (state.momentum[i] + new)
-        new = first[2, i] - k * (behind * energy[i + 1] - before * energy[i])
-        state.energy[i] = 0.5 * (state.energy[i] + new)
-        new = first[3, i] - k * (behind * fuel[i + 1] - before * fuel[i])
-        state.fuel[i] = 0.5 * (state.fuel[i] + new)
-        wall += p * (behind - before)
+    first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
+    for i in range(state.area.size):
+        density, momentum, energy, fuel, force = losses_of(scratch.fluxes, state.area, scratch.pressure, rate, i)
+        state.density[i] = 0.5 * (state.density[i] + (first[0, i] - density))
+        state.momentum[i] = 0.5 * (state.momentum[i] + (first[1, i] - momentum))
+        state.energy[i] = 0.5 * (state.energy[i] + (first[2, i] - energy))
+        state.fuel[i] = 0.5 * (state.fuel[i] + (first[3, i] - fuel))
+        wall += force
     tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
 
 
