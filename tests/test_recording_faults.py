@@ -21,7 +21,7 @@ from support.recording_helpers import chain_log, mutated, oscillator_log, rewrit
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError, ParameterError
 from granular_env.components.snapshot import Snapshot
-from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording import log_file, open_log, record, recover, verify
 from granular_env.recording.message_index import CHUNK
 from granular_env.recording.recorder import Recorder
 from granular_env.recording.records import HEADER, PROFILE, STEPS, Record
@@ -172,6 +172,26 @@ def test_a_full_disk_at_the_very_end() -> None:
     with pytest.raises(LogError, match="No space left"):
         recorder.close()
     assert component.tick == 10000
+
+
+def test_a_disk_that_fails_while_it_takes_a_long_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system tells the error of a disk once, to whoever asks first."""
+    monkeypatch.setattr(log_file, "_SYNC_BYTES", 20_000)
+    asked: list[int] = []
+
+    def failing_once(number: int) -> None:
+        asked.append(number)
+        if len(asked) == 1:
+            raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(log_file.os, "fsync", failing_once)
+    component = catalogue.make("oscillator")
+    recorder = record(component, tmp_path / "x.mcap", every=0.01)
+    while not asked:
+        component.step(10.0)
+    with pytest.raises(LogError, match=r"x\.mcap.*Input/output error"):
+        recorder.close()
+    assert len(asked) > 1
 
 
 def test_recovering_onto_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

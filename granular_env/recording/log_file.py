@@ -6,6 +6,7 @@ import contextlib
 import fcntl
 import os
 import secrets
+import threading
 from pathlib import Path
 from typing import IO, Any
 
@@ -13,6 +14,9 @@ from mcap.writer import MCAP0_MAGIC
 
 from ..components.errors import Fault, LogError, Option, ParameterError
 from ..output_files import advice_for, resolve_file
+
+# Bytes after which the disk begins to take what was written.
+_SYNC_BYTES = 16 << 20
 
 
 class LogFile:
@@ -28,6 +32,9 @@ class LogFile:
     def __init__(self, path: Path, file: IO[bytes], part: Path | None = None, older: IO[bytes] | None = None) -> None:
         """Take the locked file; `part` is its hidden name, `older` the locked file that it will replace."""
         self.path, self._file, self._part, self._older = path, file, part, older
+        self._unsynced = 0
+        self._syncing: threading.Thread | None = None
+        self._sync_error: OSError | None = None
 
     @property
     def published(self) -> bool:
@@ -36,11 +43,19 @@ class LogFile:
 
     def write(self, data: Any) -> int:
         """Write bytes."""
-        return self._file.write(data)
+        count = self._file.write(data)
+        self._unsynced += count
+        return count
 
     def flush(self) -> None:
-        """Hand what was written to the operating system."""
+        """Hand what was written to the operating system; of a long log the disk takes it meanwhile, so the end is short."""
         self._file.flush()
+        if self._unsynced > _SYNC_BYTES and (self._syncing is None or not self._syncing.is_alive()):
+            self._unsynced = 0
+            self._syncing = threading.Thread(target=self._sync, name=f"granular-env disk {self.path}", daemon=True)
+            # None can be started while the interpreter ends.
+            with contextlib.suppress(RuntimeError):
+                self._syncing.start()
 
     def publish(self) -> None:
         """Put it in the place of the older log; nothing where it stands there already."""
@@ -52,11 +67,26 @@ class LogFile:
     def sync(self) -> None:
         """Wait until the disk has it."""
         self._file.flush()
-        os.fsync(self._file.fileno())
+        self._await_disk()
+        self._sync()
+        if self._sync_error is not None:
+            raise self._sync_error
+
+    def _await_disk(self) -> None:
+        if self._syncing is not None and self._syncing.is_alive():
+            self._syncing.join()
+
+    def _sync(self) -> None:
+        try:
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            # The system tells it once only.
+            self._sync_error = self._sync_error or error
 
     def close(self) -> None:
         """Close it. One that was not published is removed, and the older log stays."""
         try:
+            self._await_disk()
             _unlock(self._file)
             self._file.close()
         finally:

@@ -465,13 +465,14 @@ def positions_of(points: Points, displacement: np.ndarray) -> np.ndarray:
 def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
     """Return blue below 0, grey at 0, red above, full at `largest`; shape (n, 4) uint8."""
     shades = np.clip(values * np.float32(_SHADES / (largest or 1.0)), -_SHADES, _SHADES)
-    return _palette()[np.rint(shades).astype(np.int16) + _SHADES]
+    return np.take(_palette(), np.rint(shades).astype(np.int16) + _SHADES).view(np.uint8).reshape(-1, 4)
 
 
 @cache
 def _palette() -> np.ndarray:
+    """Return the colours of all shades, each one number: four times as fast to look up as four."""
     shades = diverging(np.linspace(-1.0, 1.0, 2 * _SHADES + 1), 1.0, _ZERO)
-    return np.concatenate([shades, np.full((len(shades), 1), 255, dtype=np.uint8)], axis=1)
+    return np.concatenate([shades, np.full((len(shades), 1), 255, dtype=np.uint8)], axis=1).view(np.uint32).ravel()
 
 
 # -- words -----------------------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from .preview import PreviewFacts, PreviewFrame, PreviewMessage, preview_message
 
 _MOST_FRAMES = 400
 # Memory that the frames may take while the run goes on [bytes].
-_MOST_BYTES = 16 << 20
+_MOST_BYTES = 8 << 20
 
 
 class PreviewFrames:

@@ -91,7 +91,9 @@ def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndar
         colours: red, green, blue, alpha; shape (n, 4), uint8.
     """
     points = np.empty(len(positions), dtype=_POINT)
-    points["position"], points["colour"] = positions, colours[:, [2, 1, 0, 3]]
+    points["position"] = positions
+    for channel, place in zip(range(4), (2, 1, 0, 3), strict=True):
+        points["colour"][:, channel] = colours[:, place]
     # The points are the last field: protobuf would copy them twice.
     data = points.view(np.uint8).data
     return [_field(1, _stamp(nanoseconds)) + _point_cloud_head() + b"\x32" + varint(len(data)), data]
