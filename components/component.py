@@ -229,13 +229,20 @@ class Component(Stepping, metaclass=_Fixed):
 
     def get(self, name: str) -> Any:
         """Return the present value of any variable: a number, or a fresh array of its shape."""
-        value = self.peek(name)
+        value = self._read(name)
         if value.__class__ is np.ndarray and (value.base is not None or not value.flags.writeable):
             return value.copy()
         return value
 
     def peek(self, name: str) -> Any:
-        """`get` without a copy: an array may be the component's own memory. Read it before the next step, never write to it."""
+        """`get` without a copy: an array is closed to writing; read it before the next step, it may be the component's memory."""
+        value = self._read(name)
+        if value.__class__ is np.ndarray:
+            value = value.view()
+            value.flags.writeable = False
+        return value
+
+    def _read(self, name: str) -> Any:
         reader = self._readers.get(name) if isinstance(name, str) else None
         if reader is not None:
             return reader()
