@@ -235,7 +235,7 @@ class Component(Stepping, metaclass=_Fixed):
         return value
 
     def peek(self, name: str) -> Any:
-        """`get` without a copy: an array is closed to writing; read it before the next step, it may be the component's memory."""
+        """`get` without a copy: an array is read-only and may be the component's memory; read it before the next step."""
         value = self._read(name)
         if value.__class__ is np.ndarray:
             value = value.view()
