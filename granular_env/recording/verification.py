@@ -64,6 +64,7 @@ class _Replay:
         self.log, self._progress = log, progress
         self.component = log.rebuilt(components)
         self._trusted = self.component.identity == log._header.get("identity")
+        self._total = max(log.end_tick - log.start_tick, 1)
         self._agreed: dict[str, int] = {}
         self._balances: tuple[int, dict[str, Any]] = (-1, {})
         # Events of the component when the segment began, and those of the segment that have been compared.
@@ -182,9 +183,8 @@ class _Replay:
 
     def _tell(self) -> None:
         if self._segment is not None:
-            total = max(self.log.end_tick - self.log.start_tick, 1)
             done = self.result.ticks + self.component.tick - self._segment.start
-            self._progress(min(done / total, 1.0))
+            self._progress(min(done / self._total, 1.0))
 
     def _marks(self, segment: Segment) -> list[Iterator[tuple[Any, ...]]]:
         rows = self.log._index.select(FRAMES, None, segment.number)
@@ -352,12 +352,13 @@ def advance(component: Component, changes: Changes, tick: int, tell: Callable[[]
     A step of n ticks gives the bits of n steps of one, so this is as exact as the original steps and faster.
     """
     try:
-        while component.tick < tick:
+        step_size = component.step_size
+        while (now := component.tick) < tick:
             inputs: dict[str, Held] = {}
-            while changes and changes[-1][0] <= component.tick:
+            while changes and changes[-1][0] <= now:
                 inputs.update(changes.pop()[1])
             stop = min(tick, changes[-1][0]) if changes else tick
-            component.step((stop - component.tick) * component.step_size, **inputs)
+            component.step((stop - now) * step_size, **inputs)
             if tell is not None:
                 tell()
     except StepError:
