@@ -198,6 +198,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._refuse_while_stepping("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick = self._block.to_bytes(), self._tick
+        self._undo.forget()
         self._block.clear()
         self._tick, self._failure = 0, -1
         try:
@@ -367,6 +368,7 @@ class Component(Stepping, metaclass=_Fixed):
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
         own["_tick"] = snapshot.tick
         own["_failure"] = -1
+        self._undo.forget()
         for observer in self._observers:
             observer.on_reset(self)
 
