@@ -119,7 +119,9 @@ class Component(Stepping, metaclass=_Fixed):
         kinds = {f"{prefix}_{kind}": f"{prefix}: {text}" for kind, text in part.event_kinds.items()}
         for kind in kinds:
             if kind in self.event_kinds:
-                raise ParameterError(f"event {kind!r} is there already; include the part with another prefix than {prefix!r}")
+                raise ParameterError(
+                    f"event {kind!r} is there already", hint=f"include the part with another prefix than {prefix!r}"
+                )
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}

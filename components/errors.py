@@ -174,6 +174,12 @@ class GranularError(Exception):
         error.faults = tuple(fault.within(*location) for fault in self.faults)
         return error
 
+    def of(self, source: str) -> Self:
+        """Return the error with a source for the faults that name none; to be raised in its place."""
+        error = _recreate(type(self), self.args, vars(self))
+        error.faults = tuple(fault if fault.source else dataclasses.replace(fault, source=source) for fault in self.faults)
+        return error
+
     def renamed(self, argument: str, name: str) -> Self:
         """Return the error with an argument called by the name that it has for the caller; to be raised in its place."""
         error = _recreate(type(self), self.args, vars(self))

@@ -16,7 +16,7 @@ def constant_values(paper: Paper, changed: Mapping[str, Any]) -> dict[str, float
     values = {name: constant.value for name, constant in paper.constants.items()}
     for name, value in changed.items():
         if name not in values:
-            raise ParameterError(f"constant {name!r}: {paper.name} has none of that name; {nearest(name, values)}")
+            raise ParameterError(f"constant {name!r}: {paper.name} has none of that name", hint=f"{nearest(name, values)}")
         values[name] = _validate(name, value, paper.constants[name])
     return values
 
@@ -27,7 +27,7 @@ def _validate(name: str, value: Any, constant: Constant) -> float:
     )
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if not number or not math.isfinite(value) or not constant.low <= value <= constant.high:
-        raise ParameterError(f"constant {name!r}: got {shortened(value)}, expected {expected}: {constant.description}")
+        raise ParameterError(f"constant {name!r}: got {shortened(value)}", expected=f"{expected}: {constant.description}")
     if constant.whole and value != int(value):
-        raise ParameterError(f"constant {name!r}: got {value:g}, expected {expected}: {constant.description}")
+        raise ParameterError(f"constant {name!r}: got {value:g}", expected=f"{expected}: {constant.description}")
     return int(value) if constant.whole else float(value)

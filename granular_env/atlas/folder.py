@@ -35,7 +35,7 @@ def open_folder(folder: str | os.PathLike[str]) -> Iterator[Path]:
             busy = f"{str(place)!r}: another process computes an atlas there; wait for it, or choose another folder"
             lock(held, GranularError(busy))
         except OSError as error:
-            raise GranularError(f"cannot write the atlas into {str(place)!r}: {error}; choose another folder") from error
+            raise GranularError(f"cannot write the atlas into {str(place)!r}: {error}", hint="choose another folder") from error
         logs_of_data(place / DATA)
         _remove_parts(logs)
         stack.callback(_remove_parts, logs)
@@ -77,5 +77,6 @@ def logs_of_data(path: Path) -> set[str]:
 
 def _foreign(path: Path, why: str) -> GranularError:
     return GranularError(
-        f"{str(path)!r} is not the data of an atlas ({why}); an atlas would replace it: remove it, or choose another folder"
+        f"{str(path)!r} is not the data of an atlas ({why})",
+        hint="an atlas would replace it: remove it, or choose another folder",
     )

@@ -21,5 +21,5 @@ def paper(name: str) -> Paper:
     """Return a paper by its name; `ParameterError` with the nearest one where there is none."""
     homes = _homes()
     if name not in homes:
-        raise ParameterError(f"paper {name!r}: there is no atlas of it; {nearest(name, names())}")
+        raise ParameterError(f"paper {name!r}: there is no atlas of it", hint=f"{nearest(name, names())}")
     return load(homes[name])

@@ -10,10 +10,10 @@ from ..components.contract import Variable
 from ..components.errors import LogError, MissingExtraError
 
 if TYPE_CHECKING:
-    from .reader import Log
+    from .reader import LogReader
 
 
-def dataset_of(log: Log) -> Any:
+def dataset_of(log: LogReader) -> Any:
     """Return all frames of a log; see `Log.to_xarray`."""
     try:
         import xarray

@@ -242,11 +242,11 @@ def _ticks_per_second(component: Component, duration: float | None, pace: float 
     """Return the most ticks in a second of wall time, None for no limit; check both numbers."""
     for name, value in (("duration", duration), ("pace", pace)):
         if value is not None and not (isinstance(value, (int, float)) and 0.0 < value < math.inf):
-            raise ParameterError(f"{name}: got {value!r}, expected a positive number of seconds")
+            raise ParameterError(f"got {value!r}", expected="a positive number of seconds", at=name)
     if pace is None:
         return None
     if duration is None:
-        raise ParameterError("pace: expected a duration beside it, the simulated time [s] that takes so long")
+        raise ParameterError("expected a duration beside it, the simulated time [s] that takes so long", at="pace")
     return duration / component.step_size / pace
 
 

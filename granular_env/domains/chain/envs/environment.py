@@ -24,10 +24,10 @@ from granular_env.envs.state import Drawn, EnvState
 from .actuator import ACTUATE, Actuator, actuate
 from .domain_randomization import Randomization, info_of_draws, redrawn
 from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
+from .guarded_kernels import refuse_slips
 from .sensors import OBSERVE, Observing, show_goal
 from .sensors import observe as observe_kernel
 from .task import BEGIN, JUDGE, ChainTask, task_kernel
-from .task_check import refuse_slips
 
 _LARGEST_COUNT = 2.0**53
 
