@@ -118,9 +118,9 @@ def chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
     known, wanted = {entry.name: entry for entry in paper.entries}, list(only)
     for name in wanted:
         if wanted.count(name) > 1:
-            raise ParameterError(f"entry {name!r}: named {wanted.count(name)} times", hint="name it once")
+            raise ParameterError(f"{name!r} is named {wanted.count(name)} times", hint="name it once", at="entries")
         if name not in known:
-            raise ParameterError(f"entry {name!r}: {paper.name} has none of that name", hint=f"{nearest(name, known)}")
+            raise ParameterError(f"{paper.name} has no {name!r}", hint=nearest(name, known), at="entries")
     return [entry for entry in paper.entries if not wanted or entry.name in wanted]
 
 

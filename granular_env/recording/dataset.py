@@ -18,7 +18,7 @@ def dataset_of(log: LogReader) -> Any:
     try:
         import xarray
     except ImportError as error:
-        raise MissingExtraError("to_xarray needs the package xarray: pip install 'granular-env[data]'") from error
+        raise MissingExtraError("to_xarray needs the package xarray", hint="pip install 'granular-env[data]'") from error
     times, data = None, {}
     sizes: dict[str, int] = {}
     for name, variable in log.variables.items():

@@ -28,17 +28,7 @@ def open_log(path: str | os.PathLike[str], *, allow_large: bool = False) -> Log:
 
 
 class Log(LogReader):
-    """See `open_log`.
-
-    Times are those of the component. Where it was reset or restored in between, the log has several *segments*, laid end
-    to end: times go on from segment to segment, so every moment of the run has its own.
-
-    Attributes:
-        path: the file.
-        complete: False where the writer was killed before it could close the file.
-        variables: recorded name -> `Variable`.
-        step_size: length of a tick [s].
-    """
+    """A log, as `open_log` gives it: what `LogReader` reads of it, and the component whose run it holds."""
 
     def component(self, components: Mapping[str, type[Component]] | None = None) -> Component:
         """Return a fresh component with the log's parameters, in the state at the log's start.

@@ -48,7 +48,9 @@ def as_field(shown: Motion | Field) -> Field:
         return shown
     if shown.colour is None:
         name = shown.colour_variable.name
-        raise ParameterError(f"{name!r} was not recorded, so it cannot be drawn", hint="add it to the recorded variables")
+        raise ParameterError(
+            f"{name!r} was not recorded, so it cannot be drawn", hint="add it to the recorded variables", at="variables"
+        )
     place, axis = _axis(shown.colour_variable, 0 if _is_row(shown.reference) else None)
     return Field(shown.colour_variable, shown.times, shown.colour, place, axis, shown.every, shown.total, shown.cuts)
 

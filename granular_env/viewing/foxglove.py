@@ -85,8 +85,9 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
         if any(message.topic == ABOUT_TOPIC for message in messages):
             return found
     raise LogError(
-        f"log {str(log.path)!r} has no preview for stock viewers: it was not closed, or an older version wrote it",
+        "it has no preview for stock viewers: it was not closed, or an older version wrote it",
         hint="`granular-env recover` makes a log that has one",
+        source=f"log {str(log.path)!r}",
     )
 
 

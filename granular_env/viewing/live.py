@@ -101,7 +101,9 @@ class LiveViewer:
             try:
                 self._recording.save(rerun_target(save), default_blueprint=layout)
             except (OSError, RuntimeError) as error:
-                raise GranularError(f"cannot write the rerun file {str(save)!r}: {error}") from error
+                raise GranularError(
+                    f"cannot be written: {error}", hint="choose another file", at="save", source=f"{str(save)!r}"
+                ) from error
             return
         if not web:
             require_screen(
@@ -246,7 +248,7 @@ def _ticks_per_second(component: Component, duration: float | None, pace: float 
     if pace is None:
         return None
     if duration is None:
-        raise ParameterError("expected a duration beside it, the simulated time [s] that takes so long", at="pace")
+        raise ParameterError("missing", expected="the simulated time [s] that `pace` seconds show", at="duration")
     return duration / component.step_size / pace
 
 

@@ -49,7 +49,9 @@ class Choice:
         known = [*arrays, *(name for name, one in log.variables.items() if one.shape == () and len(log.times(name)))]
         require_names(self.variables, known)
         if (self.times is not None or self.indices is not None) and not self.holds_any(arrays):
-            raise ParameterError("times, indices: none of the variables is a recorded array", hint="leave them out")
+            raise ParameterError(
+                "none of the variables is a recorded array", hint="leave times and indices out", at="variables"
+            )
 
     def holds_any(self, names: Sequence[str]) -> bool:
         """Tell whether one of these variables is to be shown."""

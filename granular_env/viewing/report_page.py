@@ -87,7 +87,9 @@ def _target(folder: Any) -> Path:
     except TypeError:
         raise ParameterError(f"got {folder!r}", expected="the path of a folder", at="folder") from None
     if os.path.lexists(name) and not os.path.isdir(name):
-        raise ParameterError(f"{name!r} is a file", expected="a folder", hint="the report's pages and pictures go into it")
+        raise ParameterError(
+            f"{name!r} is a file", expected="a folder", hint="the report's pages and pictures go into it", at="folder"
+        )
     require_writable(Path(name) / _PAGE)
     return Path(name) / _PAGE
 

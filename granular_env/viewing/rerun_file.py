@@ -25,7 +25,7 @@ def rerun_target(path: str | os.PathLike[str]) -> Path:
         raise ParameterError(f"got {path!r}", expected="the path of a file", at="path") from None
     there = require_writable(path)
     if Path(name).suffix.lower() != ".rrd":
-        raise ParameterError("a rerun file is written", hint="give a name that ends in .rrd", at=f"{name!r}")
+        raise ParameterError(f"got {name!r}", expected="the name of a rerun file, which ends in .rrd", at="path")
     if not os.path.exists(there):
         return Path(path)
     try:
@@ -35,5 +35,7 @@ def rerun_target(path: str | os.PathLike[str]) -> Path:
     except OSError as error:
         raise GranularError(f"{name!r} cannot be read: {error.strerror or error}", hint="choose another name") from error
     if first not in (b"", _MAGIC):
-        raise ParameterError(f"{name!r} exists and is no rerun file, so it is not replaced", hint="choose another name")
+        raise ParameterError(
+            f"{name!r} exists and is no rerun file, so it is not replaced", hint="choose another name", at="path"
+        )
     return Path(path)

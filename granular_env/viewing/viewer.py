@@ -81,7 +81,9 @@ def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[f
         tell(1.0)
         return kept.drain_as_bytes()
     except RuntimeError as error:
-        raise GranularError(f"rerun cannot take the scene of {name!r}: {error}") from error
+        raise GranularError(
+            f"rerun cannot take the scene: {error}", hint="its package may be of another version", source=f"log {name!r}"
+        ) from error
     finally:
         recording.disconnect()
 
@@ -150,7 +152,7 @@ def screenshot(
     import_optional("rerun", "a screenshot")
     target = Path(os.path.abspath(_path(png)))
     if target.suffix.lower() != ".png":
-        raise ParameterError("a screenshot is a PNG picture", hint="give a name that ends in .png", source=f"{str(target)!r}")
+        raise ParameterError(f"got {str(target)!r}", expected="the name of a PNG picture, which ends in .png", at="path")
     require_writable(target)
     width, height = _window(size)
     _require_log(log)

@@ -367,7 +367,7 @@ def _compile(chain: Chain, task: ChainTask, kernel: str, signature: str) -> Call
     except GranularError:
         raise
     except Exception as error:  # numba hands on what it meets in the function
-        raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None
+        raise ParameterError(f"does not compile as {signature}:\n{error}", at=kernel, source=f"task {task.name!r}") from None
 
 
 def _scales_by_name(what: str, scales: Mapping[str, float], chain: Chain, causality: str) -> dict[str, float]:
