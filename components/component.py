@@ -70,7 +70,9 @@ class Component(Stepping, metaclass=_Fixed):
         try:
             self._build()
         except MemoryError as error:
-            raise ParameterError(f"this size does not fit into memory: {error}", source=f"component {self.name!r}") from None
+            raise ParameterError(
+                f"this size does not fit into memory: {error}", hint="make it smaller", source=f"component {self.name!r}"
+            ) from None
         # Parameters at their default do not count: one that is added later leaves the logs of today as they are.
         told = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
@@ -84,11 +86,11 @@ class Component(Stepping, metaclass=_Fixed):
         # The entries of balances are known once there is a state, of zeros.
         for balance in self.balances():
             if not balance.stored:
-                raise ParameterError(f"balance {balance.quantity!r}: stored: got no entry", expected="at least one")
+                raise ParameterError("got no entry", expected="at least one", at=("balances", balance.quantity, "stored"))
             for variable in balance_variables(balance):
                 known = self.variables.setdefault(variable.name, variable)
                 if (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape):
-                    raise ParameterError(f"balance {balance.quantity!r}: {variable.name!r} is another variable too")
+                    raise ParameterError("another variable has this name", at=("balances", balance.quantity, variable.name))
         self.balance_names: tuple[str, ...] = tuple(name for balance in self.balances() for name in balance.entries)
         self.reset()
         validate_drawables(self.drawables(), self.variables)
@@ -119,7 +121,9 @@ class Component(Stepping, metaclass=_Fixed):
         kinds = {f"{prefix}_{kind}": f"{prefix}: {text}" for kind, text in part.event_kinds.items()}
         for kind in kinds:
             if kind in self.event_kinds:
-                raise ParameterError(f"event {kind!r} is there already; include the part with another prefix than {prefix!r}")
+                raise ParameterError(
+                    f"event {kind!r} is there already", hint=f"include the part with another prefix than {prefix!r}"
+                )
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}

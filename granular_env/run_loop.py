@@ -156,7 +156,7 @@ def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_lar
             if results[-1].interrupted:
                 break
         if not results:
-            raise LogError(f"log {str(log)!r} holds no steps")
+            raise LogError("it holds none", at="steps", source=f"log {str(log)!r}")
         total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
         return dataclasses.replace(results[-1], ticks=total, seconds=seconds)
 
