@@ -1,4 +1,4 @@
-"""Fields along a line in a rerun scene: each is a curve over its coordinate, in a pane whose title says both ranges."""
+"""The panes of a rerun scene that show a field along a line: a curve over its coordinate; the title says both ranges."""
 
 from __future__ import annotations
 
