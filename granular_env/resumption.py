@@ -57,8 +57,8 @@ def resume(
     with memory_told(where, LogError), collect_warnings() as told, ExitStack() as stack:
         opened = stack.enter_context(open_log(path, allow_large=allow_large))
         program = _experiment_of(opened, where)
-        if wanted is not None and wanted.to_dict() != program.to_dict():
-            raise LogError(f"is of the experiment {program.name!r}, not of this {wanted.name!r}", source=where)
+        if wanted is not None:
+            _refuse_other(program, wanted, where)
         _refuse_ended(opened, where)
         _tell_of_versions(opened, where)
         found = continuation_of(opened)
@@ -67,7 +67,7 @@ def resume(
         stopped_by = stops.stop_reason(component) if component.tick else None
         if found.closed and (component.tick >= end or stopped_by is not None):
             why = "its experiment was run to its end" if stopped_by is None else f"its run was stopped by {stopped_by}"
-            raise LogError(f"is complete: {why}", hint="nothing is left to resume", source=where)
+            raise LogError(f"it is complete: {why}", hint="nothing is left to resume", source=where)
         refuse_unrecordable(component)
         try:
             recorder = found.recorder(path, True) if log is None else found.recorder(log, overwrite)
@@ -93,16 +93,26 @@ def _experiment_of(log: Log, where: str) -> Experiment:
     """Return the experiment that a log is of."""
     header = log._header
     if header.get("parent") is not None:
-        raise LogError("is a branch of another log", hint="branch off it anew: granular-env branch", source=where)
+        raise LogError("it is a branch of another log", hint="branch off it anew: granular-env branch", source=where)
     content = header.get("experiment")
     if not isinstance(content, dict):
         hint = "the script that made it knows how it goes on: ge.open_log(LOG).branch(at) gives the component"
-        raise LogError("is not of an experiment", hint=hint, source=where)
+        raise LogError("it is not of an experiment", hint=hint, source=where)
     try:
         return Experiment.parse(content, f"the experiment in {where}")
     except GranularError as error:
         hint = "another version of the program recorded it; run the experiment anew"
-        raise LogError(f"holds no experiment that this program knows: {error}", hint=hint, source=where) from error
+        raise LogError(f"it holds no experiment that this program knows: {error}", hint=hint, source=where) from error
+
+
+def _refuse_other(program: Experiment, wanted: Experiment, where: str) -> None:
+    if program.name != wanted.name:
+        raise LogError(f"it is of the experiment {program.name!r}, not of this {wanted.name!r}", source=where)
+    mine, other = program.to_dict(), wanted.to_dict()
+    keys = [key for key in {**mine, **other} if mine.get(key) != other.get(key)]
+    if keys:
+        came = f"it is of the experiment {program.name!r} with other keys than this one: {', '.join(keys)}"
+        raise LogError(came, hint="resume the log alone, or run the experiment anew", source=where)
 
 
 def _refuse_ended(log: Log, where: str) -> None:
@@ -110,7 +120,7 @@ def _refuse_ended(log: Log, where: str) -> None:
     incidents = log.metadata["incidents"]
     failed = next((one for one in incidents if one.get("incident") == "failed"), None)
     if failed is not None and log.complete:
-        raise LogError(f"is complete: its run ended with {failed.get('kind')}: {failed.get('message')}", source=where)
+        raise LogError(f"it is complete: its run ended with {failed.get('kind')}: {failed.get('message')}", source=where)
 
 
 def _tell_of_versions(log: Log, where: str) -> None:
