@@ -11,7 +11,7 @@ from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Experiment, Source, load_experiment
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress
-from granular_env.recording.reader import Log
+from granular_env.recording.log import Log
 from granular_env.run_loop import RunResult, advance, collect_warnings, memory_told, refuse_unrecordable
 
 

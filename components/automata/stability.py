@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
@@ -22,15 +23,18 @@ ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 _found = {breakable: Recent() for breakable in (False, True)}
 
 
-def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
+def largest_frequency(
+    body: Body, update: Callable[[Motion, Scratch], object], breakable: bool, ties: Iterable[Any] = ()
+) -> float:
     """Return the largest frequency of small motions of a linked packing, from below [rad/s].
 
     Args:
         body: the packing.
         update: writes the forces and torques of a motion to a scratch.
         breakable: whether these are computed by the kernels of links that may break: their last bits differ.
+        ties: what else the forces follow from: numbers and arrays.
     """
-    return _found[breakable].get(body, lambda: _compute_frequency(body, update))
+    return _found[breakable].get((*body, *ties), lambda: _compute_frequency(body, update))
 
 
 def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:

@@ -22,6 +22,7 @@ from ..automata.contact import Contacts
 from ..automata.cracking import TRAVEL, Judgement, Medium, add_forces, judge_bonds
 from ..automata.schedule import Part
 from ..automata.state import Body, Motion, Scratch
+from ..automata.ties import add_ties
 from ..grid import kernels as grid_kernels
 from ..grid.layout import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK, Conditions, Grid, State
 from ..grid.mesh import IntArray
@@ -117,12 +118,13 @@ class Steps(NamedTuple):
 
 
 @jit
-def update_automata_forces(part, cracking, seam, time, tick):
+def update_automata_forces(part, cracking, ties, seam, time, tick):
     """Write the forces and torques of links and contacts, and what of them acts on interface nodes.
 
     Args:
         part: an `AutomataPart`.
         cracking: a `Cracking`, its links judged; None for automata that stay linked and elastic.
+        ties: `Ties` of these, None without.
         seam: a `Seam`.
         time: since the forces were computed last [s].
         tick: number of the step of the automata.
@@ -134,6 +136,8 @@ def update_automata_forces(part, cracking, seam, time, tick):
             part.body, part.part, part.reference, motion, scratch, edges.load.automata, edges.load_before, edges.load,
             edges.load_before, edges.grip, edges.grip_before, part.tallies, 0.0, 0, 0.0,
         )  # fmt: skip
+        if ties is not None:
+            add_ties(part.body, ties, motion, scratch)
     else:
         add_forces(cracking.medium, motion, scratch, cracking.contacts, cracking.contact_count, cracking.losses, time, tick)
     gather_forces(seam.interface, scratch.force, seam.exchange.automata_force)
@@ -433,13 +437,14 @@ def follow_velocities(interface, state, motion):
 
 
 @jit
-def advance(grid, automata, cracking, seam, factors, steps, impulses, literal, tick, progress, failure_out):
+def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, literal, tick, progress, failure_out):
     """Advance by whole ticks, or up to where links break or contacts have to be found anew.
 
     Args:
         grid: a `GridPart`.
         automata: an `AutomataPart`.
         cracking: a `Cracking`; None for automata that stay linked and elastic.
+        ties: `Ties`, see `automata.ties`; None without.
         seam: a `Seam`.
         factors: of the signals of the grid in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
         steps: a `Steps`.
@@ -480,7 +485,7 @@ def advance(grid, automata, cracking, seam, factors, steps, impulses, literal, t
                     note_travel(automata, cracking, time)
                     if must_break(automata, cracking, own_tick):
                         return BREAK
-            update_automata_forces(automata, cracking, seam, time, own_tick)
+            update_automata_forces(automata, cracking, ties, seam, time, own_tick)
             if impulses is not None:
                 fastest = act_with_impulses(grid, automata, seam, time, steps.scheme)
             elif literal is not None:

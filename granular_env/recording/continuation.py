@@ -19,18 +19,18 @@ from ..components.component import Component
 from ..components.errors import LogError
 from ..components.inputs import Held
 from .header import versions
+from .log import Log
 from .log_file import create
 from .log_writer import LogWriter, as_path
 from .message_index import COUNT, DETAIL, FIRST, KIND, LAST
 from .metadata import metadata_of_log
 from .preview_frames import PreviewFrames
 from .preview_reconstruction import film_of_every
-from .reader import Log, restore
 from .record_batch import hash_row
 from .recorder import Recorder
 from .records import END, EVENTS, FRAMES, HASHES, HEADER, INCIDENTS, SNAPSHOTS, STEPS, TOPICS, Record, decode, words
+from .replay import advance, restore
 from .sampling import schedule_from
-from .verification import advance
 
 
 @dataclass(slots=True)

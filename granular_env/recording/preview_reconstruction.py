@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..components.component import Component
-from ..components.errors import LogError
+from .log import Log
 from .mcap_reader import RawMessage
 from .message_index import CHUNK, COUNT, KIND, LAST, SEGMENT
 from .metadata import title_of
 from .preview import PreviewFacts, PreviewMessage
 from .preview_frames import PreviewFrames, facts_of, film_facts_of_frames, preview_facts
-from .reader import Log
-from .records import HEADER, TOPICS
+from .records import HEADER, TOPICS, damage
 
 _PICTURES = 400
 
@@ -40,7 +39,7 @@ class PreviewBuilder:
         if self._stride and not self._from_frames:
             self._track = PreviewFrames(facts_of(component, title_of(log._header)), self._stride)
         elif not self._from_frames and not self.missing:
-            raise LogError("its end does not say how its film was made", source=f"log {str(log.path)!r}")
+            raise damage("its end does not say how its film was made", "incidents", log.path)
 
     def take(self, component: Component, balances: Mapping[str, Any], tick: int) -> None:
         """Show it a frame of the re-run, at a tick of the log's time."""
@@ -156,12 +155,12 @@ def _film_messages(log: Log) -> Iterator[RawMessage]:
             yield message
             continue
         if place == len(rows) or (rows[place, CHUNK], rows[place, KIND]) != (chunk, kind):
-            raise LogError("it holds a record that its index does not name", source=f"log {str(log.path)!r}")
+            raise damage("it does not name each record", "index", log.path)
         if message.nanoseconds != times[place]:
             raise _FilmDiffers(f"the time of the record {place} is {message.nanoseconds} ns, expected {times[place]} ns")
         place += 1
     if place != len(rows):
-        raise LogError("records are missing", source=f"log {str(log.path)!r}")
+        raise damage("records that it names are missing", "index", log.path)
 
 
 def _times(log: Log) -> list[int]:
