@@ -202,6 +202,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._refuse_while_stepping("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick = self._block.to_bytes(), self._tick
+        self._undo.forget()
         self._block.clear()
         self._tick, self._failure = 0, -1
         try:
@@ -233,13 +234,20 @@ class Component(Stepping, metaclass=_Fixed):
 
     def get(self, name: str) -> Any:
         """Return the present value of any variable: a number, or a fresh array of its shape."""
-        value = self.peek(name)
+        value = self._read(name)
         if value.__class__ is np.ndarray and (value.base is not None or not value.flags.writeable):
             return value.copy()
         return value
 
     def peek(self, name: str) -> Any:
-        """`get` without a copy: an array may be the component's own memory. Read it before the next step, never write to it."""
+        """`get` without a copy: an array is read-only and may be the component's memory; read it before the next step."""
+        value = self._read(name)
+        if value.__class__ is np.ndarray:
+            value = value.view()
+            value.flags.writeable = False
+        return value
+
+    def _read(self, name: str) -> Any:
         reader = self._readers.get(name) if isinstance(name, str) else None
         if reader is not None:
             return reader()
@@ -364,6 +372,7 @@ class Component(Stepping, metaclass=_Fixed):
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
         own["_tick"] = snapshot.tick
         own["_failure"] = -1
+        self._undo.forget()
         for observer in self._observers:
             observer.on_reset(self)
 

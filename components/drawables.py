@@ -14,16 +14,16 @@ from .snapshot import FloatArray
 
 
 class _Geometry:
-    """Closes the arrays of a drawable to writing: those of a component are often its own tables."""
+    """Copies the arrays of a drawable, which are often the component's own tables, and closes them to writing."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
         for name in ("reference", "radius", "pairs", "nodes", "connectivity", "coordinate"):
             if hasattr(self, name):
-                view = np.asarray(getattr(self, name)).view()
-                view.flags.writeable = False
-                object.__setattr__(self, name, view)
+                copied = np.array(getattr(self, name))
+                copied.flags.writeable = False
+                object.__setattr__(self, name, copied)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

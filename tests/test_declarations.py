@@ -112,4 +112,5 @@ def test_drawables_are_closed_to_writing() -> None:
     for array in (points.reference, points.radius, links.pairs):  # type: ignore[union-attr]
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0
-    assert discs.reference.flags.writeable  # the component's own table
+    # Whoever opens them writes to a copy.
+    assert discs.reference.flags.writeable and not np.shares_memory(discs.reference, points.reference)  # type: ignore[union-attr]

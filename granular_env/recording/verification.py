@@ -63,6 +63,7 @@ class _Replay:
         self.log, self._progress = log, progress
         self.component = log.rebuilt(components)
         self._trusted = self.component.identity == log._header.get("identity")
+        self._total = max(log.end_tick - log.start_tick, 1)
         self._agreed: dict[str, int] = {}
         self._balances: tuple[int, dict[str, Any]] = (-1, {})
         # Events of the component when the segment began, and those of the segment that have been compared.
@@ -181,9 +182,8 @@ class _Replay:
 
     def _tell(self) -> None:
         if self._segment is not None:
-            total = max(self.log.end_tick - self.log.start_tick, 1)
             done = self.result.ticks + self.component.tick - self._segment.start
-            self._progress(min(done / total, 1.0))
+            self._progress(min(done / self._total, 1.0))
 
     def _marks(self, segment: Segment) -> list[Iterator[tuple[Any, ...]]]:
         rows = self.log._index.select(FRAMES, None, segment.number)
