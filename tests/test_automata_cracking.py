@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.automata_tools import BOTH, block
 
 import granular_env as ge
 from granular_env.cli import main
@@ -16,16 +17,6 @@ from granular_env.components.automata.breaking.functions import failure
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support import memory_limits
 from granular_env.recording.nearness import nearest
-
-ROW = 0.5 * math.sqrt(3.0)
-SOLID = ge.Material(density=1.0, young=2.5, poisson=0.25)  # rho = G = lambda = 1
-BOTH = pytest.mark.parametrize("packing", ["square", "hexagonal"])
-
-
-def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters: object) -> Automata:
-    """A rectangle of automata of diameter 1."""
-    shape = {"name": "rectangle", "width": float(columns), "height": rows * (ROW if packing == "hexagonal" else 1.0)}
-    return Automata(**{"shape": shape, "diameter": 1.0, "packing": packing, "material": SOLID, **parameters})
 
 
 def confined(**laws: object) -> Automata:

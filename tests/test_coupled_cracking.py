@@ -52,7 +52,10 @@ def shear_off(medium: Coupled, until: float = 40.0) -> float:
     ids=["lockstep", "lockstep of halves", "micro-steps"],
 )
 def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters: dict[str, Any]) -> None:
-    """A third of the work and more breaks links and rubs; half the step leaves about a quarter of the error."""
+    """A third of the work and more breaks links and rubs; a quarter of the step leaves about a sixteenth of the error.
+
+    Over one halving alone the ratio depends on which links break in which step.
+    """
     medium = sandwich(**parameters)
     residual = shear_off(medium)
     energy = medium.balances()[0]
@@ -62,8 +65,8 @@ def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters
     assert residual <= 0.01
     assert np.abs(medium.get("momentum_residual")).max() <= 1e-12 * np.abs(medium.get("boundary_impulse")).max()
     assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * abs(medium.get("boundary_angular_impulse"))
-    fine = shear_off(sandwich(**{**parameters, "step": 0.5 * parameters.get("step", 0.2)}))
-    assert 3.0 <= residual / fine <= 5.0
+    fine = shear_off(sandwich(**{**parameters, "step": 0.25 * parameters.get("step", 0.2)}))
+    assert 9.0 <= residual / fine <= 25.0
 
 
 STRENGTHS = [
@@ -109,7 +112,8 @@ def test_cells_may_yield_beside_automata_that_break(law: dict[str, Any], micro_s
 def test_every_part_of_the_energy_is_named() -> None:
     medium = sandwich(plasticity=YIELDING)
     energy = medium.balances()[0]
-    assert list(energy.lost) == ["absorbed_energy", "plastic_work", "fracture_energy", "friction_energy", "inelastic_energy"]
+    of_automata = ["fracture_energy", "friction_energy", "inelastic_energy", "damping_energy", "linking_energy"]
+    assert list(energy.lost) == ["absorbed_energy", "plastic_work", *of_automata]
     assert {"contact_energy", "elastic_energy", "leapfrog_energy"} < set(energy.stored)
 
 

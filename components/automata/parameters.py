@@ -13,6 +13,7 @@ from ..support.fields import Index, Pair, field
 from ..support.validation import Parameters
 from .boundaries import ChosenBoundary, Periodic, Traction
 from .breaking import ChosenCriterion, Unbreakable
+from .relinking import ChosenRelinking, Never
 from .responses import ChosenResponse, Linear
 from .shapes import ChosenShape, Rectangle
 
@@ -46,6 +47,13 @@ class AutomataParameters(Parameters):
     strength_seed: int = field(0, "which draw of strengths", "1", ge=0, lt=2**63)
     release_ticks: int = field(20, "over how many internal steps a broken pair is released", "1", ge=1, le=1_000_000)
     friction: float = field(0.5, "coefficient of friction of pairs that touch and are not linked", "1", ge=0.0)
+    contact_damping: float = field(
+        0.0, "dashpot of pairs that touch and are not linked, along their line of centres, in parts of critical damping", "1",
+        ge=0.0, le=1.0,
+    )  # fmt: skip
+    relinking: ChosenRelinking = field(
+        Never(), "what links broken pairs again: none or cold_welding; a table {name = ..., ...}", "1"
+    )
     boundaries: dict[str, ChosenBoundary] = field(
         {}, "what left, right, bottom and top do: free (the default), fixed, symmetry, periodic, velocity, traction", "1"
     )
@@ -63,6 +71,12 @@ class AutomataParameters(Parameters):
                 raise ValueError(f"boundaries.{name}: is periodic, so {OPPOSITE[name]} has to be periodic too")
             if isinstance(boundary, (Periodic, Traction)) and not isinstance(self.shape, Rectangle):
                 raise ValueError(f"boundaries.{name}: {boundary.name!r} needs a straight edge; expected shape = rectangle")
+        return self
+
+    @model_validator(mode="after")
+    def _validate_relinking(self) -> AutomataParameters:
+        if self.relinking.kinds and not self.criterion.causes:
+            raise ValueError("relinking: links what has broken, and nothing breaks; choose a criterion, or leave relinking out")
         return self
 
     @property

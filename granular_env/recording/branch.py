@@ -18,7 +18,7 @@ from .log_writer import as_path
 from .message_index import Segment
 from .record import note_log_on_error
 from .recorder import Recorder
-from .rerun import advance, restore
+from .replay import advance, restore
 from .sampling import Schedule
 
 if TYPE_CHECKING:

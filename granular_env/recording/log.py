@@ -11,7 +11,7 @@ from .branch import Branch, branch_of
 from .component_from_header import build
 from .log_writer import as_path
 from .reader import LogReader
-from .rerun import restore
+from .replay import restore
 
 
 def open_log(path: str | os.PathLike[str], *, allow_large: bool = False) -> Log:

@@ -11,7 +11,7 @@ import numpy as np
 from ..components.component import Component
 from ..components.errors import LogError
 from .log import Log
-from .rerun import advance, restore
+from .replay import advance, restore
 
 
 @dataclass(frozen=True, slots=True)

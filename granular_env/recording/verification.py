@@ -21,7 +21,7 @@ from .message_index import DETAIL, FIRST, LAST, Segment
 from .preview_reconstruction import PreviewBuilder
 from .record_batch import hash_row, held_word
 from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, damage, words
-from .rerun import Changes, advance, restore
+from .replay import Changes, advance, restore
 from .verification_result import Difference, Verification, foreign_facts
 
 # What differs, the ticks of the log between which that arose, why (if known), which element.
