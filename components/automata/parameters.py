@@ -66,8 +66,9 @@ class AutomataParameters(Parameters):
         Never(), "what links broken pairs again: none or cold_welding; a table {name = ..., ...}", "1"
     )
     boundaries: dict[str, ChosenBoundary] = field(
-        {}, "what left, right, bottom and top do: free (the default), fixed, symmetry, periodic, velocity, traction", "1"
-    )
+        {}, "what left, right, bottom and top do: free (the default), fixed, symmetry, periodic, velocity, traction", "1",
+        examples=[{"left": "velocity"}],
+    )  # fmt: skip
     forced_automata: list[Place] | Literal["all"] = field(
         [], "automata with a force of their own, the input `force`: numbers, or points [x, y] in the shape; or all", "1"
     )
