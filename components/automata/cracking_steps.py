@@ -14,7 +14,7 @@ from .bonds import Bonds, Law, bond_dilations, bond_energy, bond_stresses, crite
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
 from .cracking import Judgement, Medium
 from .linked_steps import LinkedSteps
-from .linking import count_linkable, link_contacts
+from .linking import count_linkable, link_contacts, raise_weights
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
 from .pair import orient
@@ -128,8 +128,11 @@ class CrackingSteps(LinkedSteps):
         marked = int(np.count_nonzero(self.judgement.mark))
         if marked:
             self._break_links(marked, tick)
-        if self._law.linking_ticks and tick % self._law.linking_ticks == 0:
-            self._link_contacts(tick)
+        if self._law.linking_ticks:
+            if tick % self._law.linking_ticks == 0:
+                self._link_contacts(tick)
+            contacts, count = self.contacts(), self.count_contacts()
+            raise_weights(self.medium, self.motion, self.scratch, contacts, count, self.losses, tick)
 
     def _break_links(self, marked: int, tick: int) -> None:
         contacts, events = self.contacts(marked), self._block.room("events", marked)
@@ -146,8 +149,8 @@ class CrackingSteps(LinkedSteps):
         if linkable:
             events, kind = self._block.room("events", linkable), len(self.event_kinds) - 1
             known = link_contacts(
-                self.medium, self.motion, self.scratch, self._numbers, contacts, count, kind, events,
-                self._block.count("events"), self.losses, tick,
+                self.medium, self.motion, self.scratch.half, self._numbers, contacts, count, kind, events,
+                self._block.count("events"), tick,
             )  # fmt: skip
             self._block.set_count("events", known)
 

@@ -127,6 +127,7 @@ AUTOMATA_CRUSHED = {
     "boundaries": {"bottom": "fixed", "top": "velocity"},
     "response": {"name": "plastic_degrading", "yield_stress": 2e7, "hardening": 5e9},
     "strength_scatter": 0.2, "criterion": {"name": "drucker_prager", "compressive": 4e7, "tensile": 1e7},
+    "contact_damping": 0.1, "relinking": {"name": "cold_welding", "pressure": 2e7, "slip_speed": 2.0},
 }  # fmt: skip
 
 
@@ -138,7 +139,7 @@ def pulled_automata(component: ge.Component) -> None:
 
 
 def crushed_automata(component: ge.Component) -> None:
-    """Automata that are crushed and sheared until they yield, break and rub, and are pulled apart again."""
+    """Automata that are crushed and sheared until they yield, break, rub and are welded, and are pulled apart."""
     component.step(3e-5, top_velocity=[3.0, -4.0])
     component.step(3e-5, top_velocity=[-2.0, 5.0])
 
