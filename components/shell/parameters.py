@@ -52,6 +52,9 @@ class ShellParameters(Parameters):
     gauges: list[Pair] = field(
         [], "places on the outer surface whose strain has outputs: x and, of a tube, the angle from z to y [rad], or y", "m"
     )
+    fracture_factor: Positive = field(
+        3.0, "largest principal stress over the yield stress at which the material would part; for `fracture_ratio`", "1"
+    )
     initial_temperature: Positive = field(293.0, "temperature at the start", "K")
     step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
 
