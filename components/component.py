@@ -70,7 +70,9 @@ class Component(Stepping, metaclass=_Fixed):
         try:
             self._build()
         except MemoryError as error:
-            raise ParameterError(f"this size does not fit into memory: {error}", source=f"component {self.name!r}") from None
+            raise ParameterError(
+                f"this size does not fit into memory: {error}", hint="make it smaller", source=f"component {self.name!r}"
+            ) from None
         # Parameters at their default do not count: one that is added later leaves the logs of today as they are.
         told = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
@@ -84,11 +86,11 @@ class Component(Stepping, metaclass=_Fixed):
         # The entries of balances are known once there is a state, of zeros.
         for balance in self.balances():
             if not balance.stored:
-                raise ParameterError(f"balance {balance.quantity!r}: stored: got no entry", expected="at least one")
+                raise ParameterError("got no entry", expected="at least one", at=("balances", balance.quantity, "stored"))
             for variable in balance_variables(balance):
                 known = self.variables.setdefault(variable.name, variable)
                 if (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape):
-                    raise ParameterError(f"balance {balance.quantity!r}: {variable.name!r} is another variable too")
+                    raise ParameterError("another variable has this name", at=("balances", balance.quantity, variable.name))
         self.balance_names: tuple[str, ...] = tuple(name for balance in self.balances() for name in balance.entries)
         self.reset()
         validate_drawables(self.drawables(), self.variables)
@@ -119,10 +121,14 @@ class Component(Stepping, metaclass=_Fixed):
         kinds = {f"{prefix}_{kind}": f"{prefix}: {text}" for kind, text in part.event_kinds.items()}
         for kind in kinds:
             if kind in self.event_kinds:
-                raise ParameterError(f"event {kind!r} is there already; include the part with another prefix than {prefix!r}")
+                raise ParameterError(
+                    f"event {kind!r} is there already", hint=f"include the part with another prefix than {prefix!r}"
+                )
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
+        details = {f"{prefix}_{kind}": detail for kind, detail in part.event_details.items()}
+        vars(self)["event_details"] = {**self.event_details, **details}
         if part.event_ratio and not self.event_ratio:
             vars(self)["event_ratio"] = f"{prefix}_{part.event_ratio}"
 
@@ -198,6 +204,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._refuse_while_stepping("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick = self._block.to_bytes(), self._tick
+        self._undo.forget()
         self._block.clear()
         self._tick, self._failure = 0, -1
         try:
@@ -367,6 +374,7 @@ class Component(Stepping, metaclass=_Fixed):
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
         own["_tick"] = snapshot.tick
         own["_failure"] = -1
+        self._undo.forget()
         for observer in self._observers:
             observer.on_reset(self)
 

@@ -291,7 +291,7 @@ SIDEWAYS = {"automata.packing": "hexagonal", "automata.shape": rectangle(8.0, 4 
         ({"origin": [0.0, 3.0]}, "cell 24 of the grid"),
         ({"origin": [0.5, 4.0]}, "an automaton is expected at"),
         ({"automata.diameter": 0.8}, "1.25 diameters of 0.8 m long, expected a whole number"),
-        (SIDEWAYS, "does not lie along x"),
+        (SIDEWAYS, r"is 0.577350269 times sqrt\(3\) diameters \(1.73205081 m"),
         ({"automata.boundaries": {"left": "fixed"}}, "is held along x by its edge"),
         ({"step_size": 0.32, "micro_steps": 1}, "step_size: got 0.32 s with micro_steps = 1, expected at most 0.308"),
         ({"step_size": 0.4}, "step_size: got 0.4 s with micro_steps = 2, expected at most 0.287"),

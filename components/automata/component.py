@@ -26,7 +26,8 @@ from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .schedule import make_parts
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .state import Body, Scratch, make_body, make_scratch
+from .state import Body, Motion, Scratch, make_body, make_scratch
+from .ties import Ties, add_ties, tie_faces
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
@@ -76,6 +77,7 @@ class Automata(Component):
         self.steps = self._make_steps()
         # Those of this specimen's criterion.
         vars(self)["event_kinds"] = self.steps.event_kinds
+        vars(self)["event_details"] = self.steps.event_details
         vars(self)["event_ratio"] = "criterion_ratio" if self.steps.event_kinds else ""
         n = self.count
         self._lay_out(
@@ -84,6 +86,17 @@ class Automata(Component):
         )  # fmt: skip
         self.steps.bind(self._block)
         self.motion = self.steps.motion
+
+    def tied_frequency(self, ties: Ties) -> float:
+        """Return the largest frequency where a parent carries faces along [rad/s]; see `LinkedSteps.tie`."""
+        body = tie_faces(self.body, ties)
+        whole = make_parts(body)[0]
+
+        def update(motion: Motion, scratch: Scratch) -> None:
+            update_forces(body, whole, motion, scratch)
+            add_ties(body, ties, motion, scratch)
+
+        return largest_frequency(body, update, False, ties)
 
     def _make_steps(self) -> LinkedSteps:
         kind = CrackingSteps if self.parameters.has_history else LinkedSteps

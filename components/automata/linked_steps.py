@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..contract import EventDetail
 from ..snapshot import Block
 from ..support.arrays import FloatArray
 from . import threads
@@ -19,6 +20,7 @@ from .schedule import Part, make_parts
 from .state import Body, Motion, Scratch
 from .stress import stresses
 from .sweep import KEPT
+from .ties import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
 
 
 class LinkedSteps:
@@ -28,13 +30,17 @@ class LinkedSteps:
         fields: its own parts of the state.
         growing: its own lists in the state.
         event_kinds: what can happen.
+        event_details: units of these, and what their indices count.
         whole: the order of the work for one thread.
         parts: the same for as many threads as the specimen is large enough for.
+        ties: faces that a parent carries along; None without.
     """
 
     fields: Mapping[str, tuple[str, tuple[int, ...]]] = {}
     growing: Mapping[str, tuple[str, tuple[int, ...]]] = {}
     event_kinds: Mapping[str, str] = {}
+    event_details: Mapping[str, EventDetail] = {}
+    ties: Ties | None = None
 
     def __init__(
         self, packing: Packing, body: Body, conditions: Conditions, scratch: Scratch, step: float, limit: float
@@ -51,6 +57,11 @@ class LinkedSteps:
         self.whole: Part = make_parts(self.body)[0]
         self.parts: list[Part] = make_parts(self.body, 2) if self.count >= threads.LEAST_AUTOMATA else [self.whole]
         self._kept = np.zeros((len(self.conditions.marked), KEPT))
+
+    def tie(self, ties: Ties) -> None:
+        """Let a parent carry faces along: it advances the specimen itself then, and calls `ties.add_ties`."""
+        self.ties, self.body = ties, tie_faces(self.body, ties)
+        self._prepare_sweeps()
 
     def bind(self, block: Block) -> None:
         """Take the state."""
@@ -79,12 +90,17 @@ class LinkedSteps:
         scratch, motion = self.scratch, self.motion
         orient(motion.rotation, scratch.half, 0, self.count)
         update_forces(self.body, self.whole, motion, scratch)
+        if self.ties is not None:
+            add_ties(self.body, self.ties, motion, scratch)
         return scratch.dilation
 
     def stress(self) -> FloatArray:
         """Return the stresses of the automata, shape (n, 3) [Pa]."""
         found, theta = np.empty((self.count, 3)), self.dilation()
-        stresses(self.body, self.motion.displacement, self.scratch.half, theta, found, 0, self.count)
+        u, half = self.motion.displacement, self.scratch.half
+        stresses(self.body, u, half, theta, found, 0, self.count)
+        if self.ties is not None:
+            add_tie_stresses(self.body, self.ties, u, half, theta, found)
         return found
 
     def linked(self) -> FloatArray:
@@ -94,7 +110,10 @@ class LinkedSteps:
     def stored(self, since: float) -> dict[str, float]:
         """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
         theta = self.dilation()
-        found = elastic_energy(self.body, self.motion.displacement, self.scratch.half, theta, 0, self.count)
+        u, half = self.motion.displacement, self.scratch.half
+        found = elastic_energy(self.body, u, half, theta, 0, self.count)
+        if self.ties is not None:
+            found += tie_energy(self.body, self.ties, u, half)
         return {"elastic_energy": found}
 
     def lost(self) -> dict[str, float]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
@@ -22,15 +23,18 @@ ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 _found = {breakable: Recent() for breakable in (False, True)}
 
 
-def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
+def largest_frequency(
+    body: Body, update: Callable[[Motion, Scratch], object], breakable: bool, ties: Iterable[Any] = ()
+) -> float:
     """Return the largest frequency of small motions of a linked packing, from below [rad/s].
 
     Args:
         body: the packing.
         update: writes the forces and torques of a motion to a scratch.
         breakable: whether these are computed by the kernels of links that may break: their last bits differ.
+        ties: what else the forces follow from: numbers and arrays.
     """
-    return _found[breakable].get(body, lambda: _compute_frequency(body, update))
+    return _found[breakable].get((*body, *ties), lambda: _compute_frequency(body, update))
 
 
 def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:
@@ -84,3 +88,19 @@ def _iterate(body, motion, scratch, vector, size):
 def step_limit(frequency: float) -> float:
     """Return the largest step with which leapfrog is stable [s]."""
     return 2.0 / frequency
+
+
+def damping_limit(slots: int, stiffness: float, mass: float, step: float) -> float:
+    """Return the largest damping ratio of contacts with which a packing of automata that all touch is stable.
+
+    With the velocities before a kick, leapfrog bears (w h)^2 + 2 h c w^2 / k < 4. The stiffest motion without friction has
+    w^2 = s w_0^2, w_0^2 = 2 k / m that of two automata, s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.
+
+    Args:
+        slots: neighbours of an automaton.
+        stiffness: of a contact along the line of centres [N/m].
+        mass: of an automaton [kg].
+        step: internal step [s].
+    """
+    angle = step * math.sqrt(2.0 * stiffness / mass)
+    return 1.0 / (0.5 * slots * angle) - 0.25 * angle

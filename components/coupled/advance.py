@@ -18,10 +18,12 @@ import numpy as np
 
 from ..automata import motion as automata_motion
 from ..automata.advance import advance as advance_automata
-from ..automata.contact import Contacts
-from ..automata.cracking import TRAVEL, Judgement, Medium, add_forces, judge_bonds
+from ..automata.contact import Contacts, dashpot_power
+from ..automata.cracking import Judgement, Medium, add_forces, judge_bonds
+from ..automata.release import DAMPING, TRAVEL
 from ..automata.schedule import Part
 from ..automata.state import Body, Motion, Scratch
+from ..automata.ties import add_ties
 from ..grid import kernels as grid_kernels
 from ..grid.layout import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK, Conditions, Grid, State
 from ..grid.mesh import IntArray
@@ -81,7 +83,7 @@ class Cracking(NamedTuple):
         judgement: scratch.
         contacts: part of the state.
         contact_count: how many contacts there are.
-        losses: see `cracking.LOSSES`, part of the state.
+        losses: see `release.FRACTURE`, part of the state.
         most_travel: how far the fastest automaton may move before contacts are found anew [m].
     """
 
@@ -117,12 +119,13 @@ class Steps(NamedTuple):
 
 
 @jit
-def update_automata_forces(part, cracking, seam, time, tick):
+def update_automata_forces(part, cracking, ties, seam, time, tick):
     """Write the forces and torques of links and contacts, and what of them acts on interface nodes.
 
     Args:
         part: an `AutomataPart`.
         cracking: a `Cracking`, its links judged; None for automata that stay linked and elastic.
+        ties: `Ties` of these, None without.
         seam: a `Seam`.
         time: since the forces were computed last [s].
         tick: number of the step of the automata.
@@ -134,6 +137,8 @@ def update_automata_forces(part, cracking, seam, time, tick):
             part.body, part.part, part.reference, motion, scratch, edges.load.automata, edges.load_before, edges.load,
             edges.load_before, edges.grip, edges.grip_before, part.tallies, 0.0, 0, 0.0,
         )  # fmt: skip
+        if ties is not None:
+            add_ties(part.body, ties, motion, scratch)
     else:
         add_forces(cracking.medium, motion, scratch, cracking.contacts, cracking.contact_count, cracking.losses, time, tick)
     gather_forces(seam.interface, scratch.force, seam.exchange.automata_force)
@@ -141,10 +146,10 @@ def update_automata_forces(part, cracking, seam, time, tick):
 
 @jit
 def must_break(part, cracking, tick):
-    """Let links weaken and yield; return whether some have to be broken before the forces are computed."""
+    """Let links weaken and yield; return whether some have to break, or may be made anew, before that."""
     motion, scratch, judgement = part.motion, part.scratch, cracking.judgement
     contacts, count = cracking.contacts, cracking.contact_count
-    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick) > 0
+    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick)
 
 
 @jit
@@ -433,13 +438,14 @@ def follow_velocities(interface, state, motion):
 
 
 @jit
-def advance(grid, automata, cracking, seam, factors, steps, impulses, literal, tick, progress, failure_out):
+def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, literal, tick, progress, failure_out):
     """Advance by whole ticks, or up to where links break or contacts have to be found anew.
 
     Args:
         grid: a `GridPart`.
         automata: an `AutomataPart`.
         cracking: a `Cracking`; None for automata that stay linked and elastic.
+        ties: `Ties`, see `automata.ties`; None without.
         seam: a `Seam`.
         factors: of the signals of the grid in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
         steps: a `Steps`.
@@ -480,13 +486,18 @@ def advance(grid, automata, cracking, seam, factors, steps, impulses, literal, t
                     note_travel(automata, cracking, time)
                     if must_break(automata, cracking, own_tick):
                         return BREAK
-            update_automata_forces(automata, cracking, seam, time, own_tick)
+            update_automata_forces(automata, cracking, ties, seam, time, own_tick)
             if impulses is not None:
                 fastest = act_with_impulses(grid, automata, seam, time, steps.scheme)
             elif literal is not None:
                 fastest = act_literally(grid, automata, seam, time, steps.micro)
             else:
                 failed, fastest = finish_together(grid, automata, seam, steps, now, again)
+            if cracking is not None:
+                if cracking.medium.ground.damping > 0.0:
+                    # Between the two halves of the kick, so that these are the mean velocities.
+                    power = dashpot_power(cracking.contacts, cracking.contact_count, automata.motion.velocity)
+                    cracking.losses[DAMPING] += time * power
             progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE
         if impulses is not None:
             failed = finish_impulses(grid, automata, seam, steps, now, again)

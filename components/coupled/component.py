@@ -15,6 +15,7 @@ from ..automata.cracking_steps import UNSOUND, CrackingSteps
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
 from ..automata.schedule import make_parts
 from ..automata.state import Scratch
+from ..automata.ties import Ties
 from ..component import Component
 from ..contract import Balance, Variable
 from ..drawables import Drawable, Links
@@ -55,8 +56,9 @@ from .exchange import (
     follow,
     keep_grid_forces,
 )
-from .interface import Interface, Places, carried_mass, find_interface
+from .interface import Interface, Places, carried_mass, common_sides, find_interface
 from .parameters import CoupledParameters
+from .zigzag import find_ties
 
 # The part of the largest stable step that is allowed, and the part that is suggested, for the grid and for the automata.
 _ALLOWED, _SUGGESTED = 0.9, 0.8
@@ -98,8 +100,10 @@ class Coupled(Component):
         self._given = {"grid": p.grid.model_dump(), "automata": p.automata.model_dump()}
         # Built by themselves first: their frequencies bound the step, and the size of their states is known then.
         grid, automata = self._make_part(Grid, "grid"), self._make_part(Automata, "automata")
-        self._choose_steps(grid.highest_frequency, automata.largest_frequency)
-        self._lay_out_state(grid, automata)
+        ties = self._find_interface(grid, automata)
+        frequency = automata.largest_frequency if ties is None else automata.tied_frequency(ties)
+        self._choose_steps(grid.highest_frequency, frequency)
+        self._lay_out_state(grid, automata, ties)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self.automata.mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self.automata.mass])
         self.grid.attach(self.carried_mass)
@@ -140,20 +144,26 @@ class Coupled(Component):
         step = _SUGGESTED_IMPULSES * grid_limit
         return 1 if _SUGGESTED * automata_limit >= step else math.ceil(step / (_SUGGESTED * automata_limit))
 
-    def _lay_out_state(self, grid: Grid, automata: Automata) -> None:
-        n, mesh = automata.count, grid.mesh
+    def _find_interface(self, grid: Grid, automata: Automata) -> Ties | None:
+        """Find the interface; return the faces of automata that it carries along, None where there are none."""
+        mesh, packing, shape = grid.mesh, automata.packing, automata.parameters.shape
         origin = np.array(self.parameters.origin)
-        places = Places(automata.packing, automata.parameters.shape, origin, automata.parameters.periodic)
+        places = Places(packing, shape, origin, automata.parameters.periodic)
         self.interface: Interface = find_interface(
-            mesh,
-            grid.parameters.boundaries,
-            grid.joined,
-            automata.packing,
-            automata.mass,
-            automata.parameters.shape,
-            origin,
-            places,
+            mesh, grid.parameters.boundaries, grid.joined, packing, automata.mass, shape, origin, places
         )
+        ties = find_ties(mesh, common_sides(mesh, shape, origin), packing, automata.body, places)
+        if ties is not None and automata.parameters.has_history:
+            raise ParameterError(
+                "got a hexagonal packing that meets the grid along y, and links that yield or break",
+                expected="packing = square, or linear links that hold",
+                hint="along its rows, with grids below and above, a hexagonal packing may break",
+                at=("automata", "packing"),
+            )
+        return ties
+
+    def _lay_out_state(self, grid: Grid, automata: Automata, ties: Ties | None) -> None:
+        n = automata.count
         rows = len(self.interface.nodes)
         self._lay_out(
             grid=("f8", (grid.memory.size,)), automata=("f8", (automata.memory.size,)), automata_force=("f8", (n, 2)),
@@ -163,6 +173,8 @@ class Coupled(Component):
         micro = self.step_size / self.micro_steps
         self.grid = self._make_part(Grid, "grid", step_size=self.step_size, memory=self._block["grid"])
         self.automata = self._make_part(Automata, "automata", step_size=micro, memory=self._block["automata"])
+        if ties is not None:
+            self.automata.steps.tie(ties)
         self._include(self.grid, "grid")
         self._include(self.automata, "automata", self.micro_steps)
 
@@ -179,7 +191,7 @@ class Coupled(Component):
         self._seam = Seam(self.interface, exchange)
         self._edges = self._make_edges()
         self._automata_part = AutomataPart(
-            automata.body, make_parts(automata.body)[0], self.reference, automata.motion, scratch, self._edges,
+            automata.steps.body, make_parts(automata.steps.body)[0], self.reference, automata.motion, scratch, self._edges,
             self._block["tallies"],
         )  # fmt: skip
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
@@ -318,9 +330,9 @@ class Coupled(Component):
             # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
             self._cracking.find_contacts()
             self._cracking.dilation()
-            update_automata_forces(automata, self._cracking_part(), self._seam, 0.0, 0)
+            update_automata_forces(automata, self._cracking_part(), None, self._seam, 0.0, 0)
         else:
-            update_automata_forces(automata, None, self._seam, 0.0, 0)
+            update_automata_forces(automata, None, self.automata.steps.ties, self._seam, 0.0, 0)
         if self._in_lockstep:
             half = 0.5 * self.step_size
             assemble(self.interface, self._seam.exchange, grid.state, grid.conditions, half, self._steps.scheme)
@@ -391,8 +403,8 @@ class Coupled(Component):
         self._progress[:] = 0
         while True:
             status = advance(
-                grid, self._automata_part, self._cracking_part(), self._seam, factors, self._steps, self._impulses,
-                self._literal, tick, self._progress, self._failed,
+                grid, self._automata_part, self._cracking_part(), self.automata.steps.ties, self._seam, factors, self._steps,
+                self._impulses, self._literal, tick, self._progress, self._failed,
             )  # fmt: skip
             if status in (DONE, INVERTED):
                 return int(status)
@@ -402,7 +414,7 @@ class Coupled(Component):
                 self._failed[1] = tick + self._progress[ROW] + 1
                 return _AUTOMATA_FAILED + failed
             if status == BREAK:
-                self._cracking.break_links((tick + int(self._progress[ROW])) * self.micro_steps + int(self._progress[MICRO]))
+                self._cracking.change_links((tick + int(self._progress[ROW])) * self.micro_steps + int(self._progress[MICRO]))
 
     def _interface_loads(self, conditions: layout.Conditions) -> FloatArray | None:
         """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without."""

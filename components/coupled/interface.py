@@ -1,11 +1,13 @@
 """The interface of a grid and automata: which nodes move with which automata, and with what weights.
 
 Sides of cells that lie on the outline of the automata belong to it. A side is n diameters long: automata stand on its ends,
-which are nodes of the grid, and n - 1 between them, where the displacement is that of the linear field along the side.
+which are nodes of the grid, and n - 1 between them, where the displacement is that of the linear field along the side. Along
+y automata of a hexagonal packing stand every second row, sqrt(3) diameters apart; of the rows between them see `zigzag`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -101,17 +103,14 @@ def find_interface(
         ParameterError: the two parts overlap, do not touch, or do not match there; or an edge there is held or damped.
     """
     _refuse_overlap(mesh, shape, origin)
-    sides = _common_sides(mesh, shape, origin)
+    sides = common_sides(mesh, shape, origin)
     if not len(sides):
-        raise ParameterError(
-            "automata: no side of a cell lies on the outline of the automata; move `origin`, or leave a hole in the mesh that "
-            "the automata fill"
-        )
+        _refuse_gap(mesh, packing, origin)
     _refuse_conditions(mesh, boundaries, sides)
     leader = _leaders(len(mesh.nodes), joined)
     hanging: dict[int, tuple[int, int, float]] = {}
     for side in sides.tolist():
-        _refuse_slanted_rows(mesh, packing, side)
+        _refuse_oblique_sides(mesh, packing, side)
         for automaton, part in _automata_of(mesh, packing, places, side):
             first, second = side if 0.0 < part < 1.0 else (side[round(part)],) * 2
             known = hanging.setdefault(automaton, (first, second, part if 0.0 < part < 1.0 else 0.0))
@@ -134,7 +133,24 @@ def _refuse_overlap(mesh: Mesh, shape: Shape, origin: FloatArray) -> None:
         )
 
 
-def _common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
+def _refuse_gap(mesh: Mesh, packing: Packing, origin: FloatArray) -> None:
+    """Refuse parts that do not touch, with the nearest node and automaton: each side of a cell has nodes on both ends."""
+    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+    nodes, centres = np.unique(mesh.sides), packing.reference + origin
+    tree: Any = cKDTree(centres)
+    distance, nearest = tree.query(mesh.nodes[nodes])
+    place = int(np.argmin(distance))
+    (x, y), (u, v) = mesh.nodes[nodes[place]].tolist(), centres[nearest[place]].tolist()
+    apart = f"({x - u:.6g}, {y - v:.6g}) m" if distance[place] > ON_THE_OUTLINE * packing.diameter else "a point alone"
+    raise ParameterError(
+        f"automata: no side of a cell lies on the outline of the automata; nearest are node {nodes[place]} at ({x:.9g}, "
+        f"{y:.9g}) m and automaton {nearest[place]} at ({u:.9g}, {v:.9g}) m, which is off by {apart}; move `origin`, or leave "
+        "a hole in the mesh that the automata fill"
+    )
+
+
+def common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
     """Return the sides of the boundary of the grid that have automata on their other side, shape (k, 2): the nodes of each."""
     start, end = mesh.nodes[mesh.sides[:, 0]], mesh.nodes[mesh.sides[:, 1]]
     way = end - start
@@ -160,14 +176,25 @@ def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], common: I
                 )
 
 
-def _refuse_slanted_rows(mesh: Mesh, packing: Packing, side: list[int]) -> None:
-    """Refuse a zigzag of the hexagonal packing on the interface: its free faces would have to carry tractions."""
+def is_upright(mesh: Mesh, packing: Packing, side: list[int]) -> bool:
+    """Return whether a side lies along y."""
+    return bool(abs(mesh.nodes[side[1], 0] - mesh.nodes[side[0], 0]) <= ON_THE_OUTLINE * packing.diameter)
+
+
+def spacing(packing: Packing, upright: bool) -> float:
+    """Return how far automata stand apart on a side along y or along x [m]."""
+    return packing.diameter * (math.sqrt(3.0) if upright and packing.lattice.name == "hexagonal" else 1.0)
+
+
+def _refuse_oblique_sides(mesh: Mesh, packing: Packing, side: list[int]) -> None:
+    """Refuse sides along neither axis of a hexagonal packing."""
     way = mesh.nodes[side[1]] - mesh.nodes[side[0]]
-    if packing.lattice.name == "hexagonal" and abs(way[1]) > ON_THE_OUTLINE * packing.diameter:
+    if packing.lattice.name == "hexagonal" and np.abs(way).min() > ON_THE_OUTLINE * packing.diameter:
         x, y = mesh.nodes[side[0]]
         raise ParameterError(
-            f"automata.packing: at ({x:.9g}, {y:.9g}) m the interface does not lie along x; a hexagonal packing can be coupled "
-            "along its rows alone, expected packing = square, or a grid below and above the automata"
+            f"at ({x:.9g}, {y:.9g}) m the interface lies along neither x nor y",
+            expected="for a hexagonal packing sides along x and y alone",
+            at=("automata", "packing"),
         )
 
 
@@ -175,12 +202,15 @@ def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) 
     """Return the automata on a side and where they stand on it, from 0 to 1."""
     start, end = mesh.nodes[side[0]], mesh.nodes[side[1]]
     way = end - start
-    count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / packing.diameter
+    upright = is_upright(mesh, packing, side)
+    apart = spacing(packing, upright)
+    count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / apart
     where = f"interface between ({start[0]:.9g}, {start[1]:.9g}) m and ({end[0]:.9g}, {end[1]:.9g}) m, nodes {side}"
     if round(count) < 1 or abs(count - round(count)) > ON_THE_OUTLINE * max(count, 1.0):
-        raise ParameterError(
-            f"automata.diameter: the {where}, is {count:.9g} diameters of {packing.diameter:g} m long, expected a whole number"
-        )
+        unit = f"diameters of {packing.diameter:g} m"
+        if apart != packing.diameter:
+            unit = f"times sqrt(3) diameters ({apart:.9g} m, two rows of the hexagonal packing)"
+        raise ParameterError(f"automata.diameter: the {where}, is {count:.9g} {unit} long, expected a whole number")
     parts = np.arange(round(count) + 1) / round(count)
     points = start + parts[:, None] * way
     automata, distance = places.find(points)

@@ -97,7 +97,7 @@ class Mark:
 
     @property
     def is_point(self) -> bool:
-        """Tell whether both coordinates are stated."""
+        """Tell whether both coordinates are stated; the page's template asks."""
         return self.x is not None and self.y is not None
 
 

@@ -17,6 +17,8 @@ MEDIUM = Material(density=1.0, young=2.5, poisson=0.25)
 P_SPEED, S_SPEED = MEDIUM.longitudinal_speed, MEDIUM.shear_speed
 # Height of a row of the hexagonal packing, in diameters.
 ROW = 0.5 * math.sqrt(3.0)
+# Cells that are as high as two rows.
+TALL = [1.0, 2.0 * ROW]
 # So small that the geometry stays what it is, to rounding: what is linear in theory is linear here.
 SMALL = 1e-13
 
@@ -102,8 +104,11 @@ def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     mesh, shape = medium.grid.mesh, medium.automata.parameters.shape
     origin = np.array(medium.parameters.origin)
 
+    corners = mesh.nodes[mesh.cells]
+    half = 0.5 * np.ptp(corners, axis=1).max(axis=0)
+
     def is_inside(points: FloatArray) -> Any:
-        return contains_cells(mesh.centres, points) | shape.contains(points - origin, 1e-9)
+        return contains_cells(mesh.centres, half, points) | shape.contains(points - origin, 1e-9)
 
     found = []
     for points in (nodes, centres):
@@ -112,11 +117,38 @@ def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     return found[0], found[1]
 
 
-def contains_cells(middles: FloatArray, points: FloatArray) -> Any:
-    """Return which points lie in one of the unit cells about these middles."""
+def beside_zigzag(n: int = 1, rows: int = 1, **parameters: Any) -> Coupled:
+    """Return four columns of cells, and a hexagonal packing to the right of them: cells of n diameters and 2 x `rows` rows."""
+    wide, high = float(n), 2.0 * rows * ROW
+    grid = {"mesh": mesh(4, 4, cell_size=[wide, high])}
+    return coupled(
+        grid, {"shape": rectangle(8.0 * n, 4.0 * high), "packing": "hexagonal"}, origin=[4.0 * wide, 0.0], **parameters
+    )
+
+
+def hexagonal_inclusion(n: int = 1, rows: int = 1, **parameters: Any) -> Coupled:
+    """Return a block of cells with a hexagonal packing in a hole: two zigzags, and corners."""
+    wide, high = float(n), 2.0 * rows * ROW
+    hole = {"name": "box", "x": [2.0 * wide, 6.0 * wide], "y": [2.0 * high, 6.0 * high]}
+    grid = {"mesh": mesh(8, 8, cell_size=[wide, high], holes=[hole])}
+    automata = {"shape": rectangle(4.0 * wide, 4.0 * high), "packing": "hexagonal"}
+    return coupled(grid, automata, origin=[2.0 * wide, 2.0 * high], **parameters)
+
+
+def hexagonal_cradle(n: int = 1, rows: int = 1, **parameters: Any) -> Coupled:
+    """Return a block of cells in a hexagonal packing, on three sides: corners of three quarters."""
+    w, h = float(n), 2.0 * rows * ROW
+    corners = [[-4, -4], [7, -4], [7, 3], [3, 3], [3, 0], [0, 0], [0, 3], [-4, 3]]
+    polygon = {"name": "polygon", "corners": [[w * x, h * y] for x, y in corners]}
+    grid = {"mesh": mesh(3, 3, cell_size=[w, h])}
+    return coupled(grid, {"shape": polygon, "packing": "hexagonal"}, **parameters)
+
+
+def contains_cells(middles: FloatArray, half: FloatArray, points: FloatArray) -> Any:
+    """Return which points lie in one of the equal cells about these middles, of half a width and half a height."""
     inside = np.zeros(len(points), dtype=bool)
-    for x, y in middles:
-        inside |= (np.abs(points[:, 0] - x) <= 0.5 + 1e-9) & (np.abs(points[:, 1] - y) <= 0.5 + 1e-9)
+    for middle in middles:
+        inside |= (np.abs(points - middle) <= half + 1e-9).all(axis=1)
     return inside
 
 
@@ -126,6 +158,13 @@ def strip(packing: str, cells: int, automata: int) -> tuple[Coupled, int]:
         across = {"bottom": "periodic", "top": "periodic"}
         body = {"shape": rectangle(float(automata), 2.0), "boundaries": {**across, "right": "fixed"}}
         grid = {"mesh": mesh(cells, 2), "boundaries": across}
+        return coupled(grid, body, origin=[float(cells), 0.0], step_size=0.2), 0
+    if packing == "zigzag":
+        across = {"bottom": "periodic", "top": "periodic"}
+        body = {
+            "shape": rectangle(float(automata), 4 * ROW), "packing": "hexagonal", "boundaries": {**across, "right": "fixed"},
+        }  # fmt: skip
+        grid = {"mesh": mesh(cells, 2, cell_size=TALL), "boundaries": across}
         return coupled(grid, body, origin=[float(cells), 0.0], step_size=0.2), 0
     across = {"left": "periodic", "right": "periodic"}
     rows = 2 * round(automata / ROW / 2)
