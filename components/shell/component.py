@@ -24,8 +24,8 @@ from .stability import ALLOWED, SUGGESTED, WALL_STIFFNESS, highest_frequency
 from .stencils import Stencils
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
-# What a node, and an integration point, take at most: tables, state, its copy, scratch.
-_BYTES_OF_NODE, _BYTES_OF_POINT = 380, 590
+# What a node, and an integration point, take: tables, state, its copy, scratch, and the stencils by which fields are read.
+_BYTES_OF_NODE, _BYTES_OF_POINT = 500, 590
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
 _FAILURES = {

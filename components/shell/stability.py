@@ -32,8 +32,8 @@ def highest_frequency(solid: Solid) -> float:
     body = solid.body
     tied = solid.hourglass
     inputs = (
-        body.mass, body.nodes, body.gradients, body.volume, body.prescribed > 0, tied.stiffness, solid.law.young,
-        solid.law.poisson,
+        *body._replace(prescribed=body.prescribed > 0, bounce=np.zeros(0)), tied.place, tied.partner, tied.stiffness,
+        tied.shares, solid.law.young, solid.law.poisson,
     )  # fmt: skip
     return _found.get(inputs, lambda: _compute_frequency(solid))
 
