@@ -276,7 +276,7 @@ class Shell(Component):
     def _update_forces(self) -> int:
         """Advance stresses elastically to the displacements of now, and write the forces; return 0 or a status."""
         elastic = self._solid._replace(plastic=False)
-        return int(kernels.update_forces(elastic, self._state, self._scratch, 0, self.point_count, self._failed))
+        return int(kernels.update_forces(elastic, self._state, self._scratch, self._failed))
 
     def _refuse_bad_start(self) -> None:
         if not (self._state.temperature > 0.0).all():

@@ -59,7 +59,7 @@ def _compute_frequency(solid: Solid) -> float:
         state.displacement[:] = shape * (size / largest)
         state.gradient[:] = 0.0
         state.stress[:] = 0.0
-        kernels.update_forces(solid._replace(plastic=False), state, scratch, 0, m, failed)
+        kernels.update_forces(solid._replace(plastic=False), state, scratch, failed)
         state.force[held] = 0.0
         shape = state.force / (-body.mass[:, np.newaxis])
         # |K x| / |M x| in the norm of the masses: between Rayleigh's quotient and the highest one.
