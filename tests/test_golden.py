@@ -34,6 +34,7 @@ FINAL = {
     "coupled-cracking": "47b65671f93d1fd7ad6ade329debd72d",
     "detonation-bursting": "47123689fe89b486a8ccad203ba9f941",
     "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
+    "shell-bulging": "0ae9f80d992e128bc77fed6e035c43a0",
 }
 
 
