@@ -18,8 +18,9 @@ import numpy as np
 
 from ..automata import motion as automata_motion
 from ..automata.advance import advance as advance_automata
-from ..automata.contact import Contacts
-from ..automata.cracking import TRAVEL, Judgement, Medium, add_forces, judge_bonds
+from ..automata.contact import Contacts, dashpot_power
+from ..automata.cracking import Judgement, Medium, add_forces, judge_bonds
+from ..automata.release import DAMPING, TRAVEL
 from ..automata.schedule import Part
 from ..automata.state import Body, Motion, Scratch
 from ..automata.ties import add_ties
@@ -82,7 +83,7 @@ class Cracking(NamedTuple):
         judgement: scratch.
         contacts: part of the state.
         contact_count: how many contacts there are.
-        losses: see `cracking.LOSSES`, part of the state.
+        losses: see `release.FRACTURE`, part of the state.
         most_travel: how far the fastest automaton may move before contacts are found anew [m].
     """
 
@@ -145,10 +146,10 @@ def update_automata_forces(part, cracking, ties, seam, time, tick):
 
 @jit
 def must_break(part, cracking, tick):
-    """Let links weaken and yield; return whether some have to be broken before the forces are computed."""
+    """Let links weaken and yield; return whether some have to break, or may be made anew, before that."""
     motion, scratch, judgement = part.motion, part.scratch, cracking.judgement
     contacts, count = cracking.contacts, cracking.contact_count
-    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick) > 0
+    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick)
 
 
 @jit
@@ -492,6 +493,11 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
                 fastest = act_literally(grid, automata, seam, time, steps.micro)
             else:
                 failed, fastest = finish_together(grid, automata, seam, steps, now, again)
+            if cracking is not None:
+                if cracking.medium.ground.damping > 0.0:
+                    # Between the two halves of the kick, so that these are the mean velocities.
+                    power = dashpot_power(cracking.contacts, cracking.contact_count, automata.motion.velocity)
+                    cracking.losses[DAMPING] += time * power
             progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE
         if impulses is not None:
             failed = finish_impulses(grid, automata, seam, steps, now, again)

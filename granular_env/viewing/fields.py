@@ -45,12 +45,12 @@ class Field:
 
     @property
     def across(self) -> FloatArray | npt.NDArray[np.int64]:
-        """What stands along the axis of places: their coordinates, else their numbers."""
+        """The numbers along the axis of places: their coordinates, or where there are none their numbers."""
         return np.arange(self.values.shape[1]) * self.every if self.coordinate is None else self.coordinate
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Where the first place begins on that axis, and where the last one ends."""
+        """The ends of that axis: where the first place begins, and where the last one ends."""
         across = self.across
         half = 0.5 * (float(across[1] - across[0]) if len(across) > 1 else float(self.every))
         return float(across[0]) - half, float(across[-1]) + half
