@@ -71,8 +71,12 @@ class CrackingSteps(LinkedSteps):
         limit = ALLOWED_PART * damping_limit(self.packing.lattice.slots, self._ground.normal, whole, self.step_size)
         if given > limit:
             raise ParameterError(
-                f"contact_damping: got {given:g}, expected at most {max(limit, 0.0):.3g} with steps of {self.step_size:g} s, "
-                "beyond which dashpots are not stable; use a smaller step_size"
+                f"got {given:g}",
+                expected=(
+                    f"at most {max(limit, 0.0):.3g} with steps of {self.step_size:g} s, beyond which dashpots are not stable"
+                ),
+                hint="use a smaller step_size",
+                at="contact_damping",
             )
 
     def bind(self, block: Block) -> None:
@@ -260,8 +264,9 @@ def _refuse_double_links(packing: Packing) -> None:
     ends = np.sort(packing.pairs()[:, :2], axis=1)
     if len(np.unique(ends, axis=0)) < len(ends):
         raise ParameterError(
-            "shape: two automata of this periodic specimen are neighbours on two sides, expected at least 3 diameters across "
-            "where links may break"
+            "two automata of this periodic specimen are neighbours on two sides",
+            expected="at least 3 diameters across where links may break",
+            at="shape",
         )
 
 

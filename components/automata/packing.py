@@ -147,8 +147,9 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
     kept: npt.NDArray[np.bool_] = np.any(face > 0.0, axis=1)
     if not kept.any():
         raise ParameterError(
-            f"shape: a {shape.name} that holds no two automata of diameter {diameter:g} m; expected a larger shape, or a "
-            "smaller diameter"
+            f"a {shape.name} that holds no two automata of diameter {diameter:g} m",
+            expected="a larger shape, or a smaller diameter",
+            at="shape",
         )
     if not kept.all():
         number = np.cumsum(kept) - 1
