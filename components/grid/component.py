@@ -141,7 +141,9 @@ class Grid(Component):
             largest = 2.0 / self.highest_frequency
             raise ParameterError(
                 f"got {self.step_size:g} s",
-                expected=f"at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest stable one, 2 / omega = {largest:.4g} s",
+                expected=(
+                    f"at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest stable one, 2 / omega = {largest:.4g} s"
+                ),
                 hint="leave it out, or make the cells larger",
                 at="step_size",
             )
