@@ -127,6 +127,8 @@ class Component(Stepping, metaclass=_Fixed):
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
+        details = {f"{prefix}_{kind}": detail for kind, detail in part.event_details.items()}
+        vars(self)["event_details"] = {**self.event_details, **details}
         if part.event_ratio and not self.event_ratio:
             vars(self)["event_ratio"] = f"{prefix}_{part.event_ratio}"
 

@@ -1,4 +1,4 @@
-"""Confinement-v1: what pressure is worth, what theory knows of it, and an environment like any other."""
+"""Confinement-v2: what pressure is worth, what theory knows of it, and an environment like any other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.domains.automata.tasks.confinement import drive_through, make_confinement
 from granular_env.envs.policies import OpenLoop, play
 
-NAME = "granular_env/Confinement-v1"
+NAME = "granular_env/Confinement-v2"
 SCALE = 6e7  # Pa at action 1
 
 
@@ -129,7 +129,7 @@ def test_without_a_native_batch_gymnasiums_own_serves(capsys: pytest.CaptureFixt
     assert observations.shape == envs.step(np.zeros((2, 1), np.float32))[0].shape == (2, 970)
     main(["describe", "automata"])
     words = " ".join(capsys.readouterr().out.split())
-    assert "Confinement-v1" in words and "SyncVectorEnv" in words
+    assert "Confinement-v2" in words and "SyncVectorEnv" in words
 
 
 def test_a_drive_through_numbers_is_linear_between_them() -> None:

@@ -14,6 +14,7 @@ from granular_env.components.coupled import Coupled
 from granular_env.components.errors import GranularError, StepError
 from granular_env.components.support import memory_limits
 from granular_env.recording import open_log, verify
+from granular_env.recording.event_places import place_of
 
 # With density and shear modulus 1: strains of half a percent break a link.
 WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}
@@ -226,6 +227,11 @@ def test_a_log_of_a_run_that_cracks_is_verified_and_branched(tmp_path: Path) -> 
     assert medium.get("automata_broken_links") > 0
     assert verify(tmp_path / "a.mcap").identical
     with open_log(tmp_path / "a.mcap") as log:
+        event = next(one for one in log.events() if one.kind.startswith("automata"))
+        place = place_of(event, log.event_details[event.kind], log.drawables)
+        ends = medium.automata.packing.pairs()[event.index, :2]
+        assert place is not None and place.elements == f"automata {ends[0]} and {ends[1]}"
+        assert place.position == pytest.approx(medium.reference[ends].mean(axis=0))
         assert [(e.tick, e.kind, e.index) for e in log.events()] == [(e.tick, e.kind, e.index) for e in medium.events()]
         branch = log.branch(16.0)
         branch.run(tmp_path / "b.mcap")

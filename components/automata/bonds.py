@@ -7,10 +7,10 @@ stiffness g, and its plastic strains:
     f_n = w S (2 G g (eps - eps_p) + lambda (theta_i + theta_j) / 2),      f_t = w S 2 G g (gamma - gamma_p)
     U = sum over pairs w S r G g ((eps - eps_p)^2 + (gamma - gamma_p)^2) + sum over automata (1/2) V lambda (1 + a) theta^2
 
-A released face carries no traction: its strain is that at which 2 G g (eps - eps_p) + lambda theta = 0, which condenses it as the
-free faces of a whole cell are, but from the strain that has flowed and with the stiffness that is left. So what it takes to
-release a link is never negative: dU/dw = V c G g (eps - eps_p + lambda theta / 2 G g)^2 for each of both automata. Sums run over
-opposite slots together, from the last pair of slots to the first: the bits are those of the mirrored specimen.
+A released face carries no traction: its strain is that at which 2 G g (eps - eps_p) + lambda theta = 0. This condenses it as
+the free faces of a whole cell are, but from the strain that has flowed and with the stiffness that is left. So what it takes to
+release a link is never negative: dU/dw = V c G g (eps - eps_p + lambda theta / 2 G g)^2 for each of both automata. Sums run
+over opposite slots together, from the last pair of slots to the first: the bits are those of the mirrored specimen.
 """
 
 from __future__ import annotations

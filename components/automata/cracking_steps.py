@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..contract import EventDetail
 from ..errors import ParameterError
 from ..snapshot import EVENT_ROWS, Block
 from ..support.arrays import FloatArray
@@ -42,6 +43,8 @@ class CrackingSteps(LinkedSteps):
         p, n, slots = parameters, self.count, self.packing.lattice.slots
         _refuse_double_links(self.packing)
         self.event_kinds = {**p.criterion.causes, **p.relinking.kinds}
+        units = dict.fromkeys(p.criterion.causes, p.criterion.unit) | dict.fromkeys(p.relinking.kinds, "Pa")
+        self.event_details = {kind: EventDetail(unit, "links") for kind, unit in units.items()}
         self.fields = {
             "weight": ("f8", (n, slots)), "plastic": ("f8", (n, slots, 2)), "stiffness": ("f8", (n, slots)),
             "inelastic": ("f8", (n, slots)), "origin": ("f8", (n if p.relinking.kinds else 0, slots, 2)),
@@ -54,7 +57,8 @@ class CrackingSteps(LinkedSteps):
         spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, n * half).reshape(n, half) - 1.0)
         response, strength = np.array(p.response.constants()), np.array(p.criterion.constants())
         self._law = Law(
-            p.response.elastic, response, p.criterion.code, strength, 1.0 + spread, p.release_ticks,
+            p.response.elastic, response, p.criterion.code, strength, (1.0 + spread) * _regional_strengths(self.packing, p),
+            p.release_ticks,
             np.array(p.relinking.constants()), p.release_ticks if p.relinking.kinds else 0,
         )  # fmt: skip
         self._ground = _make_ground(self.packing, self.body, p)
@@ -268,6 +272,19 @@ def _refuse_double_links(packing: Packing) -> None:
             expected="at least 3 diameters across where links may break",
             at="shape",
         )
+
+
+def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> FloatArray:
+    """Return the factor of the strength of each pair that its region has, shape (n, slots / 2)."""
+    half = packing.lattice.slots // 2
+    middles = packing.reference[:, np.newaxis] + 0.5 * packing.diameter * packing.lattice.directions[:half]
+    factors = np.ones(middles.shape[:2])
+    for number, region in enumerate(parameters.strength_regions):
+        inside = region.area.contains(middles.reshape(-1, 2)).reshape(factors.shape)
+        if not inside.any():
+            raise ParameterError(f"strength_regions[{number}]: contains the middle of no pair; make it larger, or leave it out")
+        factors[inside] = region.factor
+    return factors
 
 
 def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -> Ground:

@@ -1,4 +1,4 @@
-"""Links that break or are made anew: over several internal steps their weights fall or rise, and a contact replaces them or goes.
+"""Links that break or are made anew: their weights fall or rise over several steps, and a contact comes or goes.
 
 What a change of weights takes of the energy of the link, of both volumes and of the contact is counted in the step itself.
 """

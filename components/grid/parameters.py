@@ -6,12 +6,12 @@ from typing import Any
 
 from pydantic import field_validator, model_validator
 
+from ..areas import ChosenArea
 from ..errors import nearest
 from ..materials.elastic import Material, Preset, preset_list
 from ..materials.plasticity import ChosenPlasticity, Elastic
 from ..support.fields import Index, Pair, Positive, field
 from ..support.validation import Parameters
-from .areas import ChosenArea
 from .boundaries import ChosenBoundary
 from .shapes import ChosenShape, Rectangle
 

@@ -6,5 +6,5 @@ from granular_env.domains import Environment
 
 # The threshold is what theory returns, rounded down. There is no native batch: Gymnasium's own serves.
 ENVIRONMENTS = {
-    "granular_env/Confinement-v1": Environment(f"{__name__}.confinement:make_confinement", None, -0.088),
+    "granular_env/Confinement-v2": Environment(f"{__name__}.confinement:make_confinement", None, -0.088),
 }

@@ -1,4 +1,4 @@
-"""Confinement-v1: hold a brittle specimen that is compressed together by as little pressure on its sides as is needed."""
+"""Confinement-v2: hold a brittle specimen that is compressed together by as little pressure on its sides as is needed."""
 
 from __future__ import annotations
 
@@ -179,6 +179,7 @@ def make_confinement(
     * `clock` (2), `hold`, `step_error_reward`, `render_mode`: of `ComponentEnv`.
 
     ## Version history
+    * v2: contacts press from the distance at which their links would rest.
     * v1: first version.
     """
     row = 0.5 * math.sqrt(3.0) * _DIAMETER
