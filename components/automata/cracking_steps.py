@@ -282,7 +282,9 @@ def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> Flo
     for number, region in enumerate(parameters.strength_regions):
         inside = region.area.contains(middles.reshape(-1, 2)).reshape(factors.shape)
         if not inside.any():
-            raise ParameterError(f"strength_regions[{number}]: contains the middle of no pair; make it larger, or leave it out")
+            raise ParameterError(
+                "contains the middle of no pair", hint="make it larger, or leave it out", at=("strength_regions", number)
+            )
         factors[inside] = region.factor
     return factors
 

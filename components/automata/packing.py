@@ -188,7 +188,9 @@ def _refuse_idle_holes(lattice: Lattice, shape: Shape, diameter: float) -> None:
     points = points[shape.surrounds(points, 0.0)]
     for number, hole in enumerate(shape.holes):
         if not hole.contains(points, ON_THE_OUTLINE * diameter).any():
-            raise ParameterError(f"shape.holes[{number}]: contains no centre of an automaton; make it larger, or leave it out")
+            raise ParameterError(
+                "contains no centre of an automaton", hint="make it larger, or leave it out", at=("shape", "holes", number)
+            )
 
 
 def _places_inside(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> npt.NDArray[np.int64]:
