@@ -156,6 +156,8 @@ class Component(Stepping, metaclass=_Fixed):
         views = {name: _reader_of(part) for name, part in parts.items() if part is not None}
         self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
         self._prepare_steps()
+        for part, *_ in self._included:
+            part._report_changes_to(self)
 
     def __repr__(self) -> str:
         return f"<{self.name} at {self.time:.9g} s (tick {self.tick})>"

@@ -174,7 +174,10 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def _advance(self, ticks: int) -> int:
-        """Advance the block by whole ticks from `self._tick`; 0, or a status that `_explain` turns into an error."""
+        """Advance the block by whole ticks from `self._tick`; 0, or a status that `_explain` turns into an error.
+
+        It depends on the block, the tick and the inputs held alone: after a failure earlier steps are made again.
+        """
 
     @abstractmethod
     def _explain(self, status: int) -> StepError:
