@@ -121,7 +121,7 @@ class Event:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EventDetail:
-    """What a kind of events says beside its name.
+    """Facts of a kind of events, beside its name.
 
     Attributes:
         unit: of value and limit; "" where it is not said.

@@ -316,7 +316,7 @@ def test_a_wrong_link_costs_a_whole_return() -> None:
 
 def test_two_discs_at_one_place_are_refused_by_name_and_nothing_has_moved() -> None:
     discs = ge.make("discs")
-    discs.step(1e-4, force=[1.0, 0.0])
+    discs.step(1e-4, force=np.ones((8, 2)))
     before = discs.save().to_bytes()
     with pytest.raises(ParameterError, match=r"start.displacement\[1\]: puts disc 1 where disc 0 is; move one of them"):
         discs.reset(displacement={1: [-0.02, 0.0]})

@@ -12,7 +12,7 @@ from ..components.snapshot import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class EventPlace:
-    """Where an event took place.
+    """The place of an event.
 
     Attributes:
         elements: what it concerns, such as "automata 12 and 13" for a link.
