@@ -75,8 +75,12 @@ class CrackingSteps(LinkedSteps):
         limit = ALLOWED_PART * damping_limit(self.packing.lattice.slots, self._ground.normal, whole, self.step_size)
         if given > limit:
             raise ParameterError(
-                f"contact_damping: got {given:g}, expected at most {max(limit, 0.0):.3g} with steps of {self.step_size:g} s, "
-                "beyond which dashpots are not stable; use a smaller step_size"
+                f"got {given:g}",
+                expected=(
+                    f"at most {max(limit, 0.0):.3g} with steps of {self.step_size:g} s, beyond which dashpots are not stable"
+                ),
+                hint="use a smaller step_size",
+                at="contact_damping",
             )
 
     def bind(self, block: Block) -> None:
@@ -267,8 +271,9 @@ def _refuse_double_links(packing: Packing) -> None:
     ends = np.sort(packing.pairs()[:, :2], axis=1)
     if len(np.unique(ends, axis=0)) < len(ends):
         raise ParameterError(
-            "shape: two automata of this periodic specimen are neighbours on two sides, expected at least 3 diameters across "
-            "where links may break"
+            "two automata of this periodic specimen are neighbours on two sides",
+            expected="at least 3 diameters across where links may break",
+            at="shape",
         )
 
 
@@ -280,7 +285,9 @@ def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> Flo
     for number, region in enumerate(parameters.strength_regions):
         inside = region.area.contains(middles.reshape(-1, 2)).reshape(factors.shape)
         if not inside.any():
-            raise ParameterError(f"strength_regions[{number}]: contains the middle of no pair; make it larger, or leave it out")
+            raise ParameterError(
+                "contains the middle of no pair", hint="make it larger, or leave it out", at=("strength_regions", number)
+            )
         factors[inside] = region.factor
     return factors
 

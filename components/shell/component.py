@@ -65,7 +65,7 @@ class Shell(Component):
         self.mass: FloatArray = self._assembly.solid.body.mass
         self.highest_frequency: float = highest_frequency(self._assembly.solid)
         if self.highest_frequency == 0.0:
-            raise ParameterError("boundaries: no node can move; leave an edge free, or give more nodes")
+            raise ParameterError("no node can move", hint="leave an edge free, or give more nodes", at="boundaries")
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
         self._refuse_large_step()
         self._solid: Solid = self._finish_solid()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..components.errors import LogError
 from ..components.support.roots import round_down_to_125, round_up_to_125
+from .records import damage
 
 # Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
 HASH_EVERY = 4096
@@ -65,7 +65,7 @@ def schedule_from(options: Any) -> Schedule:
     if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
         type(options[name]) is int and options[name] >= low for name, low in lowest.items()
     ):  # fmt: skip
-        raise LogError("the log's header does not say when frames were taken")
+        raise damage("it does not say when frames were taken", "header.options")
     return Schedule(**options)
 
 
