@@ -30,6 +30,9 @@ _THETA = np.uint64(4 * STRIDE)
 _SMALL = 1.5
 # Columns of what is kept of automata with inputs; see `sweep`.
 KEPT = 6
+# How a sweep moves the automata: not at all; half a drift, a kick, half a drift; a drift and half a kick; a drift, half a kick
+# that ends a step, and half of one that begins the next.
+STILL, DRIFT_KICK_DRIFT, DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS = 0, 1, 2, 3
 
 
 @inlined
@@ -154,6 +157,25 @@ def _kick(u, v, rotation, spin, first, sums, count, by_mass, by_inertia, time, l
         w = spin[first + t] + by_inertia * sums[_S + _S + t]
         spin[first + t] = w
         rotation[first + t] += time * w
+    return bad
+
+
+@inlined
+def _kick_halves(v, spin, first, sums, count, by_mass, by_inertia, radius, twice, limit):
+    """Accelerate automata for half a step, or for two; return how many are faster than the root of a limit after the first."""
+    bad = 0
+    for t in range(count):
+        i = first + first + t + t
+        vx, vy = v[i] + by_mass * sums[t], v[i + _ONE] + by_mass * sums[_S + t]
+        v[i], v[i + _ONE] = vx, vy
+        bad += 0 if vx * vx + vy * vy <= limit else 1
+        spin[first + t] += by_inertia * (radius * sums[_S + _S + t])
+    if twice:
+        for t in range(count):
+            i = first + first + t + t
+            v[i] += by_mass * sums[t]
+            v[i + _ONE] += by_mass * sums[_S + t]
+            spin[first + t] += by_inertia * (radius * sums[_S + _S + t])
     return bad
 
 
@@ -292,36 +314,38 @@ def _keep(sums, radius, marked, at, first, end, u, v, rotation, spin, force, tor
 
 
 @inlined
-def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dilation, force, torque, time, limit, moving):
+def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dilation, force, torque, time, limit, moves):
     """Advance automata by an internal step with the forces of their links, or compute those forces alone.
 
     Args:
         body: a `Body`.
         part: a `schedule.Part`, its rings overwritten.
-        displacement: shape (2 n,), updated in place if moving [m].
+        displacement: shape (2 n,), updated in place where they move [m].
         velocity: shape (2 n,), likewise [m/s].
         rotation: shape (n,), likewise [rad].
         spin: shape (n,), likewise [rad/s].
         marked: automata that inputs act on, in increasing order, shape (m,).
-        kept: written of these if moving: displacement and velocity, x and y, rotation and spin before the kick, shape (m, 6).
-        dilation: written if not moving, shape (n,).
-        force: of the links, written of marked automata if moving, otherwise of all, shape (2 n,) [N].
+        kept: written of these where they move: displacement, velocity, rotation and spin before the kick, shape (m, 6).
+        dilation: written with the forces of all, shape (n,).
+        force: of the links, written of marked automata; of all where nothing moves or is kicked for half a step,
+            shape (2 n,) [N].
         torque: likewise, shape (n,) [N m].
-        time: length of the step, 0 if not moving [s].
+        time: length of the step [s].
         limit: square of the largest speed that is allowed [m^2/s^2].
-        moving: whether automata drift for half a step, are kicked, and drift again.
+        moves: see STILL.
 
     Returns:
         How many automata are too fast.
     """
     slots, radius, half = body.directions.shape[0], 0.5 * body.diameter, 0.5 * time
+    before = 0.0 if moves == STILL else half if moves == DRIFT_KICK_DRIFT else time
     passed, fast, at, start = part.passed, 0, 0, part.ranges[0, 0] >> SHIFT << SHIFT
     while at < marked.size and marked[at] < part.begin:
         at += 1
     passed[:] = 0
     for base in range(start, part.end + part.lags[4] + LANES, LANES):
         low, high = max(base, part.ranges[0, 0]), min(base + LANES, part.ranges[0, 1])
-        _move_tile(body, part, displacement, velocity, rotation, spin, low, high, half)
+        _move_tile(body, part, displacement, velocity, rotation, spin, low, high, before)
         for stage in range(1, 5):
             low = max(base - part.lags[stage], part.ranges[stage, 0])
             high = min(base - part.lags[stage] + LANES, part.ranges[stage, 1])
@@ -338,7 +362,7 @@ def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dila
                 else:
                     k, stop = part.kinds[run], low + _gather(part, slots, run, low, stop)
                     first, count = np.uint64(low), np.uint64(stop - low)
-                    if moving:
+                    if moves != STILL:
                         at = _keep(
                             part.sums,
                             radius,
@@ -354,11 +378,17 @@ def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dila
                             torque,
                             kept,
                         )
+                    if moves == DRIFT_KICK_DRIFT:
                         fast += _kick(
                             displacement, velocity, rotation, spin, first, part.sums, count, time / body.mass[k],
                             radius * time / body.inertia[k], half, limit,
                         )  # fmt: skip
-                    else:
+                    elif moves != STILL:
+                        fast += _kick_halves(
+                            velocity, spin, first, part.sums, count, half / body.mass[k], half / body.inertia[k], radius,
+                            moves == DRIFT_TWO_HALF_KICKS, limit,
+                        )  # fmt: skip
+                    if moves == STILL or moves == DRIFT_HALF_KICK:
                         theta = _place(low, part.last, POINT_ROWS) + _THETA
                         _write(part.sums, part.points, theta, force, torque, dilation, first, count, radius)
                 low = stop

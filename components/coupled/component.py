@@ -14,7 +14,8 @@ from ..automata.component import Automata
 from ..automata.cracking_steps import UNSOUND, CrackingSteps
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
 from ..automata.schedule import make_parts
-from ..automata.state import Scratch
+from ..automata.state import Body, Scratch
+from ..automata.sweep import KEPT, STILL
 from ..automata.ties import Ties
 from ..component import Component
 from ..contract import Balance, Variable
@@ -22,27 +23,12 @@ from ..drawables import Drawable, Links
 from ..errors import ParameterError, StepError
 from ..grid import layout
 from ..grid.component import Grid
+from ..grid.mesh import IntArray
 from ..inputs import Held
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
-from . import sums
-from .advance import (
-    BREAK,
-    DONE,
-    INVERTED,
-    MICRO,
-    PROGRESS,
-    ROW,
-    SEARCH,
-    TOO_FAST,
-    AutomataPart,
-    Cracking,
-    GridPart,
-    Seam,
-    Steps,
-    advance,
-    update_automata_forces,
-)
+from . import sums, threads
+from .advance import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
 from .edges import Edges
 from .exchange import (
     EXCHANGE_TALLY,
@@ -58,6 +44,7 @@ from .exchange import (
 )
 from .interface import Interface, Places, carried_mass, common_sides, find_interface
 from .parameters import CoupledParameters
+from .parts import AutomataPart, Cracking, GridPart, Seam, Steps, update_automata_forces
 from .zigzag import find_ties
 
 # The part of the largest stable step that is allowed, and the part that is suggested, for the grid and for the automata.
@@ -106,7 +93,10 @@ class Coupled(Component):
         self._lay_out_state(grid, automata, ties)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self.automata.mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self.automata.mass])
-        self.grid.attach(self.carried_mass)
+        cells, yielding = len(self.grid.mesh.cells), bool(self.grid.event_kinds)
+        # Cells that yield note events in their order.
+        self._has_two_halves = not yielding and threads.are_worth_it(cells, self.automata.count, self.micro_steps)
+        self.grid.attach(self.carried_mass, 2 if self._has_two_halves else 1)
         self._make_parts()
 
     def _make_part(self, kind: type[Part], name: str, **changes: Any) -> Part:
@@ -190,12 +180,17 @@ class Coupled(Component):
         exchange = Exchange(places, forces[0], forces[1], before, start, given, self._block["exchange"])
         self._seam = Seam(self.interface, exchange)
         self._edges = self._make_edges()
+        body, edges = _driven_body(automata.steps.body, self.interface.automata), self._edges
+        marked = np.unique(np.concatenate([self.interface.automata, edges.load.automata, edges.grip.automata]))
         self._automata_part = AutomataPart(
-            automata.steps.body, make_parts(automata.steps.body)[0], self.reference, automata.motion, scratch, self._edges,
+            body, make_parts(body)[0], self.reference, automata.motion, scratch, edges, marked, np.zeros((len(marked), KEPT)),
             self._block["tallies"],
         )  # fmt: skip
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
-        self._steps = Steps(self.step_size, self.micro_steps, SCHEMES[self.parameters.scheme], limit)
+        scheme = SCHEMES[self.parameters.scheme]
+        swept = scheme != LITERAL and automata.steps.ties is None and not automata.parameters.has_history
+        self._steps = Steps(self.step_size, self.micro_steps, scheme, limit, swept)
+        self._halves = make_parts(body, 2) if swept and self._has_two_halves else []
         self._cracking = automata.steps if isinstance(automata.steps, CrackingSteps) else None
         # The kinds of steps, as `advance` wants to know them.
         self._literal = 1 if self._steps.scheme == LITERAL else None
@@ -330,9 +325,8 @@ class Coupled(Component):
             # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
             self._cracking.find_contacts()
             self._cracking.dilation()
-            update_automata_forces(automata, self._cracking_part(), None, self._seam, 0.0, 0)
-        else:
-            update_automata_forces(automata, None, self.automata.steps.ties, self._seam, 0.0, 0)
+        cracking, ties = self._cracking_part(), self.automata.steps.ties
+        update_automata_forces(automata, cracking, ties, self._seam, self._steps, 0.0, 0, STILL)
         if self._in_lockstep:
             half = 0.5 * self.step_size
             assemble(self.interface, self._seam.exchange, grid.state, grid.conditions, half, self._steps.scheme)
@@ -400,6 +394,11 @@ class Coupled(Component):
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
         """Advance by as many ticks as there are factors; 0, or a status."""
+        if len(self._halves) > 1 and threads.available():
+            status = threads.advance(
+                grid, self._automata_part, self._halves, self._seam, factors, self._steps, tick, self._failed
+            )
+            return status if status in (DONE, INVERTED) else _AUTOMATA_FAILED + TOO_FAST_ALONE
         self._progress[:] = 0
         while True:
             status = advance(
@@ -529,3 +528,14 @@ class Coupled(Component):
             turned = {"angular_momentum": self._angular_momentum(found)}
             balances.insert(2, Balance("angular_momentum", "kg m2/s", turned, turning, initial=float(start[3])))
         return tuple(balances)
+
+
+def _driven_body(body: Body, driven: IntArray) -> Body:
+    """Return a body some of whose automata are of kinds that no force moves: they follow something else, and turn freely."""
+    source, place = np.unique(body.kind[driven], return_inverse=True)
+    kinds, rows = body.kind.copy(), np.concatenate([np.arange(len(body.mass)), source])
+    kinds[driven] = len(body.mass) + place
+    names = ("face", "share", "missing", "volume", "mass", "inertia")
+    body = body._replace(kind=kinds, **{name: getattr(body, name)[rows] for name in names})
+    body.mass[-len(source) :] = np.inf
+    return body
