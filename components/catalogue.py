@@ -83,9 +83,11 @@ def _load_class(point: EntryPoint) -> type[Component]:
     try:
         loaded = point.load()
     except Exception as error:
-        raise ParameterError(f"component type {point.name!r}: loading {point.value} failed: {error}") from error
+        raise ParameterError(
+            f"loading {point.value} failed: {error}", hint="install its package again", source=f"component {point.name!r}"
+        ) from error
     from .component import Component
 
     if not (isinstance(loaded, type) and issubclass(loaded, Component)):
-        raise ParameterError(f"component type {point.name!r}: {point.value} is no subclass of Component")
+        raise ParameterError(f"got {point.value}", expected="a subclass of Component", source=f"component {point.name!r}")
     return loaded

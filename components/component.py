@@ -70,7 +70,9 @@ class Component(Stepping, metaclass=_Fixed):
         try:
             self._build()
         except MemoryError as error:
-            raise ParameterError(f"this size does not fit into memory: {error}", source=f"component {self.name!r}") from None
+            raise ParameterError(
+                f"this size does not fit into memory: {error}", hint="make it smaller", source=f"component {self.name!r}"
+            ) from None
         # Parameters at their default do not count: one that is added later leaves the logs of today as they are.
         told = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
@@ -84,11 +86,11 @@ class Component(Stepping, metaclass=_Fixed):
         # The entries of balances are known once there is a state, of zeros.
         for balance in self.balances():
             if not balance.stored:
-                raise ParameterError(f"balance {balance.quantity!r}: stored: got no entry", expected="at least one")
+                raise ParameterError("got no entry", expected="at least one", at=("balances", balance.quantity, "stored"))
             for variable in balance_variables(balance):
                 known = self.variables.setdefault(variable.name, variable)
                 if (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape):
-                    raise ParameterError(f"balance {balance.quantity!r}: {variable.name!r} is another variable too")
+                    raise ParameterError("another variable has this name", at=("balances", balance.quantity, variable.name))
         self.balance_names: tuple[str, ...] = tuple(name for balance in self.balances() for name in balance.entries)
         self.reset()
         validate_drawables(self.drawables(), self.variables)
@@ -119,7 +121,9 @@ class Component(Stepping, metaclass=_Fixed):
         kinds = {f"{prefix}_{kind}": f"{prefix}: {text}" for kind, text in part.event_kinds.items()}
         for kind in kinds:
             if kind in self.event_kinds:
-                raise ParameterError(f"event {kind!r} is there already; include the part with another prefix than {prefix!r}")
+                raise ParameterError(
+                    f"event {kind!r} is there already", hint=f"include the part with another prefix than {prefix!r}"
+                )
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
@@ -198,6 +202,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._refuse_while_stepping("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick = self._block.to_bytes(), self._tick
+        self._undo.forget()
         self._block.clear()
         self._tick, self._failure = 0, -1
         try:
@@ -229,13 +234,20 @@ class Component(Stepping, metaclass=_Fixed):
 
     def get(self, name: str) -> Any:
         """Return the present value of any variable: a number, or a fresh array of its shape."""
-        value = self.peek(name)
+        value = self._read(name)
         if value.__class__ is np.ndarray and (value.base is not None or not value.flags.writeable):
             return value.copy()
         return value
 
     def peek(self, name: str) -> Any:
-        """`get` without a copy: an array may be the component's own memory. Read it before the next step, never write to it."""
+        """`get` without a copy: an array is read-only and may be the component's memory; read it before the next step."""
+        value = self._read(name)
+        if value.__class__ is np.ndarray:
+            value = value.view()
+            value.flags.writeable = False
+        return value
+
+    def _read(self, name: str) -> Any:
         reader = self._readers.get(name) if isinstance(name, str) else None
         if reader is not None:
             return reader()
@@ -360,6 +372,7 @@ class Component(Stepping, metaclass=_Fixed):
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
         own["_tick"] = snapshot.tick
         own["_failure"] = -1
+        self._undo.forget()
         for observer in self._observers:
             observer.on_reset(self)
 

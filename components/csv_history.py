@@ -111,7 +111,8 @@ def read_history(
         )
         times, values = _numbers(path, samples, width, places, decimal)
     except ParameterError as error:
-        raise ParameterError(f"{error}{_preamble_advice(rows, decimal, skip)}") from None
+        advice = _preamble_advice(rows, decimal, skip)
+        raise (error.with_hint(advice) if advice else error) from None
     to_seconds, to_value = conversions
     with np.errstate(over="ignore"):  # told of below, with the line
         times, values = times * to_seconds[0] / to_seconds[1], values * to_value[0] / to_value[1]
@@ -121,7 +122,11 @@ def read_history(
         _refuse_holes(path, samples, times)
     if not np.isfinite(values).all():
         where = int(np.argmin(np.isfinite(values)))
-        raise ParameterError(f"line {samples[where][0]}: the value overflows{f' in {unit}' if unit else ''}", source=str(path))
+        raise ParameterError(
+            f"line {samples[where][0]}: the value overflows{f' in {unit}' if unit else ''}",
+            hint="look at its unit and at scale",
+            source=str(path),
+        )
     return times, values
 
 
@@ -180,8 +185,8 @@ def _preamble_advice(rows: list[Row], decimal: str, skip: int) -> str:
         # Either the header, or a sample that is damaged.
         if place == 1 or _header(header, decimal) is None:
             return ""
-        return f"; numbers begin in line {line}: if lines stand before the header, set skip = {above - 1}"
-    return f"; samples begin in line {line}, without a header: if what stands before is a preamble, set skip = {line - 1}"
+        return f"numbers begin in line {line}: if lines stand before the header, set skip = {above - 1}"
+    return f"samples begin in line {line}, without a header: if what stands before is a preamble, set skip = {line - 1}"
 
 
 def _first_sample(rows: list[Row], decimal: str) -> int:
@@ -247,7 +252,7 @@ def _rows(path: Path, content: bytes, delimiter: str, decimal: str, skip: int) -
         except csv.Error:
             long = len(text) > csv.field_size_limit()
             fault = "a cell is too long" if long else "a quotation mark is not closed, or does not enclose a whole cell"
-            raise ParameterError(f"line {number}: {fault}", source=str(path)) from None
+            raise ParameterError(f"line {number}: {fault}", hint="save the file as plain CSV", source=str(path)) from None
         if gap and begun:
             raise ParameterError(f"line {gap}: it is empty, between samples", hint="a gap is not filled in", source=str(path))
         gap, begun = 0, begun or bool(_DECIMALS[decimal].fullmatch(cells[0]))
@@ -304,7 +309,7 @@ def _column(path: Path, row: Row, header: Header | None, key: str, column: str |
     if isinstance(column, int):
         if not 0 <= column < len(cells):
             raise ParameterError(
-                f"line {line}: {key} = {column}, and there are columns 0 to {len(cells) - 1}", source=str(path)
+                f"line {line}: {key} = {column}", expected=f"a column from 0 to {len(cells) - 1}", source=str(path)
             )
         return column
     if header is None:
@@ -333,15 +338,21 @@ def _conversion(
         )
     if len(set(spoken)) > 1:
         raise ParameterError(
-            f"line {line}: the header says {spoken[1]!r}, and {key} = {spoken[0]!r} was given", source=str(path)
+            f"line {line}: the header says {spoken[1]!r}, and {key} = {spoken[0]!r} was given",
+            hint=f"leave {key} out, or give it as the header does",
+            source=str(path),
         )
     base, multiply, divide = UNITS.get(spoken[0], (spoken[0] if spoken[0] == wanted else "", 1.0, 1.0))
     if base == wanted or (base and wanted is None and base != _SIGNAL) or (base == _SIGNAL and scaled):
         return multiply, divide
     fitting = [name for name, (of, _, _) in UNITS.items() if of == wanted or (wanted is None and of != _SIGNAL)]
     if base == _SIGNAL and key == "value_unit":
-        came = f"{spoken[0]!r} is a sensor's signal; set scale, in {wanted or 'the SI unit of the quantity'} for each volt, or"
-        raise ParameterError(f"line {line}: {key}: {came} give {', '.join(fitting) or wanted}", source=str(path))
+        scale = f"set scale, in {wanted or 'the SI unit of the quantity'} for each volt"
+        raise ParameterError(
+            f"line {line}: {key}: {spoken[0]!r} is a sensor's signal",
+            hint=f"{scale}, or give {', '.join(fitting) or wanted}",
+            source=str(path),
+        )
     came = f"{spoken[0]!r} measures something else" if base else f"{spoken[0]!r} is unknown"
     raise ParameterError(f"line {line}: {key}: {came}", expected=", ".join(fitting) or wanted or "", source=str(path))
 
@@ -367,17 +378,21 @@ def _number(path: Path, line: int, what: str, cell: str, decimal: str) -> float:
         number = float(cell.replace(decimal, "."))
         if math.isfinite(number):
             return number
-    expected = f"expected a finite number such as 1{decimal}5e-3{_mark_advice(cell, decimal)}"
-    raise ParameterError(f"line {line}: the {what} is {cell[:40]!r}, {expected}", source=str(path))
+    raise ParameterError(
+        f"line {line}: the {what} is {cell[:40]!r}",
+        expected=f"a finite number such as 1{decimal}5e-3",
+        hint=_mark_advice(cell, decimal),
+        source=str(path),
+    )
 
 
 def _mark_advice(cell: str, decimal: str) -> str:
     other = "," if decimal == "." else "."
     if _DECIMALS[other].fullmatch(cell):
         points = "write decimal points, or " if other == "," else ""
-        return f"; {points}set decimal = {json.dumps(other)}"
+        return f"{points}set decimal = {json.dumps(other)}"
     mark = next((mark for mark in _DELIMITERS if mark in cell), None)
-    return "" if mark is None else "; write decimal points" if mark == "," else f"; {_set_delimiter(mark)}"
+    return "" if mark is None else "write decimal points" if mark == "," else _set_delimiter(mark)
 
 
 def _check_order(path: Path, samples: list[Row], times: FloatArray) -> None:

@@ -14,16 +14,16 @@ from .snapshot import FloatArray
 
 
 class _Geometry:
-    """Closes the arrays of a drawable to writing: those of a component are often its own tables."""
+    """Copies the arrays of a drawable, which are often the component's own tables, and closes them to writing."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
         for name in ("reference", "radius", "pairs", "nodes", "connectivity", "coordinate"):
             if hasattr(self, name):
-                view = np.asarray(getattr(self, name)).view()
-                view.flags.writeable = False
-                object.__setattr__(self, name, view)
+                copied = np.array(getattr(self, name))
+                copied.flags.writeable = False
+                object.__setattr__(self, name, copied)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -112,20 +112,20 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
     """
     points = {one.name: len(one.reference) for one in drawables if isinstance(one, Points)}
     for one in drawables:
-        where = f"drawable {one.name!r}"
         match one:
             case Points():
                 count, shapes = len(one.reference), {"colour": 1, "rotation": 1, "displacement": 2}
-                _expect(one.reference.ndim == 1 or one.reference.shape[-1] in (1, 2, 3), f"{where}: reference: up to 3 columns")
-                _expect(one.radius.shape == (count,), f"{where}: radius: one for each of the {count} points")
+                if one.reference.shape[1:] not in ((), (1,), (2,), (3,)):
+                    raise _fault((one.name, "reference"), f"got shape {one.reference.shape}", "up to 3 columns")
+                if one.radius.shape != (count,):
+                    raise _fault((one.name, "radius"), f"got shape {one.radius.shape}", f"one for each of the {count} points")
             case Links():
-                _expect(
-                    one.points in points, f"{where}: points: got {one.points!r}, expected one of {', '.join(points) or 'none'}"
-                )
-                _expect_indices(f"{where}: pairs", one.pairs, points[one.points])
+                if one.points not in points:
+                    raise _fault((one.name, "points"), f"got {one.points!r}", f"one of {', '.join(points) or 'none'}")
+                _expect_indices((one.name, "pairs"), one.pairs, points[one.points])
                 count, shapes = len(one.pairs), {"state": 1}
             case Cells():
-                _expect_indices(f"{where}: connectivity", one.connectivity, len(one.nodes))
+                _expect_indices((one.name, "connectivity"), one.connectivity, len(one.nodes))
                 count, shapes = len(one.nodes), {"displacement": 2}
             case Curve():
                 count, shapes = len(one.coordinate), {"field": 1}
@@ -133,26 +133,21 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
             name = getattr(one, role, "")
             if not name:
                 continue
-            _expect(
-                name in variables and variables[name].causality == "output",
-                f"{where}: {role}: got {name!r}, which is no output",
-            )
+            if name not in variables or variables[name].causality != "output":
+                raise _fault((one.name, role), f"got {name!r}", "the name of an output")
             shape = variables[name].shape
-            if role in shapes:
-                _expect(
-                    shape[:1] == (count,) and len(shape) <= shapes[role] and shape[1:] <= (3,),
-                    f"{where}: {role}: {name!r} has the shape {shape}",
-                )
+            if role in shapes and not (shape[:1] == (count,) and len(shape) <= shapes[role] and shape[1:] <= (3,)):
+                raise _fault((one.name, role), f"got {name!r} of shape {shape}", f"a row for each of the {count} drawn")
 
 
-def _expect_indices(where: str, indices: np.ndarray, count: int) -> None:
-    inside = indices.ndim == 2 and (not indices.size or (indices.min() >= 0 and indices.max() < count))
-    _expect(inside, f"{where}: expected rows of indices from 0 to {count - 1}")
+def _expect_indices(where: tuple[str, str], indices: np.ndarray, count: int) -> None:
+    if indices.ndim != 2 or (indices.size and (indices.min() < 0 or indices.max() >= count)):
+        span = f", from {indices.min()} to {indices.max()}" if indices.size else ""
+        raise _fault(where, f"got shape {indices.shape}{span}", f"rows of indices from 0 to {count - 1}")
 
 
-def _expect(holds: bool, message: str) -> None:
-    if not holds:
-        raise ParameterError(message)
+def _fault(where: tuple[str, str], received: str, expected: str) -> ParameterError:
+    return ParameterError(received, expected=expected, at=("drawables", *where))
 
 
 def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:

@@ -38,7 +38,7 @@ def location_text(location: Location) -> str:
         if is_index:
             text += f"[{','.join(map(str, parts))}]"
         else:
-            text += ("." if text else "") + ".".join(_cut(str(part)) for part in parts)
+            text += ("." if text else "") + ".".join(_shorten(str(part)) for part in parts)
     return text
 
 
@@ -121,23 +121,28 @@ class Fault:
 
     def with_source_in_words(self) -> Fault:
         """Return it with its source as the beginning of what came; another source can be given to it then."""
-        source, received = (part if isinstance(part, tuple) else (part,) for part in (self.source, self.received))
-        said = (*source, ": ", *received) if self.source else self.received
+        said = (*_parts(self.source), ": ", *_parts(self.received)) if self.source else self.received
         return dataclasses.replace(self, received=said, source="")
 
     def of(self, source: str) -> Fault:
         """Return it with one more source before its own."""
-        own = self.source if isinstance(self.source, tuple) else (self.source,)
-        return dataclasses.replace(self, source=(source, ": ", *own) if own != ("",) else source)
+        return dataclasses.replace(self, source=(source, ": ", *_parts(self.source)) if self.source else source)
+
+    def with_hint(self, hint: str) -> Fault:
+        """Return it with one more hint after its own."""
+        return dataclasses.replace(self, hint=(*_parts(self.hint), "; ", hint) if self.hint else hint)
 
 
-def _cut(text: str, length: int = 60) -> str:
+def _shorten(text: str, length: int = 60) -> str:
     return text if len(text) <= length else f"{text[: length - 3]}..."
 
 
+def _parts(phrase: Phrase) -> tuple[str | Term, ...]:
+    return phrase if isinstance(phrase, tuple) else (phrase,)
+
+
 def _render(phrase: Phrase, words: Words) -> str:
-    parts = phrase if isinstance(phrase, tuple) else (phrase,)
-    return "".join(part if isinstance(part, str) else words(part) for part in parts)
+    return "".join(part if isinstance(part, str) else words(part) for part in _parts(phrase))
 
 
 class GranularError(Exception):
@@ -170,17 +175,27 @@ class GranularError(Exception):
 
     def within(self, *location: str | int) -> Self:
         """Return the error with the location of what it was found in before its own; to be raised in its place."""
-        error = _recreate(type(self), self.args, vars(self))
-        error.faults = tuple(fault.within(*location) for fault in self.faults)
-        return error
+        return self._with(lambda fault: fault.within(*location))
+
+    def of(self, source: str) -> Self:
+        """Return the error with a source for the faults that name none; to be raised in its place."""
+        return self._with(lambda fault: fault if fault.source else dataclasses.replace(fault, source=source))
+
+    def with_hint(self, hint: str) -> Self:
+        """Return the error with one more hint; to be raised in its place."""
+        return self._with(lambda fault: fault.with_hint(hint))
 
     def renamed(self, argument: str, name: str) -> Self:
         """Return the error with an argument called by the name that it has for the caller; to be raised in its place."""
-        error = _recreate(type(self), self.args, vars(self))
-        error.faults = tuple(
-            dataclasses.replace(fault, location=(name, *fault.location[1:])) if fault.location[:1] == (argument,) else fault
-            for fault in self.faults
+        return self._with(
+            lambda fault: (
+                dataclasses.replace(fault, location=(name, *fault.location[1:])) if fault.location[:1] == (argument,) else fault
+            )
         )
+
+    def _with(self, change: Callable[[Fault], Fault]) -> Self:
+        error = _recreate(type(self), self.args, vars(self))
+        error.faults = tuple(map(change, self.faults))
         return error
 
     def text(self, words: Words = python_words) -> str:
@@ -254,7 +269,7 @@ def shortened(value: object, length: int = 80) -> str:
         text = " ".join(line.strip() for line in repr(value).splitlines())
     except Exception:  # an integer of more than 4300 digits has none
         text = f"a {type(value).__name__}"
-    return _cut(text, length)
+    return _shorten(text, length)
 
 
 def caution(message: str) -> None:

@@ -54,16 +54,32 @@ class CompiledProfile:
     def __post_init__(self) -> None:
         if not (isinstance(self.ticks, np.ndarray) and isinstance(self.coefficients, np.ndarray)):
             raise ParameterError(
-                "a compiled profile needs two arrays", hint="give a Profile to step() and it is compiled there"
+                f"got {shortened(self.ticks)} and {shortened(self.coefficients)}",
+                expected="two arrays, ticks and coefficients",
+                hint="give a Profile to step() and it is compiled there",
+                source="compiled profile",
             )
         if self.ticks.ndim != 1 or self.coefficients.ndim != 2 or len(self.ticks) != len(self.coefficients):
-            raise ParameterError("a compiled profile needs ticks (pieces,) and coefficients (pieces, degree + 1)")
+            raise ParameterError(
+                f"got ticks of shape {self.ticks.shape} and coefficients of shape {self.coefficients.shape}",
+                expected="(pieces,) and (pieces, degree + 1)",
+                source="compiled profile",
+            )
         if not 1 <= self.coefficients.shape[1] <= _MAXIMUM_DEGREE + 1 or len(self.ticks) < 1:
-            raise ParameterError(f"a compiled profile needs at least one piece and a degree of at most {_MAXIMUM_DEGREE}")
+            raise ParameterError(
+                f"got {len(self.ticks)} pieces of degree {self.coefficients.shape[1] - 1}",
+                expected=f"at least one piece, and a degree from 0 to {_MAXIMUM_DEGREE}",
+                source="compiled profile",
+            )
         if np.any(np.diff(self.ticks) <= 0) or not np.isfinite(self.coefficients).all():
-            raise ParameterError("a compiled profile needs increasing ticks and finite coefficients")
+            raise ParameterError("got others", expected="increasing ticks and finite coefficients", source="compiled profile")
         if self.pattern is not None and not (isinstance(self.pattern, np.ndarray) and np.isfinite(self.pattern).all()):
-            raise ParameterError("a compiled profile needs a pattern of finite numbers, or none")
+            raise ParameterError(
+                f"got {shortened(self.pattern)}",
+                expected="an array of finite numbers, or None",
+                at="pattern",
+                source="compiled profile",
+            )
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -210,13 +210,15 @@ class Snapshot:
             inputs = _inputs_of(header, arrays)
             memory, tick, identity = arrays["memory"], header["tick"], header["identity"]
             if memory.dtype != np.int64 or memory.ndim != 1:
-                raise LogError("a snapshot's memory is not a list of 8-byte words")
+                raise LogError(
+                    f"got {memory.dtype} of shape {memory.shape}", expected="a list of int64", at="memory", source="snapshot"
+                )
             if not (isinstance(tick, int) and 0 <= tick < 2**62 and isinstance(identity, str)):
-                raise LogError(f"a snapshot has tick {tick!r}", expected="a whole number from 0")
+                raise LogError(f"got {tick!r}", expected="a whole number from 0", at="tick", source="snapshot")
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, GranularError) and not isinstance(error, ParameterError):
                 raise
-            raise LogError(f"these bytes are no snapshot: {error}") from error
+            raise LogError(f"these bytes are none: {error}", source="snapshot") from error
         return cls(identity, tick, memory.tobytes(), inputs)
 
 
@@ -225,11 +227,11 @@ def _inputs_of(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> d
     inputs: dict[str, Held] = {name: float.fromhex(text) for name, text in header["inputs"].items()}
     inputs |= {name: read_only(_floats(arrays, f"{name}.values")) for name in header["arrays"]}
     if not all(np.isfinite(value).all() for value in inputs.values() if not isinstance(value, CompiledProfile)):
-        raise LogError("a snapshot holds an input that is not finite")
+        raise LogError("one is not finite", at="inputs", source="snapshot")
     for name, step_size in header["profiles"].items():
         ticks, coefficients = arrays[f"{name}.ticks"], _floats(arrays, f"{name}.coefficients")
         if ticks.dtype != np.int64:
-            raise LogError(f"the profile of {name!r} in a snapshot has the wrong dtype")
+            raise LogError(f"got the dtype {ticks.dtype}", expected="int64", at=(name, "ticks"), source="snapshot")
         pattern = _floats(arrays, f"{name}.pattern") if f"{name}.pattern" in arrays else None
         inputs[name] = CompiledProfile(float.fromhex(step_size), ticks, coefficients, pattern)
     return inputs
@@ -237,5 +239,5 @@ def _inputs_of(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> d
 
 def _floats(arrays: Mapping[str, np.ndarray], name: str) -> FloatArray:
     if arrays[name].dtype != np.float64:
-        raise LogError(f"{name!r} in a snapshot has the wrong dtype")
+        raise LogError(f"got the dtype {arrays[name].dtype}", expected="float64", at=name, source="snapshot")
     return arrays[name]

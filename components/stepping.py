@@ -12,9 +12,10 @@ from .errors import GranularError, Location, ParameterError, caution, nearest
 from .inputs import Held, hold_input
 from .observer import Observer
 from .profiles import CompiledProfile
-from .snapshot import Block
+from .snapshot import Block, FloatArray
 from .support.roots import round_down_to_125
 from .support.validation import Parameters, finite_number
+from .undo import Undo
 
 # A long step is cut, invisibly, into pieces of about this wall time, so that Ctrl-C and observers get their turn [s].
 _CHUNK_SECONDS = 0.05
@@ -42,6 +43,8 @@ class Stepping(Physics):
     """Catalogue name."""
     Parameters: ClassVar[type[Parameters]]
 
+    # That of a parent, where one owns the state.
+    _given_memory: FloatArray | None
     # Set once the component has been built.
     _block: Block
     _inputs: dict[str, Variable]
@@ -59,12 +62,12 @@ class Stepping(Physics):
         # The tick at which the last step failed, until something else succeeds.
         self._failure = -1
         self._chunk_ticks = 256
-        # Steps up to so many ticks are made in one piece; none where the undo of a list that grows is needed.
-        self._direct_ticks = 0 if self._block.grows else self._chunk_ticks
         # Assigning between byte views is the quickest copy there is from Python; lists that grow need a slower one.
         self._memory_bytes = self._block.memory.reshape(-1).data.cast("B")
-        self._backup: Any = self._block.to_bytes() if self._block.grows else memoryview(bytearray(self._memory_bytes.nbytes))
         self._grows = self._block.grows
+        self._undo = Undo(self._block, is_shared=self._given_memory is not None)
+        # Where a state is small it is copied at every step.
+        self._is_small, self._backup = self._undo.is_small, self._undo.buffer
         self._held = {}
         # Whether any of them is a profile.
         self._profiled = False
@@ -117,19 +120,24 @@ class Stepping(Physics):
                     own["_held"] = inputs if len(inputs) == len(held) else {**held, **inputs}
                 else:
                     self._hold({**held, **inputs})
-            if self._observers or ticks > self._direct_ticks:
+            if self._observers or ticks > self._chunk_ticks:
                 self._long_step(ticks, inputs, held)
                 return
             before = self._tick
-            self._backup[:] = self._memory_bytes
+            if self._is_small:
+                self._backup[:] = self._memory_bytes
+            else:
+                self._undo.prepare(before)
             try:
                 status = self._advance(ticks)
                 if status:
                     raise self._explain(status)
                 own["_tick"] = before + ticks
             except BaseException:  # Ctrl-C too
-                self._undo(before, held)
+                self._put_back(before, held)
                 raise
+            if not self._is_small:
+                self._undo.note(ticks, self._held)
         finally:
             own["_stepping"] = False
 
@@ -161,6 +169,7 @@ class Stepping(Physics):
     def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:
         """Take over that whoever owns the memory has advanced it, to this tick and with these numbers held last."""
         self._tick = tick
+        self._undo.forget()
         if any(self._held.get(name) != value for name, value in inputs.items()):
             self._held = {**self._held, **inputs}
 
@@ -256,7 +265,7 @@ class Stepping(Physics):
     def _long_step(self, ticks: int, inputs: Mapping[str, Held], held: Mapping[str, Held]) -> None:
         """Step in pieces, for observers and for Ctrl-C; all of it or nothing."""
         start, end = self._tick, self._tick + ticks
-        self._keep_for_undo()
+        self._undo.prepare(start)
         begun, told = perf_counter(), ticks < _MANY_TICKS
         try:
             while self._tick < end:
@@ -271,9 +280,10 @@ class Stepping(Physics):
                     if observer.next_tick <= stop:
                         observer.on_sample(self)
         except BaseException as error:
-            self._undo(start, held)
+            self._put_back(start, held)
             _call_all([observer.on_failure for observer in self._observers], self, error)
             raise
+        self._undo.note(ticks, self._held)
         if len(self._observers) == 1:  # as usual, and quicker
             self._observers[0].on_step(self, ticks, inputs)
         else:
@@ -303,28 +313,20 @@ class Stepping(Physics):
                 self._chunk_ticks *= 2
             elif spent > 2.0 * _CHUNK_SECONDS and ticks > 1:
                 self._chunk_ticks //= 2
-            self._direct_ticks = 0 if self._grows else self._chunk_ticks
 
-    def undo_seconds(self) -> float:
-        """Return what the copy for the undo takes, which every call of `step` makes [s].
-
-        Who steps in a loop makes its calls so long that this does not matter.
-        """
-        begin = perf_counter()
-        self._keep_for_undo()
-        return perf_counter() - begin
-
-    def _keep_for_undo(self) -> None:
-        if self._grows:
-            self._backup = self._block.to_bytes()
-        else:
-            self._backup[:] = self._memory_bytes
-
-    def _undo(self, tick: int, held: Mapping[str, Held]) -> None:
-        if self._grows:
-            self._block.load(self._backup)
-        else:
-            self._memory_bytes[:] = self._backup
+    def _put_back(self, tick: int, held: Mapping[str, Held]) -> None:
+        """Put the state of a tick back, and what was held then: a copy, and the steps since it was taken, made again."""
+        while True:
+            try:
+                self._undo.load()
+                self._tick = self._undo.tick
+                for ticks, inputs in self._undo.steps:
+                    self._hold(inputs)
+                    self._advance(ticks)
+                    self._tick += ticks
+                break
+            except KeyboardInterrupt:  # the error that is under way is told
+                continue
         self._tick = self._failure = tick
         self._hold(held)
 

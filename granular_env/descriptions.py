@@ -9,8 +9,7 @@ import numpy as np
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Variable
-from granular_env.components.support.tagged_union import tables
-from granular_env.components.support.validation import Parameters
+from granular_env.components.support.validation import Parameters, tables
 from granular_env.domains import domain_of
 from granular_env.experiments.templates import default_of, example_of, unit_of, value_text
 from granular_env.package_contents import first_sentence

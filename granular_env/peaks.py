@@ -152,7 +152,7 @@ def positive(name: str, value: Any, unit: str) -> float:
     """Return a value that is a finite number above 0, or raise."""
     number = value if isinstance(value, (int, float, np.number)) and not isinstance(value, bool) else math.nan
     if not (0.0 < number < math.inf):
-        raise ParameterError(f"{name}: got {shortened(value)}, expected more than 0 {unit}".rstrip())
+        raise ParameterError(f"got {shortened(value)}", expected=f"more than 0 {unit}".rstrip(), at=name)
     return float(number)
 
 

@@ -39,8 +39,6 @@ from granular_env.progress import Progress, progress_bar
 
 # A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
 _PIECE_SECONDS = 0.02
-# Part of a run that the copies for the undo may take: a large state is stepped in longer pieces, which are copied less often.
-_UNDO_SHARE = 0.04
 # A piece becomes at most so many times as long as the one before.
 _GROWTH = 64
 # A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
@@ -158,7 +156,7 @@ def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_lar
             if results[-1].interrupted:
                 break
         if not results:
-            raise LogError(f"log {str(log)!r} holds no steps")
+            raise LogError("it holds none", at="steps", source=f"log {str(log)!r}")
         total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
         return dataclasses.replace(results[-1], ticks=total, seconds=seconds)
 
@@ -236,14 +234,8 @@ def _loop(
 ) -> str | None:
     """Step until the end, a stop rule (its sentence is returned), or Ctrl-C."""
     piece, turns = 1, sorted(changes)
-    size, wanted = 0, _PIECE_SECONDS
     while component.tick < end and not interrupt.pressed:
         tick, begin = component.tick, perf_counter()
-        if component.state_bytes > 2 * size:
-            size = component.state_bytes
-            # Pieces are left as they are from half of that on.
-            wanted = max(_PIECE_SECONDS, 2.0 * component.undo_seconds() / _UNDO_SHARE)
-            begin = perf_counter()
         stop = min(end, tick + piece)
         looked = stops.next_tick(tick) if stops is not None else None
         turn = next((turn for turn in turns if turn > tick), None)
@@ -253,24 +245,23 @@ def _loop(
             show(component)
         if stop == looked and stops is not None and (met := stops.stop_reason(component)) is not None:
             return met
-        piece = _next_piece(piece, stop - tick, perf_counter() - begin, wanted)
+        piece = _next_piece(piece, stop - tick, perf_counter() - begin)
     return None
 
 
-def _next_piece(piece: int, done: int, seconds: float, wanted: float) -> int:
+def _next_piece(piece: int, done: int, seconds: float) -> int:
     """Return more ticks where a whole piece was quick, half as many where it was slow.
 
     Args:
         piece: ticks that were to be done.
         done: ticks that were done.
         seconds: wall time that they took.
-        wanted: about how long a piece shall take [s].
     """
-    if seconds > 2.0 * wanted:
+    if seconds > 2.0 * _PIECE_SECONDS:
         return max(1, piece // 2)
-    if done < piece or seconds > 0.5 * wanted:
+    if done < piece or seconds > 0.5 * _PIECE_SECONDS:
         return piece
-    return piece * max(2, min(_GROWTH, int(0.5 * wanted / max(seconds, 1e-9))))
+    return piece * max(2, min(_GROWTH, int(0.5 * _PIECE_SECONDS / max(seconds, 1e-9))))
 
 
 class Interrupt:

@@ -238,17 +238,17 @@ def test_the_exit_status_tells(monkeypatch, tmp_path, capsys):
     ("arguments", "words"),
     [
         (["nesterenko-1984"], "did you mean 'nesterenko-1983'?"),
-        (["nesterenko-1983", "--set", "B=1"], "constant 'B': nesterenko-1983 has none of that name"),
-        (["nesterenko-1983", "--set", "N=3"], "constant 'N': got 3, expected a whole number from 40 to 300"),
-        (["nesterenko-1983", "--set", "N=3"], "from 40 to 300: grains in"),
+        (["nesterenko-1983", "--set", "B=1"], "constants.B: nesterenko-1983 has none of that name"),
+        (["nesterenko-1983", "--set", "N=3"], "constants.N: got 3, expected a whole number from 40 to 300"),
+        (["nesterenko-1983", "--set", "N=3"], "from 40 to 300; it is grains in"),
         (["nesterenko-1983", "--set", "N=50.5"], "expected a whole number"),
-        (["nesterenko-1983", "--set", "A=much"], "constant 'A': got 'much', expected a number"),
-        (["nesterenko-1983", "--set", "A=nan"], "constant 'A': got nan, expected a number"),
+        (["nesterenko-1983", "--set", "A=much"], "constants.A: got 'much', expected a number"),
+        (["nesterenko-1983", "--set", "A=nan"], "constants.A: got nan, expected a number"),
         (["nesterenko-1983", "--set", "N=50", "--set", "N=60"], "constant 'N': given twice, as 50 and 60; give it once"),
         (["nesterenko-1983", "--only", "3.4-pistol"], "did you mean '3.4-piston'?"),
-        (["nesterenko-1983", "--only", "3.4-piston", "--only", "3.4-piston"], "entry '3.4-piston': named 2 times"),
+        (["nesterenko-1983", "--only", "3.4-piston", "--only", "3.4-piston"], "entries: '3.4-piston' is named 2 times"),
         (["nesterenko-1983", "--processes", "0"], "processes: got 0"),
-        (["nesterenko-1983", "--out", "/dev/null/atlas", "--only", "2-continuum"], "cannot write the atlas"),
+        (["nesterenko-1983", "--out", "/dev/null/atlas", "--only", "2-continuum"], "cannot be written"),
     ],
 )
 def test_wrong_arguments_are_named(arguments, words, tmp_path, monkeypatch, capsys):
@@ -368,6 +368,6 @@ def test_unknown_papers(tmp_path):
     assert atlas.names() == ["nesterenko-1983", "psakhie-2003"]
     with pytest.raises(ParameterError, match="nesterenko-1983"):
         atlas.paper("nesterenko")
-    with pytest.raises(GranularError, match="cannot write"):
+    with pytest.raises(GranularError, match="cannot be written"):
         (tmp_path / "file").write_text("")
         atlas.compute(toy(), tmp_path / "file")

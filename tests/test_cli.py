@@ -294,7 +294,7 @@ def test_a_name_that_is_nothing_is_answered_with_the_nearest_and_the_list(capsys
 def test_a_log_is_told_apart_from_an_experiment(log, capsys):
     for command in ("describe", "run"):
         assert main([command, log]) == 2
-        told = f"granular-env {command}: a.mcap: this is a log, try `granular-env check` or `granular-env report`\n"
+        told = f"granular-env {command}: a.mcap: this is a log; try `granular-env check` or `granular-env report`\n"
         assert capsys.readouterr().err == told
 
 

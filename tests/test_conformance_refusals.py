@@ -113,6 +113,17 @@ def test_an_array_that_is_held_is_a_copy(moving: tuple[Component, Example]) -> N
                 component.peek(name)[...] = 0.0
 
 
+def test_what_is_peeked_at_is_closed_to_writing(moving: tuple[Component, Example]) -> None:
+    component, _ = moving
+    before = component.save().to_bytes()
+    for name, variable in component.variables.items():
+        if variable.shape and variable.causality != "parameter":
+            with pytest.raises(ValueError, match="read-only"):
+                component.peek(name)[...] = 1.0
+            component.get(name)[...] = 1.0
+    assert component.save().to_bytes() == before
+
+
 def test_one_bad_input_refuses_the_good_ones_with_it(moving: tuple[Component, Example]) -> None:
     component, example = moving
     good = {name: 0.25 * value for name, value in example.inputs.items()}

@@ -240,7 +240,7 @@ def test_ones_own_objective_is_checked() -> None:
     chain = chain_of()
     assert check_objective(Objective(_note, _value, _pullback), chain) < 1e-6
     for objective, said in (
-        (Objective(_note, _value, _pullback_twice), r"objective.pullback: adjoint\[V, 6\] is .* differences of note give"),
+        (Objective(_note, _value, _pullback_twice), r"objective.pullback: adjoint\[V, 6\] is .* as differences of note"),
         (Objective(_note, _value, _pullback_without_mass), r"objective.pullback: adjoint\[MASS, 6\] is 0 at step 0"),
         (Objective(_note, _value, _pullback_that_writes), "objective.pullback: it changes `a`"),
         (Objective(_note, _value_of_wrong_slope, _pullback), r"objective.value: slopes\[0\] is 1, "),
@@ -265,7 +265,7 @@ def test_a_function_of_numba_is_called_with_the_globals_of_now(monkeypatch: pyte
     _value_by_global(np.ones(1), np.zeros(1), np.zeros(1))
     with monkeypatch.context() as patch:
         patch.setitem(globals(), "OVERLAP_ADJOINT", 2.0)
-        with pytest.raises(ParameterError, match=r"objective.value: slopes\[0\] is 1, differences of it give 2"):
+        with pytest.raises(ParameterError, match=r"objective.value: slopes\[0\] is 1, expected 2 as its differences"):
             check_objective(objective, chain)
         twice, _ = value_and_grad(objective, chain, DRIVE, ticks=2)
         square, _ = value_and_grad(Objective(_note, _value, _pullback), chain, DRIVE, ticks=2)

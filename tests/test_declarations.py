@@ -32,16 +32,25 @@ def renamed(drawable: Any, **fields: Any) -> Any:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda p, k: (p, renamed(k, points="zzz")), "drawable 'links': points: got 'zzz', expected one of discs"),
-        (lambda p, k: (p, renamed(k, pairs=k.pairs + 5)), "drawable 'links': pairs: expected rows of indices from 0 to 7"),
-        (lambda p, k: (p, renamed(k, pairs=k.pairs - 1)), "drawable 'links': pairs"),
-        (lambda p, k: (p, renamed(k, state="speed")), "drawable 'links': state: 'speed' has the shape"),
-        (lambda p, k: (renamed(p, colour="colour"), k), "drawable 'discs': colour: got 'colour', which is no output"),
-        (lambda p, k: (renamed(p, displacement="linked"), k), "drawable 'discs': displacement: 'linked' has the shape"),
-        (lambda p, k: (renamed(p, radius=p.radius[:3]), k), "drawable 'discs': radius: one for each of the 8 points"),
-        (lambda p, k: (renamed(p, reference=np.zeros((8, 5))), k), "drawable 'discs': reference: up to 3 columns"),
-        (lambda p, k: (Cells("c", p.reference, np.array([[0, 1, 8]]), "speed"),), "drawable 'c': connectivity"),
-        (lambda p, k: (Curve("c", np.zeros(3), "speed"),), "drawable 'c': field: 'speed' has the shape"),
+        (lambda p, k: (p, renamed(k, points="zzz")), "drawables.links.points: got 'zzz', expected one of discs"),
+        (lambda p, k: (p, renamed(k, pairs=k.pairs + 5)), "expected rows of indices from 0 to 7"),
+        (lambda p, k: (p, renamed(k, pairs=k.pairs - 1)), "drawables.links.pairs: got"),
+        (
+            lambda p, k: (p, renamed(k, state="speed")),
+            "drawables.links.state: got 'speed' of shape (8,), expected a row for each of the 10",
+        ),
+        (lambda p, k: (renamed(p, colour="colour"), k), "drawables.discs.colour: got 'colour', expected the name of an output"),
+        (lambda p, k: (renamed(p, displacement="linked"), k), "drawables.discs.displacement: got 'linked' of shape"),
+        (
+            lambda p, k: (renamed(p, radius=p.radius[:3]), k),
+            "drawables.discs.radius: got shape (3,), expected one for each of the 8 points",
+        ),
+        (
+            lambda p, k: (renamed(p, reference=np.zeros((8, 5))), k),
+            "drawables.discs.reference: got shape (8, 5), expected up to 3 columns",
+        ),
+        (lambda p, k: (Cells("c", p.reference, np.array([[0, 1, 8]]), "speed"),), "drawables.c.connectivity: got"),
+        (lambda p, k: (Curve("c", np.zeros(3), "speed"),), "drawables.c.field: got 'speed' of shape"),
     ],
 )
 def test_drawables_that_do_not_fit_are_refused(change: Any, message: str) -> None:
@@ -53,10 +62,10 @@ def test_drawables_that_do_not_fit_are_refused(change: Any, message: str) -> Non
 @pytest.mark.parametrize(
     ("balance", "message"),
     [
-        (Balance("heat", "J", {}), "balance 'heat': stored: got no entry"),
-        (Balance("heat", "J", {"speed": 1.0}), "balance 'heat': 'speed' is another variable too"),
-        (Balance("heat", "J", {"mass": 1.0}), "balance 'heat': 'mass' is another variable too"),
-        (Balance("energy", "kg", {"kinetic_energy": 1.0}), "balance 'energy': 'kinetic_energy' is another variable too"),
+        (Balance("heat", "J", {}), "balances.heat.stored: got no entry"),
+        (Balance("heat", "J", {"speed": 1.0}), "balances.heat.speed: another variable has this name"),
+        (Balance("heat", "J", {"mass": 1.0}), "balances.heat.mass: another variable has this name"),
+        (Balance("energy", "kg", {"kinetic_energy": 1.0}), "balances.energy.kinetic_energy: another variable has this name"),
     ],
 )
 def test_balances_that_do_not_fit_are_refused(balance: Balance, message: str) -> None:
@@ -103,4 +112,5 @@ def test_drawables_are_closed_to_writing() -> None:
     for array in (points.reference, points.radius, links.pairs):  # type: ignore[union-attr]
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0
-    assert discs.reference.flags.writeable  # the component's own table
+    # Whoever opens them writes to a copy.
+    assert discs.reference.flags.writeable and not np.shares_memory(discs.reference, points.reference)  # type: ignore[union-attr]

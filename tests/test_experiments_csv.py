@@ -100,7 +100,7 @@ FAULTS = [
     (GOOD.replace("[us]", "[kN]"), {}, ["line 2", "'kN' measures something else"]),
     (GOOD, {"unit": "m/s"}, ["line 2", "'kN' measures something else", "m/s"]),
     (GOOD, {"columns": ("tim", "force")}, ["line 2", "time_column = 'tim'", "did you mean 'time'?"]),
-    (GOOD, {"columns": ("time", 7)}, ["line 2", "value_column = 7", "columns 0 to 2"]),
+    (GOOD, {"columns": ("time", 7)}, ["line 2", "value_column = 7", "a column from 0 to 2"]),
     (GOOD, {"columns": ("time", "time")}, ["both name column 0"]),
     (GOOD.replace("temperature [K]", "force [N]"), {}, ["line 2", "more than once"]),
     ("0,1\n1,2\n", {"columns": ("time", "force")}, ["line 1", "no header line"]),

@@ -162,7 +162,7 @@ def test_a_piston_input_without_a_piston_is_refused():
         ("nesterenko-1983/3.4-pistn", "did you mean 'nesterenko-1983/3.4-piston'?"),
         ("missing.toml", "no such file"),
         ("bad\0name", "experiment"),
-        (None, "experiment None"),
+        (None, "experiment: got None, expected a name or a path"),
     ],
 )
 def test_an_unknown_experiment_is_named_with_the_nearest(source, said):

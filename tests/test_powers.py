@@ -1,4 +1,4 @@
-"""x^p without pow: right to about an ulp, and the same bits compiled and not."""
+"""x^p and e^x without pow and exp: right to about an ulp, and the same bits compiled and not."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.chain_tools import python
 
-from granular_env.components.support.powers import power
+from granular_env.components.support.powers import exponential, power
 
 
 def _exact(x: float, p: float) -> Decimal:
@@ -35,9 +35,21 @@ def test_below_and_above_the_range_of_a_float() -> None:
     assert power(1e200, 2.0) == np.inf
 
 
+def test_the_exponential_is_right_to_about_an_ulp() -> None:
+    random, worst = np.random.default_rng(6), 0.0
+    for x in (*random.uniform(-700.0, 700.0, 1000), *random.uniform(-1.0, 1.0, 1000)):
+        with localcontext() as context:
+            context.prec = 50
+            exact = Decimal(float(x)).exp()
+        worst = max(worst, abs(float((Decimal(float(exponential(x))) - exact) / exact)))
+    assert 0.0 < worst < 2.5 * 2.0**-53
+    assert exponential(0.0) == 1.0 and exponential(-709.0) == 0.0 and exponential(710.0) == np.inf
+
+
 def test_the_same_bits_without_the_compiler() -> None:
     code = (
-        "from granular_env.components.support.powers import power\n"
+        "from granular_env.components.support.powers import exponential, power\n"
+        "print([float(exponential(x)).hex() for x in (-700.0, -3.2, -1e-9, 0.4, 2.0, 600.0)])\n"
         "print([float(power(x, p)).hex() for x in (1e-9, 3.7e-6, .9, 1.4, 1.5, 7e5) for p in (1.0, 1.3, 2.5, 0.4)])"
     )
     assert python(code) == python(code, NUMBA_DISABLE_JIT="1")

@@ -166,9 +166,10 @@ def test_a_full_disk_is_reported_and_the_state_kept(room: int) -> None:
 
 
 def test_a_full_disk_at_the_very_end() -> None:
-    component = catalogue.make("oscillator")
-    recorder = Recorder(component, Path("x.mcap"), _FullDisk(10000), ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
+    component, disk = catalogue.make("oscillator"), _FullDisk(1 << 30)
+    recorder = Recorder(component, Path("x.mcap"), disk, ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
     component.step(100.0)
+    disk.room = 0
     with pytest.raises(LogError, match="No space left"):
         recorder.close()
     assert component.tick == 10000

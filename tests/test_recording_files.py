@@ -437,7 +437,7 @@ def test_the_caps_on_work_hold_for_every_command_that_runs(
 def test_a_file_of_no_bytes_is_called_empty_and_nothing_advises_to_recover_it(tmp_path: Path) -> None:
     (tmp_path / "empty.mcap").touch()
     for act in (open_log, verify, lambda path: recover(path, tmp_path / "out.mcap")):
-        with pytest.raises(LogError, match="is empty: nothing was written") as caught:
+        with pytest.raises(LogError, match="is empty; nothing was written") as caught:
             act(tmp_path / "empty.mcap")
         assert "granular-env recover" not in str(caught.value)
 

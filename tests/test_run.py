@@ -10,15 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from granular_env import run_loop
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, StepError
-from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, verify
-from granular_env.run_loop import advance, replay, run
+from granular_env.run_loop import replay, run
 
 ROOT = Path(__file__).resolve().parents[1]
 OSCILLATOR = {
@@ -281,41 +279,3 @@ def test_ctrl_c_on_the_command_line_leaves_a_complete_log(command, tmp_path):
     with open_log(log) as opened:
         assert opened.complete
         assert opened.duration > 0.0
-
-
-@pytest.mark.parametrize("copy", [1e-3, 10e-3, 23e-3, 200e-3])
-def test_the_undo_of_a_large_state_costs_little(monkeypatch, copy):
-    """Whatever the copy of a state takes, the calls of step become so long that all copies stay below 5 % of the run.
-
-    By a clock of the test's own: a tick takes 1 ms, the copy of the state that each call makes `copy` seconds.
-    """
-    clock, calls = [0.0], []
-
-    class Heavy(Oscillator):
-        def _advance(self, ticks: int) -> int:
-            clock[0] += 1e-3 * ticks
-            return 0
-
-        def undo_seconds(self) -> float:
-            return copy
-
-        def step(self, *arguments: float, **inputs: float) -> None:
-            calls.append(self.tick)
-            clock[0] += copy
-            super().step(*arguments, **inputs)
-
-    monkeypatch.setattr(run_loop, "perf_counter", lambda: clock[0])
-    heavy = Heavy()
-    advance(heavy, 200_000, inputs={})
-    assert heavy.tick == 200_000 and len(calls) > 20
-    assert len(calls) * copy <= 0.05 * clock[0]
-
-
-def test_how_long_the_undo_takes_is_measured_on_the_state():
-    class Heavy(Oscillator):
-        def _build(self) -> None:
-            super()._build()
-            self._lay_out(position=("f8", ()), velocity=("f8", ()), tally=("f8", (4,)), ballast=("f8", (8_000_000,)))
-
-    # 64 MB against 48 bytes: thousands of times as long.
-    assert min(Heavy().undo_seconds() for _ in range(3)) > 10.0 * min(Oscillator().undo_seconds() for _ in range(3))

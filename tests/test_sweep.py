@@ -597,7 +597,7 @@ def test_folders_that_are_not_this_sweeps(tmp_path):
     description = json.loads((tmp_path / "mine" / "sweep.json").read_text())
     (tmp_path / "mine" / "sweep.json").write_text(json.dumps({**description, "version": 2}))
     for call in (lambda: run_sweep(plan(), tmp_path / "mine"), lambda: open_sweep(tmp_path / "mine")):
-        with pytest.raises(ge.SweepError, match="has version 2, this program reads 1"):
+        with pytest.raises(ge.SweepError, match="version: got 2, expected 1"):
             call()
     (tmp_path / "mine" / "sweep.json").write_text("{")
     with pytest.raises(ge.SweepError, match="cannot be read"):
@@ -686,7 +686,7 @@ def _refused(folder) -> bool:
         ({"engine": 3}, "engine: got 3"),
         ({"overrides": ["duration=1.0"]}, r"overrides: got \['duration=1.0'\], .* write overrides={'duration': 1.0}"),
         ({"engine": "ray", "address": 3}, "address: got 3"),
-        ({"plan": None}, "plan None"),
+        ({"plan": None}, "plan: got None, expected a name or a path"),
         ({"plan": plan(measure={"outcome": "max velocity[2]"})}, "measure.outcome: the table has a column of this name"),
         ({"plan": plan(measure={"x": {"measurement": "waves_at", "take": ["speed"]}})}, r"measure.x.take: got \['speed'\]"),
     ],

@@ -270,7 +270,7 @@ def test_a_live_viewer_without_a_screen_names_the_other_ways(no_screen):
 @pytest.mark.parametrize(
     ("given", "word"),
     [
-        ({"pace": 3.0}, "pace: expected a duration"),
+        ({"pace": 3.0}, "duration: missing, expected the simulated time"),
         ({"pace": -1.0, "duration": 1.0}, "pace: got -1.0"),
         ({"pace": "fast", "duration": 1.0}, "pace: got 'fast'"),
         ({"duration": 0.0}, "duration: got 0.0"),

@@ -102,7 +102,10 @@ def test_a_report_shows_what_it_is_asked_for(log, tmp_path):
         ({"indices": 3}, "indices: got 3, expected a list"),
         ({"indices": ["3"]}, "indices: got '3', expected a whole number"),
         ({"times": ["now"]}, "times: got 'now'"),
-        ({"variables": ["kinetic_energy"], "times": [1e-5]}, "times, indices: none of the variables is a recorded array"),
+        (
+            {"variables": ["kinetic_energy"], "times": [1e-5]},
+            "variables: none of the variables is a recorded array; leave times and indices out",
+        ),
     ],
     ids=str,
 )

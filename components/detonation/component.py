@@ -244,19 +244,25 @@ class DetonationTube(Component):
             if not (values > 0.0).all():
                 cell = int(np.argmin(values > 0.0))
                 raise ParameterError(
-                    f"start.{name}[{cell}]: got {values[cell]:g}, expected more than 0 everywhere; give an array, or use the "
-                    "parameter `regions`"
+                    f"got {values[cell]:g}",
+                    expected="more than 0 everywhere",
+                    hint="give an array, or use the parameter `regions`",
+                    at=f"start.{name}[{cell}]",
                 )
         if not ((state.progress >= 0.0) & (state.progress <= 1.0)).all():
             cell = int(np.argmin((state.progress >= 0.0) & (state.progress <= 1.0)))
-            raise ParameterError(f"start.progress[{cell}]: got {state.progress[cell]:g}, expected 0 to 1")
+            raise ParameterError(f"got {state.progress[cell]:g}", expected="0 to 1", at=f"start.progress[{cell}]")
         speeds = self._wave_speeds()
         cell, allowed = int(speeds.argmax()), kernels.LARGEST_COURANT * self.cell_size
         if not speeds[cell] * self.step_size <= allowed:
             raise ParameterError(
-                f"step_size: got {self.step_size:g} s, expected at most {allowed / speeds[cell]:.4g} s: waves in cell {cell} "
-                f"run at {speeds[cell]:g} m/s at the start and may cross at most {kernels.LARGEST_COURANT:g} cells a step; "
-                "take a smaller step_size, or leave it out"
+                f"got {self.step_size:g} s",
+                expected=(
+                    f"at most {allowed / speeds[cell]:.4g} s: waves in cell {cell} run at {speeds[cell]:g} m/s at the "
+                    f"start and may cross at most {kernels.LARGEST_COURANT:g} cells a step"
+                ),
+                hint="take a smaller step_size, or leave it out",
+                at="step_size",
             )
 
     def tables(self) -> tuple[Medium, Tube, State, layout.Scratch, FloatArray]:

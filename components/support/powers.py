@@ -1,4 +1,4 @@
-"""x^p by + x / and bits alone: the same result on every machine, where the library's pow is not."""
+"""x^p and e^x by + x / and bits alone: the same results on every machine, where the library's pow and exp are not."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ from .jit import inlined
 _LN2 = 0.6931471805599453
 _TWO_OVER_LN2 = 2.8853900817779268
 _ROOT_2 = 1.4142135623730951
+# ln 2 in two parts: the first has so few bits that its product with a small whole number is exact.
+_LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
+# Beyond these e^x is no normal number.
+_SMALLEST, _LARGEST = -708.0, 709.0
 # Adding and taking away 1.5 x 2^52 rounds to a whole number.
 _ROUNDING = 6755399441055744.0
 _FRACTION, _ONE_BITS, _EXPONENT_BIAS = np.int64(0x000FFFFFFFFFFFFF), np.int64(0x3FF0000000000000), np.int64(1023)
@@ -34,6 +38,17 @@ def power(x, p):
     scale = np.int64((np.int64(inside) + _EXPONENT_BIAS) << _FRACTION_WIDTH).view(np.float64)
     result = scale * _exponential(rest * _LN2)
     return 0.0 if whole < -1022.0 else (np.inf if whole > 1023.0 else result)
+
+
+@inlined
+def exponential(x):
+    """e^x to about an ulp; 0 below x = -708, infinite above 709."""
+    inside = _SMALLEST if x < _SMALLEST else (_LARGEST if x > _LARGEST else x)
+    whole = (0.5 * _TWO_OVER_LN2 * inside + _ROUNDING) - _ROUNDING
+    rest = (inside - whole * _LN2_HIGH) - whole * _LN2_LOW
+    scale = np.int64((np.int64(whole) + _EXPONENT_BIAS) << _FRACTION_WIDTH).view(np.float64)
+    result = scale * _exponential(rest)
+    return 0.0 if x < _SMALLEST else (np.inf if x > _LARGEST else result)
 
 
 @inlined

@@ -24,6 +24,7 @@ VERSION = 2
 _HEAD, _CRC = struct.Struct("<4sHI"), struct.Struct("<I")
 _DIGEST_SIZE = 8
 _MAXIMUM_DIMENSIONS = 8
+_DAMAGED = "the data is damaged"
 # Little-endian numbers only: what a file from any x86-64 machine holds.
 _DTYPES = {"<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "|u1"}
 
@@ -76,7 +77,7 @@ def unpack(data: bytes | memoryview, most_text: int | None = None) -> tuple[dict
     except LogError:
         raise
     except (ValueError, KeyError, TypeError, IndexError, struct.error, RecursionError, OverflowError) as error:
-        raise LogError(f"a packed block is not readable: {error}") from error
+        raise LogError(f"a packed block is not readable: {error}", hint=_DAMAGED) from error
 
 
 def _unpack(view: memoryview, most_text: int | None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -91,29 +92,33 @@ def _unpack(view: memoryview, most_text: int | None) -> tuple[dict[str, Any], di
         raise LogError(f"a packed block has format version {version}, this program reads {VERSION}", hint="update granular-env")
     body, stored = view[:-_DIGEST_SIZE], bytes(view[-_DIGEST_SIZE:])
     if _HEAD.size + length > len(body):
-        raise LogError("a packed block's header is longer than the block", hint="the data is damaged")
+        raise LogError("a packed block's header is longer than the block", hint=_DAMAGED)
     front = body[: _HEAD.size + length]
     if _checksum(front, [body[len(front) :]]) != stored:
-        raise LogError("a packed block does not match its checksum", hint="the data is damaged")
+        raise LogError("a packed block does not match its checksum", hint=_DAMAGED)
     if most_text is not None and length > most_text:
-        raise LogError(f"a packed block's header has {length} bytes of text, the limit is {most_text}")
+        raise LogError(f"a packed block's header has {length} bytes of text", expected=f"at most {most_text}")
     content = json.loads(bytes(front[_HEAD.size :]))
     arrays: dict[str, np.ndarray] = {}
     offset = len(front)
     for name, dtype_name, shape in content["arrays"]:
         if dtype_name not in _DTYPES:
-            raise LogError(f"array {name!r} has dtype {dtype_name!r}", expected=f"one of {', '.join(sorted(_DTYPES))}")
+            raise LogError(f"got dtype {dtype_name!r}", at=("array", name), expected=f"one of {', '.join(sorted(_DTYPES))}")
         if len(shape) > _MAXIMUM_DIMENSIONS or any(not isinstance(extent, int) or not 0 <= extent < 2**48 for extent in shape):
-            raise LogError(f"array {name!r} has a shape that no array has")
+            raise LogError(
+                f"got shape {shape}", expected=f"at most {_MAXIMUM_DIMENSIONS} whole numbers from 0", at=("array", name)
+            )
         dtype = np.dtype(dtype_name)
         count = 1
         for extent in shape:
             count *= extent
         size = count * dtype.itemsize
         if offset + size > len(body):
-            raise LogError(f"array {name!r} wants {size} bytes and the block has {len(body) - offset} left")
+            raise LogError(
+                f"it takes {size} bytes and the packed block has {len(body) - offset} left", hint=_DAMAGED, at=("array", name)
+            )
         arrays[name] = np.frombuffer(body[offset : offset + size], dtype=dtype).reshape(shape).copy()
         offset += size
     if offset != len(body):
-        raise LogError(f"a packed block has {len(body) - offset} bytes that belong to no array")
+        raise LogError(f"a packed block has {len(body) - offset} bytes that belong to no array", hint=_DAMAGED)
     return content["header"], arrays

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel, GetCoreSchemaHandler, SerializerFunctionWrapHandler, ValidationError, model_serializer
+from pydantic import GetCoreSchemaHandler, SerializerFunctionWrapHandler, ValidationError, model_serializer
 from pydantic_core import CoreSchema, core_schema
 
 from ..errors import nearest, shortened
-from ..support.validation import Parameters
-from .validation import as_validation_error, faults_of, refusal
+from .validation import Choices, Parameters, as_validation_error, faults_of, refusal
 
 
 class Named(Parameters):
@@ -26,8 +25,8 @@ class Named(Parameters):
 
 
 @dataclass(frozen=True)
-class ByName:
-    """Marks a field that holds one of several tables: given as a bare name, as a table with its name, or as what that makes.
+class ByName(Choices):
+    """Chooses the table of a field: given as a bare name, as a table with its name, or as what that makes.
 
         law: Annotated[SerializeAsAny[Law], ByName({"hertz": Hertz, "power": Power})]
 
@@ -41,7 +40,7 @@ class ByName:
         return core_schema.no_info_before_validator_function(self.choose, handler(source))
 
     def choose(self, given: Any) -> Named:
-        """Return the table; `a fault where there is none, or where it is not valid."""
+        """Return the table; raise a fault where there is none, or where it is not valid."""
         if type(given) in self.choices.values():
             return given
         fields = {"name": given} if isinstance(given, str) else given
@@ -59,9 +58,3 @@ class ByName:
             return model(**{str(key): value for key, value in fields.items()})
         except ValidationError as error:
             raise as_validation_error(faults_of(error, fields, model)) from None
-
-
-def tables(model: type[BaseModel]) -> dict[str, Mapping[str, type[Named]]]:
-    """Return the parameters of a model that are tables chosen by name: parameter -> name -> table."""
-    marks = ((name, mark) for name, field in model.model_fields.items() for mark in field.metadata)
-    return {name: mark.choices for name, mark in marks if isinstance(mark, ByName)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import numpy as np
@@ -59,6 +59,23 @@ class Parameters(Fixed):
     """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
 
     model_config = ConfigDict(validate_default=True)
+
+
+@dataclass(frozen=True)
+class Choices:
+    """Marks a field of parameters that holds one of several tables.
+
+    Attributes:
+        choices: the model of each table, by the name that chooses it.
+    """
+
+    choices: Mapping[str, type[Parameters]]
+
+
+def tables(model: type[BaseModel]) -> dict[str, Mapping[str, type[Parameters]]]:
+    """Return the parameters of a model that are tables chosen by name: parameter -> name -> table."""
+    marks = ((name, mark) for name, field in model.model_fields.items() for mark in field.metadata)
+    return {name: mark.choices for name, mark in marks if isinstance(mark, Choices)}
 
 
 def validate_parameters(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
@@ -203,8 +220,6 @@ def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
 
 def _owner(model: type[BaseModel], name: str, value: Any) -> str:
     """Return advice where a name belongs to a table that another parameter chooses by name; empty where it does not."""
-    from .tagged_union import tables
-
     for parameter, choices in tables(model).items():
         owners = [choice for choice, table in choices.items() if name in table.model_fields]
         if owners:

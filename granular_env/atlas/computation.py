@@ -118,9 +118,9 @@ def chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
     known, wanted = {entry.name: entry for entry in paper.entries}, list(only)
     for name in wanted:
         if wanted.count(name) > 1:
-            raise ParameterError(f"entry {name!r}: named {wanted.count(name)} times; name it once")
+            raise ParameterError(f"{name!r} is named {wanted.count(name)} times", hint="name it once", at="entries")
         if name not in known:
-            raise ParameterError(f"entry {name!r}: {paper.name} has none of that name; {nearest(name, known)}")
+            raise ParameterError(f"{paper.name} has no {name!r}", hint=nearest(name, known), at="entries")
     return [entry for entry in paper.entries if not wanted or entry.name in wanted]
 
 
@@ -146,7 +146,7 @@ def _parallel(entries: Sequence[Entry], arguments: tuple[Any, ...], processes: i
                     message = worker.connection.recv()
                 except (EOFError, OSError):
                     raise GranularError(
-                        f"entry {entry.name!r}: {worker.exit_reason()}; try one process at a time (processes = 1)"
+                        f"entry {entry.name!r}: {worker.exit_reason()}", hint="try one process at a time (processes = 1)"
                     ) from None
                 if isinstance(message, Done):
                     yield message

@@ -16,7 +16,7 @@ def constant_values(paper: Paper, changed: Mapping[str, Any]) -> dict[str, float
     values = {name: constant.value for name, constant in paper.constants.items()}
     for name, value in changed.items():
         if name not in values:
-            raise ParameterError(f"constant {name!r}: {paper.name} has none of that name; {nearest(name, values)}")
+            raise ParameterError(f"{paper.name} has none of that name", hint=nearest(name, values), at=("constants", name))
         values[name] = _validate(name, value, paper.constants[name])
     return values
 
@@ -25,9 +25,10 @@ def _validate(name: str, value: Any, constant: Constant) -> float:
     expected = (
         f"a {'whole ' if constant.whole else ''}number from {constant.low:g} to {constant.high:g} {constant.unit}".rstrip()
     )
+    hint = f"it is {constant.description}"
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if not number or not math.isfinite(value) or not constant.low <= value <= constant.high:
-        raise ParameterError(f"constant {name!r}: got {shortened(value)}, expected {expected}: {constant.description}")
+        raise ParameterError(f"got {shortened(value)}", expected=expected, hint=hint, at=("constants", name))
     if constant.whole and value != int(value):
-        raise ParameterError(f"constant {name!r}: got {value:g}, expected {expected}: {constant.description}")
+        raise ParameterError(f"got {value:g}", expected=expected, hint=hint, at=("constants", name))
     return int(value) if constant.whole else float(value)

@@ -18,7 +18,7 @@ from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.output_files import file_name
 from granular_env.recording import open_log
-from granular_env.recording.reader import Log
+from granular_env.recording.log import Log
 from granular_env.run_loop import run
 
 from .folder import PART
@@ -125,5 +125,7 @@ def _watch(component: str, every: float) -> Any:
     """Return an observer that keeps the motion of such a component."""
     watch = domain_of(component).load("watch")
     if watch is None:
-        raise ParameterError(f"experiment: it runs a {component!r}, of which no history is kept; read its log instead")
+        raise ParameterError(
+            f"it runs a {component!r}, of which no history is kept", hint="read its log instead", at="experiment"
+        )
     return watch(every)

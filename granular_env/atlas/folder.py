@@ -32,10 +32,12 @@ def open_folder(folder: str | os.PathLike[str]) -> Iterator[Path]:
         try:
             logs.mkdir(parents=True, exist_ok=True)
             held = stack.enter_context((place / _LOCK).open("ab"))
-            busy = f"{str(place)!r}: another process computes an atlas there; wait for it, or choose another folder"
-            lock(held, GranularError(busy))
+            hint = "wait for it, or choose another folder"
+            lock(held, GranularError("another process computes an atlas there", hint=hint, source=f"{str(place)!r}"))
         except OSError as error:
-            raise GranularError(f"cannot write the atlas into {str(place)!r}: {error}; choose another folder") from error
+            raise GranularError(
+                f"cannot be written: {error}", hint="choose another folder", source=f"{str(place)!r}"
+            ) from error
         logs_of_data(place / DATA)
         _remove_parts(logs)
         stack.callback(_remove_parts, logs)
@@ -77,5 +79,6 @@ def logs_of_data(path: Path) -> set[str]:
 
 def _foreign(path: Path, why: str) -> GranularError:
     return GranularError(
-        f"{str(path)!r} is not the data of an atlas ({why}); an atlas would replace it: remove it, or choose another folder"
+        f"{str(path)!r} is not the data of an atlas ({why})",
+        hint="an atlas would replace it: remove it, or choose another folder",
     )

@@ -95,11 +95,6 @@ class Mark:
     x: float | None = None
     y: float | None = None
 
-    @property
-    def is_point(self) -> bool:
-        """Tell whether both coordinates are stated."""
-        return self.x is not None and self.y is not None
-
 
 @dataclasses.dataclass(frozen=True)
 class Shading:

@@ -21,5 +21,5 @@ def paper(name: str) -> Paper:
     """Return a paper by its name; `ParameterError` with the nearest one where there is none."""
     homes = _homes()
     if name not in homes:
-        raise ParameterError(f"paper {name!r}: there is no atlas of it; {nearest(name, names())}")
+        raise ParameterError(f"there is no atlas of {name!r}", hint=nearest(name, names()), at="paper")
     return load(homes[name])

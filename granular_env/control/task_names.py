@@ -91,7 +91,9 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
         raise
     except Exception as error:  # whatever the user's own code does
         told = " ".join(str(error).split())
-        raise ParameterError(f"task {name}: it ends with {type(error).__name__}{f': {told}' if told else ''}") from error
+        raise ParameterError(
+            f"it ends with {type(error).__name__}{f': {told}' if told else ''}", source=f"task {name}"
+        ) from error
     env = getattr(made, "unwrapped", made)
     if isinstance(env, Task):
         raise ParameterError(

@@ -88,7 +88,7 @@ class Document(Table):
         except GranularError as error:
             raise ExperimentError(*(self.locate_fault(fault, *location) for fault in error.faults)) from error
         except MemoryError as error:
-            too_large = Fault(received="it asks for more memory than there is; make it smaller")
+            too_large = Fault(received="it asks for more memory than there is", hint="make it smaller")
             raise ExperimentError(self.locate_fault(too_large, *location)) from error
 
     def locate_fault(self, fault: Fault, *location: str | int) -> Fault:

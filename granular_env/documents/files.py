@@ -32,10 +32,10 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
         path = Path(source)
         is_file = path.is_file()
     except (TypeError, ValueError, OSError) as error:
-        raise ExperimentError(f"{kind} {shortened(source, 60)}: no name and no path: {error}") from None
+        raise ExperimentError(f"got {shortened(source, 60)}", expected=f"a name or a path ({error})", at=kind) from None
     if is_file:
         if begins_as_log(path):
-            raise ExperimentError("this is a log, try `granular-env check` or `granular-env report`", source=str(path))
+            raise ExperimentError("this is a log", hint="try `granular-env check` or `granular-env report`", source=str(path))
         return path
     shipped = shipped_files(shelf)
     if str(source) in shipped:
@@ -44,9 +44,13 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
         what = "a folder" if path.is_dir() else "a device, a pipe or a socket"
         raise ExperimentError(f"it is {what}", expected="a TOML file or a name of `granular-env list`", source=str(path))
     if path.suffix == ".toml":
-        raise ExperimentError("there is no such file", source=str(path))
+        raise ExperimentError(
+            "there is no such file",
+            hint="paths are relative to the current folder; `granular-env list` names what is shipped",
+            source=str(path),
+        )
     advice = nearest_names(str(source), shipped)
-    raise ExperimentError(f"{kind} {shortened(str(source), 60)}: no shipped {kind} and no file", hint=advice)
+    raise ExperimentError(f"got {shortened(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
 
 
 def begins_as_log(path: Path) -> bool:

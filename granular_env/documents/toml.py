@@ -26,7 +26,7 @@ def edit(text: str, key: str, value: Any) -> str:
         document[key] = value
         return tomlkit.dumps(document)
     except TOMLKitError as error:
-        raise ExperimentError(f"not valid TOML: {error}") from None
+        raise ExperimentError(f"not valid TOML: {error}", at=key) from None
 
 
 def toml_value(value: Any) -> str:

@@ -82,19 +82,26 @@ class EnvState:
                 raise LogError(f"these bytes hold a {header['kind']!r}", expected=f"an {_KIND}")
             task, random = header["task"], header["random"]
             if not isinstance(task, str) or not isinstance(random, dict):
-                raise LogError("an environment's state has no task or no random numbers", hint="the data is damaged")
+                raise LogError("no task or no random numbers", hint="the data is damaged", source="state of an environment")
             bit_generator(random)
             drawn = _validate_drawn(header.get("drawn", {}))
             episode = arrays["episode"] if "episode" in arrays else _validate_episode(*header["episode"])
             if isinstance(episode, np.ndarray):
                 if episode.dtype != np.int64 or episode.ndim != 1:
-                    raise LogError("an environment's memory is not a list of 8-byte words")
+                    raise LogError(
+                        f"got {episode.dtype} of shape {episode.shape}",
+                        expected="a list of int64",
+                        at="episode",
+                        source="state of an environment",
+                    )
                 episode = episode.tobytes()
             return cls(Snapshot.from_bytes(arrays["snapshot"].tobytes()), task, episode, random, drawn)
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, LogError):
                 raise
-            raise LogError(f"these bytes are no state of an environment: {error}") from error
+            raise LogError(
+                f"these bytes are none: {error}", hint="the data is damaged", source="state of an environment"
+            ) from error
 
 
 def bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:

@@ -50,7 +50,7 @@ def template(name: str, new_name: str | None = None, others: Iterable[str] = ())
         expected = "the name of something that comes with the package, or a file"
         raise ExperimentError(f"got {name!r}", expected=expected, hint=advice) from error
     except (OSError, UnicodeDecodeError) as error:
-        raise ExperimentError(f"cannot be read as text: {error}", source=name) from error
+        raise ExperimentError(f"cannot be read as text: {error}", expected="a TOML file", source=name) from error
     return text if new_name is None else edit(text, "name", new_name)
 
 
@@ -113,7 +113,9 @@ def _content(original: Path) -> bytes:
         if isinstance(error, ExperimentError):
             raise
         raise ExperimentError(
-            f"the CSV file cannot be read: {getattr(error, 'strerror', None) or error}", source=str(original)
+            f"the CSV file cannot be read: {getattr(error, 'strerror', None) or error}",
+            hint="copy it by hand",
+            source=str(original),
         ) from None
 
 

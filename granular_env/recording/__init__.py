@@ -1,7 +1,7 @@
 """Logs: record what a component does, open it, re-run it, branch off it, repair it."""
 
 from .branch import Branch
-from .reader import Log, open_log
+from .log import Log, open_log
 from .record import record
 from .recorder import Recorder
 from .recover import recover

@@ -16,14 +16,14 @@ from .arguments import make_schedule, names_to_record
 from .log_file import create
 from .log_writer import as_path
 from .message_index import Segment
-from .reader import Log, open_log, restore
 from .record import note_log_on_error
 from .recorder import Recorder
+from .replay import advance, restore
 from .sampling import Schedule
-from .verification import advance
 
 if TYPE_CHECKING:
     from ..components.profiles import CompiledProfile
+    from .log import Log
 
 
 @dataclass(slots=True)
@@ -82,7 +82,7 @@ class Branch:
         end = self.end(until)
         with self.recording(target, given, every=every, variables=variables, overwrite=overwrite):
             self._go_on(given, end)
-        return open_log(target, allow_large=self.parent._caps.lifted)
+        return type(self.parent)(target, self.parent._caps.lifted)
 
     def end(self, until: float | None = None) -> int:
         """Return the tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""

@@ -10,6 +10,7 @@ from ..components.component import Component
 from ..components.errors import GranularError, LogError
 from ..components.support.validation import validate_parameters
 from .limits import Limits
+from .records import damage
 
 
 def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) -> type[Component]:
@@ -20,24 +21,25 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
         raise LogError(
             f"the log is of a component {name!r}, which is not one of ours ({', '.join(_own_names())})",
             hint=f"if you trust it, pass its class: components={{{name!r}: ...}}",
+            at="header.component",
         )
     try:
         return component_class(name)
     except (GranularError, ImportError, AttributeError) as error:
-        raise LogError(f"the log is of a component {name!r}, which cannot be loaded: {error}") from error
+        raise LogError(f"{name!r} cannot be loaded: {error}", at="header.component") from error
 
 
 def build(header: Mapping[str, Any], caps: Limits, components: Mapping[str, type[Component]] | None) -> Component:
     """Return a fresh component with the log's parameters, whatever identity the log claims."""
     kind, given = own_or_given(header.get("component"), components), header.get("parameters")
     if not isinstance(given, dict) or not all(isinstance(name, str) for name in given):
-        raise LogError("its header holds no parameters", source=f"log {caps.path!r}")
+        raise damage("missing", "header.parameters", caps.path)
     caps.parameters(given, kind.Parameters)
     try:
         validate_parameters(kind.Parameters, given, f"component {kind.name!r}")
         return kind(**given)
     except (GranularError, ArithmeticError, ValueError, TypeError, MemoryError, RecursionError) as error:
-        raise LogError(f"its parameters are not valid for {kind.name!r}: {error}", source=f"log {caps.path!r}") from error
+        raise LogError(f"not valid for {kind.name!r}: {error}", at="header.parameters", source=f"log {caps.path!r}") from error
 
 
 def _own_names() -> list[str]:

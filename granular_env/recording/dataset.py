@@ -10,15 +10,15 @@ from ..components.contract import Variable
 from ..components.errors import LogError, MissingExtraError
 
 if TYPE_CHECKING:
-    from .reader import Log
+    from .reader import LogReader
 
 
-def dataset_of(log: Log) -> Any:
+def dataset_of(log: LogReader) -> Any:
     """Return all frames of a log; see `Log.to_xarray`."""
     try:
         import xarray
     except ImportError as error:
-        raise MissingExtraError("to_xarray needs the package xarray: pip install 'granular-env[data]'") from error
+        raise MissingExtraError("to_xarray needs the package xarray", hint="pip install 'granular-env[data]'") from error
     times, data = None, {}
     sizes: dict[str, int] = {}
     for name, variable in log.variables.items():

@@ -8,8 +8,8 @@ from typing import Any
 from ..components.component import Component
 from ..components.support.serialization import canonical_json
 from .header import closing_facts, component_facts
+from .log import Log
 from .metadata import METADATA_NAME, metadata_of_log
-from .reader import Log
 from .records import words
 
 # Compared elsewhere: what decides whether the component can be built and stepped at all.

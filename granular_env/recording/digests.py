@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ..components.component import Component
 from ..components.errors import LogError
+from .log import Log
 from .message_index import DETAIL, SEGMENT
-from .reader import Log
 from .record_batch import header_digests, held_word, parameter_digests, step_digests
 from .records import HASHES, STEPS
 from .step_history import raw_sets

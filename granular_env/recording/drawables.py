@@ -10,7 +10,8 @@ import numpy as np
 
 from ..components.contract import Variable
 from ..components.drawables import Cells, Curve, Drawable, Links, Points
-from ..components.errors import LogError
+from ..components.errors import Location
+from .records import damage
 
 _KINDS = {"points": Points, "links": Links, "cells": Cells, "curve": Curve}
 # Arrays of a drawable -> dtype and number of dimensions.
@@ -48,21 +49,25 @@ def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapp
         variables: those recorded, by name; what a drawable shows of them has to fit it.
     """
     if not isinstance(facts, list):
-        raise LogError("the log's header does not say what can be drawn")
+        raise damage("it does not say what can be drawn", "header.drawables")
     found: list[Drawable] = []
     for place, texts in enumerate(facts):
         found.append(_drawable(place, texts, arrays))
         if isinstance(found[-1], Links) and not _has_ends(found[-1], found):
-            raise LogError(f"the log's header describes drawable {place} wrongly: its pairs join points that there are not")
+            raise damage("it joins points that there are not", _place(place, "pairs"))
         if (name := unfit_output(found[-1], variables)) is not None:
-            raise LogError(f"the log's header describes drawable {place} wrongly: {name!r} has another number of values")
+            raise damage(f"{name!r} has another number of values", _place(place))
     return tuple(found)
+
+
+def _place(number: int, *field: str) -> Location:
+    return ("header", "drawables", number, *field)
 
 
 def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawable:
     kind = _KINDS.get(str(texts.get("kind"))) if isinstance(texts, dict) else None
     if kind is None:
-        raise LogError(f"the log's header describes drawable {place} wrongly: it is of no known kind")
+        raise damage("it is of no known kind", _place(place))
     values: dict[str, Any] = {}
     for field in dataclasses.fields(kind):
         name = f"{place}.{field.name}"
@@ -73,11 +78,11 @@ def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawa
         else:
             sound = isinstance(value, str)
         if not sound:
-            raise LogError(f"the log's header describes drawable {place} wrongly: {field.name!r} is not what it should be")
+            raise damage("it is missing or of another type", _place(place, field.name))
         values[field.name] = value
     drawable = kind(**values)
     if not _is_consistent(drawable):
-        raise LogError(f"the log's header describes drawable {place} wrongly: its arrays do not fit together")
+        raise damage("its arrays do not fit together", _place(place))
     return drawable
 
 

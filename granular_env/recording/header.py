@@ -16,12 +16,13 @@ import numpy as np
 
 from ..components.component import Component
 from ..components.contract import Balance, Variable
-from ..components.errors import LogError, ParameterError
+from ..components.errors import ParameterError
 from .arguments import plain_values
 from .drawables import drawable_facts
-from .records import FORMAT
+from .records import FORMAT, damage
 
 _PACKAGES = ("granular-env", "numpy", "numba", "llvmlite", "mcap")
+_VARIABLES = ("header", "variables")
 
 
 def versions() -> dict[str, str]:
@@ -77,16 +78,16 @@ def variable_from(facts: Mapping[str, Any]) -> Variable:
         shape = tuple(facts["shape"])
         texts = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")]
         if not all(type(extent) is int and 0 <= extent < 2**40 for extent in shape) or len(shape) > 4:
-            raise LogError(f"the log's header gives a variable the shape {shape!r}")
+            raise damage(f"a variable has the shape {shape!r}", _VARIABLES)
         if not all(isinstance(text, str) for text in texts) or texts[4] not in ("float64", "int64"):
-            raise LogError("the log's header describes a variable wrongly")
+            raise damage("a variable has a name, a unit or a dtype that none has", _VARIABLES)
         name, causality, unit, description, dtype = texts
         axes = tuple(facts["axes"])
         if len(axes) not in (0, len(shape)) or not all(isinstance(axis, str) for axis in axes):
-            raise LogError(f"the log's header gives {name!r} the axes {axes!r}")
+            raise damage(f"the axes are {axes!r}", (*_VARIABLES, name))
         return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]), axes=axes)
     except (KeyError, TypeError) as error:
-        raise LogError(f"the log's header describes a variable wrongly: {error}") from error
+        raise damage(f"a variable is described wrongly: {error}", _VARIABLES) from error
 
 
 def header_of(
@@ -158,9 +159,9 @@ def balance_names_from(facts: Any) -> tuple[BalanceNames, ...]:
             for one in facts
         ]
     except (KeyError, TypeError) as error:
-        raise LogError(f"the log's header describes its balances wrongly: {error}") from error
+        raise damage(f"one is described wrongly: {error}", "header.balances") from error
     if not all(isinstance(name, str) for one in found for name in (one.quantity, one.unit, *one.entries)):
-        raise LogError("the log's header describes its balances wrongly")
+        raise damage("a name in them is no text", "header.balances")
     return tuple(found)
 
 

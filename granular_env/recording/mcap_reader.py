@@ -30,6 +30,7 @@ _HEADER_OP, _FOOTER_OP, _SCHEMA_OP, _CHANNEL_OP, _MESSAGE_OP, _CHUNK_OP, _CHUNK_
 _METADATA_OP, _METADATA_INDEX_OP = 12, 13
 _FOOTER_BYTES = _RECORD.size + _FOOTER.size
 # Decompressed chunks that are kept at hand, and what a message's object takes beside its data [bytes].
+NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is lost"
 _CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200
 _RECOVER = "`granular-env recover` saves what is intact"
 
@@ -73,7 +74,9 @@ class McapReader:
         try:
             self._size = os.fstat(self._file.fileno()).st_size
             if self._size == 0:
-                raise LogError(f"log {str(self.path)!r} is empty: nothing was written to it, and there is nothing to recover")
+                raise LogError(
+                    "the file is empty", hint="nothing was written to it, and there is nothing to recover", source=self._source
+                )
             self._open(scan)
         except (OSError, ValueError, struct.error) as error:
             self._file.close()
@@ -83,7 +86,11 @@ class McapReader:
             raise
 
     def _unreadable(self, error: Exception) -> LogError:
-        return LogError(f"log {str(self.path)!r} cannot be read: {getattr(error, 'strerror', None) or error}")
+        return LogError(f"cannot be read: {getattr(error, 'strerror', None) or error}", source=self._source)
+
+    @property
+    def _source(self) -> str:
+        return f"log {str(self.path)!r}"
 
     @property
     def most_text(self) -> int | None:
@@ -151,7 +158,7 @@ class McapReader:
 
     def _open(self, scan: bool) -> None:
         if self._read(0, len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-            raise LogError(f"{str(self.path)!r} is no MCAP file, so no log of granular-env")
+            raise LogError("no MCAP file", expected="a log of granular-env", source=f"{str(self.path)!r}")
         self._check_profile()
         footer = None if scan else self._footer()
         self.complete = footer is not None
@@ -179,7 +186,7 @@ class McapReader:
         if opcode != _HEADER_OP or name_length > length or name_length != len(expected) or (
             self._read(len(MCAP0_MAGIC) + _RECORD.size + 4, name_length) != expected
         ):  # fmt: skip
-            raise LogError(f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost")
+            raise LogError(NOT_A_LOG, source=f"{str(self.path)!r}")
 
     def _footer(self) -> tuple[int, bytes] | None:
         """Return where the summary starts and its bytes; None where the file has no end."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..components.errors import LogError
 from .mcap_reader import McapReader
 from .records import (
     CLOSED,
@@ -22,6 +21,7 @@ from .records import (
     STEPS,
     TOPICS,
     Record,
+    damage,
     decode,
 )
 
@@ -76,23 +76,21 @@ class Index:
         crowded = (rows[:, COUNT] > rows[:, LAST] - rows[:, FIRST] + 1) & (rows[:, KIND] != EVENTS)
         bad |= (rows[:, COUNT] < 1) | crowded | (rows[:, CHUNK] < 0)
         if bad.any() or not len(rows) or rows[0, KIND] != HEADER or (rows[1:, KIND] == HEADER).any():
-            raise LogError("its index does not describe a log", source=f"log {self.path!r}")
+            raise damage("it does not describe a log", "index", self.path)
         if (np.diff(rows[:, CHUNK]) < 0).any() or rows[:, COUNT].sum(dtype=np.float64) >= _MOST_TICKS:
-            raise LogError("its index does not describe a log", source=f"log {self.path!r}")
+            raise damage("it does not describe a log", "index", self.path)
 
     def _check_numbers(self) -> None:
         for kind, rows in enumerate(self._by_kind):
             if not np.array_equal(rows[:, NUMBER], np.arange(len(rows))) or (np.diff(rows[:, SEGMENT]) < 0).any():
-                raise LogError(
-                    f"records of kind {KINDS[kind]!r} are missing, doubled or out of order", source=f"log {self.path!r}"
-                )
+                raise damage("records are missing, doubled or out of order", KINDS[kind], self.path)
 
     def _segments(self) -> list[Segment]:
         starts = self.select(SNAPSHOTS, START)
         if not np.array_equal(starts[:, SEGMENT], np.arange(len(starts))):
-            raise LogError("the snapshot at the start of a segment is missing or doubled", source=f"log {self.path!r}")
+            raise damage("that of the start of a segment is missing or doubled", "snapshots", self.path)
         if (self.rows[1:, SEGMENT] >= max(len(starts), 1)).any() or (self.rows[:, SEGMENT] < 0).any():
-            raise LogError("a record belongs to a segment that has no start", source=f"log {self.path!r}")
+            raise damage("a record belongs to a segment that has no start", "index", self.path)
         steps = self.select(STEPS)
         bounds = np.searchsorted(steps[:, SEGMENT], np.arange(len(starts) + 1))
         segments, elapsed = [], 0
@@ -100,13 +98,11 @@ class Index:
             own = steps[bounds[number] : bounds[number + 1]]
             marks = np.concatenate([[start], own[:, LAST]])
             if not np.array_equal(own[:, FIRST], marks[:-1]):
-                raise LogError(
-                    f"steps of segment {number} are missing or do not follow one another", source=f"log {self.path!r}"
-                )
+                raise damage(f"those of segment {number} are missing or do not follow one another", "steps", self.path)
             segments.append(Segment(number, start, int(marks[-1]), elapsed))
             elapsed += int(marks[-1]) - start
         if elapsed >= _MOST_TICKS:
-            raise LogError("its index does not describe a log", source=f"log {self.path!r}")
+            raise damage("it does not describe a log", "index", self.path)
         self._check_ticks(segments)
         return segments
 
@@ -116,7 +112,7 @@ class Index:
         begins, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
         rows = self.rows[np.isin(self.rows[:, KIND], (FRAMES, HASHES, SNAPSHOTS, EVENTS))]
         if (rows[:, FIRST] < begins[rows[:, SEGMENT]]).any() or (rows[:, LAST] > ends[rows[:, SEGMENT]]).any():
-            raise LogError("it holds values from outside of its own history", source=f"log {self.path!r}")
+            raise damage("a record is of ticks outside of its segment", "index", self.path)
 
 
 def find_index(container: McapReader, log: str) -> tuple[Index, Record | None]:
@@ -124,18 +120,18 @@ def find_index(container: McapReader, log: str) -> tuple[Index, Record | None]:
     path = str(container.path)
     closing = _closing_record(container, log) if container.chunk_count else None
     if container.complete and closing is None:
-        raise LogError(f"log {path!r} is damaged: it has an end but does not say that it was closed")
+        raise damage("the file has an end, but no record says that it was closed", "incidents", path)
     if closing is not None:
         rows = closing.arrays.get("index")
         if rows is None or rows.dtype != np.int64 or rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
-            raise LogError(f"log {path!r} is damaged: its index has the wrong form")
+            raise damage("it has the wrong form", "index", path)
         container.check_records(len(rows))
         # The film has chunks of its own between the last records and the closing one.
         if len(rows) and rows[:, CHUNK].max() <= container.chunk_count - 2:
             return Index(path, np.vstack([rows, [*closing.row, container.chunk_count - 1]])), closing
     found = np.array(list(_rows(container, log)), dtype=np.int64).reshape(-1, len(COLUMNS))
     if closing is not None and not np.array_equal(found[:-1, :CHUNK], closing.arrays["index"][:, :CHUNK]):
-        raise LogError("records are missing, doubled or out of order", source=f"log {path!r}")
+        raise damage("records are missing, doubled or out of order", "index", path)
     return Index(path, found), closing
 
 

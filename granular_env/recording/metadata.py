@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from ..components.errors import LogError
 from ..documents import to_toml, toml_value
+from .records import damage
 
 METADATA_NAME = "granular-env"
 # Longer texts, such as the radius of each of many grains, are cut: the header has them whole.
@@ -42,7 +42,7 @@ def metadata_of_log(header: Mapping[str, Any], parameters: type[BaseModel] | Non
     try:
         return metadata_of(header, parameters)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
-        raise LogError(f"the log's header describes its run wrongly: {error}") from error
+        raise damage(f"it describes its run wrongly: {error}", "header") from error
 
 
 def title_of(header: Mapping[str, Any]) -> str:

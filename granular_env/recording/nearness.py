@@ -10,8 +10,8 @@ import numpy as np
 
 from ..components.component import Component
 from ..components.errors import LogError
-from .reader import Log, restore
-from .verification import advance
+from .log import Log
+from .replay import advance, restore
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ def nearest(log: Log, components: Mapping[str, type[Component]] | None = None) -
         return None
     found = list(_ratios(log, component))
     if not found:
-        raise LogError("holds no step, so nothing can be said", source=f"log {str(log.path)!r}")
+        raise LogError("it holds no step, so nothing can be said", at="steps", source=f"log {str(log.path)!r}")
     ratio, index, tick = max(found, key=itemgetter(0))
     return Nearness(component.event_ratio, index, tick * log.step_size, ratio, len(found))
 

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..components.component import Component
-from ..components.errors import LogError
+from .log import Log
 from .mcap_reader import RawMessage
 from .message_index import CHUNK, KIND, LAST, SEGMENT
 from .metadata import title_of
 from .preview import PreviewMessage
 from .preview_frames import PreviewFrames, facts_of, preview_facts
-from .reader import Log
-from .records import HEADER, TOPICS
+from .records import HEADER, TOPICS, damage
 
 _PICTURES = 400
 _FROM_FRAMES = {"source": "frames"}
@@ -40,7 +39,7 @@ class PreviewBuilder:
         if type(stride) is int and 1 <= stride < 2**53:
             self._track = PreviewFrames(facts_of(component, title_of(log._header)), stride)
         elif not self._from_frames and not self.missing:
-            raise LogError("its end does not say how its film was made", source=f"log {str(log.path)!r}")
+            raise damage("its end does not say how its film was made", "incidents", log.path)
 
     def take(self, component: Component, balances: Mapping[str, Any], tick: int) -> None:
         """Show it a frame of the re-run, at a tick of the log's time."""
@@ -118,12 +117,12 @@ def _film_messages(log: Log) -> Iterator[RawMessage]:
             yield message
             continue
         if place == len(rows) or (rows[place, CHUNK], rows[place, KIND]) != (chunk, kind):
-            raise LogError("it holds a record that its index does not name", source=f"log {str(log.path)!r}")
+            raise damage("it does not name each record", "index", log.path)
         if message.nanoseconds != times[place]:
             raise _FilmDiffers(f"the time of the record {place} is {message.nanoseconds} ns, expected {times[place]} ns")
         place += 1
     if place != len(rows):
-        raise LogError("records are missing", source=f"log {str(log.path)!r}")
+        raise damage("records that it names are missing", "index", log.path)
 
 
 def _times(log: Log) -> list[int]:

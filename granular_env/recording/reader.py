@@ -1,29 +1,27 @@
-"""A log, opened: what was recorded, by variable and time; and the program that it is, to be re-run or branched off."""
+"""The content of a log: what was recorded, by variable and time; its index, its steps and its snapshots."""
 
 from __future__ import annotations
 
-import os
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
-from ..components.component import Component, refuse_unknown_events
+from ..components.component import refuse_unknown_events
 from ..components.contract import Event, Variable
 from ..components.drawables import Drawable
-from ..components.errors import Fault, GranularError, LogError, ParameterError, nearest, shortened
+from ..components.errors import GranularError, LogError, ParameterError, nearest, shortened
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
 from ..output_files import count_of
 from . import step_history
-from .component_from_header import build
 from .drawables import drawables_from
 from .header import BalanceNames, balance_names_from, variable_from
 from .limits import Limits
-from .log_writer import as_path
-from .mcap_reader import McapReader
+from .mcap_reader import NOT_A_LOG, McapReader
 from .message_index import CHUNK, COUNT, DETAIL, FIRST, SEGMENT, Segment, find_index
 from .records import (
     EVENTS,
@@ -36,33 +34,18 @@ from .records import (
     STEPS,
     TOPICS,
     Record,
+    damage,
     decode,
     log_identity,
     nanoseconds,
 )
 from .step_history import StepHistory
 
-if TYPE_CHECKING:
-    from .branch import Branch
-
 _RECORDS_AT_HAND = 32
 
 
-def open_log(path: str | os.PathLike[str], *, allow_large: bool = False) -> Log:
-    """Open a log; nothing but its index is read until it is asked for.
-
-    Args:
-        path: an MCAP file that `record` wrote; one whose writer was killed opens as far as it is intact.
-        allow_large: lift the caps on sizes, for a file whose origin you trust.
-
-    Raises:
-        LogError: it is no log, or it is damaged.
-    """
-    return Log(as_path(path), allow_large)
-
-
-class Log:
-    """See `open_log`.
+class LogReader:
+    """The content of a log: what was recorded, by variable and time, and what it says of the run.
 
     Times are those of the component. Where it was reset or restored in between, the log has several *segments*, laid end
     to end: times go on from segment to segment, so every moment of the run has its own.
@@ -82,9 +65,9 @@ class Log:
         try:
             self._read_header()
             self._index, self._closing = find_index(self._container, self._log)
-        except GranularError:
+        except GranularError as error:
             self._container.close()
-            raise
+            raise error.of(self._source) from error.__cause__
         self.complete = self._container.complete
         rows = self._index.rows[:, CHUNK]
         self._first_row = np.searchsorted(rows, np.arange(self._container.chunk_count + 1))
@@ -95,23 +78,25 @@ class Log:
         first = next((m for m in messages if m.topic in TOPICS), None)
         if first is None or TOPICS[first.topic] != HEADER:
             why = f": {self._container.damage}" if self._container.damage else ""
-            foreign = f"{str(self.path)!r} is an MCAP file but no log of granular-env, or its first record is lost{why}"
-            raise LogError(Fault(received=foreign, hint=self._container.advice))
+            raise LogError(f"{NOT_A_LOG}{why}", hint=self._container.advice, source=f"{str(self.path)!r}")
         self._log = log_identity(first.data)
         record = decode(first.data, HEADER, None, self._container.most_text)
         self._header, self._header_arrays = record.header, record.arrays
         if self._header.get("format") != FORMAT:
             found = self._header.get("format")
             advice = f"record it anew, or read it with an older {PROFILE}" if found in range(FORMAT) else f"update {PROFILE}"
-            raise LogError(f"log {str(self.path)!r} has format {found!r}, this program reads {FORMAT}", hint=advice)
+            raise LogError(
+                f"got {found!r}", expected=f"{FORMAT}, the format that this program reads",
+                hint=advice, at="header.format", source=self._source,
+            )  # fmt: skip
         self.step_size = step_history.finite_step(self._header.get("step_size"))
         elapsed = self._header.get("elapsed")
         if not isinstance(elapsed, int) or not 0 <= elapsed < 2**53:
-            raise LogError("its header does not say how old its parent was", source=f"log {str(self.path)!r}")
+            raise damage("it does not say how old the parent was", "header.elapsed", self.path)
         self._elapsed = int(elapsed)
         recorded, inputs = self._header.get("variables"), self._header.get("inputs")
         if not isinstance(recorded, list) or not isinstance(inputs, list):
-            raise LogError("its header does not say what was recorded", source=f"log {str(self.path)!r}")
+            raise damage("it does not say what was recorded", "header.variables", self.path)
         self.variables: dict[str, Variable] = {v.name: v for v in map(variable_from, recorded)}
         self.input_variables: dict[str, Variable] = {v.name: v for v in map(variable_from, inputs)}
         self._numbers = {name: number for number, name in enumerate(self.variables)}
@@ -182,12 +167,14 @@ class Log:
     @cached_property
     def drawables(self) -> tuple[Drawable, ...]:
         """Return what a viewer can draw."""
-        return drawables_from(self._header.get("drawables"), self._header_arrays, self.variables)
+        with self._name_file_in_errors():
+            return drawables_from(self._header.get("drawables"), self._header_arrays, self.variables)
 
     @cached_property
     def balances(self) -> tuple[BalanceNames, ...]:
         """The names behind each balance; each is a recorded variable."""
-        return balance_names_from(self._header.get("balances"))
+        with self._name_file_in_errors():
+            return balance_names_from(self._header.get("balances"))
 
     def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
         """Return what happened to the component in the run, in the log's ticks and the order of time.
@@ -215,7 +202,7 @@ class Log:
         """Kinds of events that can happen -> what they are."""
         kinds = self._header.get("event_kinds")
         if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
-            raise LogError("its header does not say what can happen", source=f"log {str(self.path)!r}")
+            raise damage("it does not say what can happen", "header.event_kinds", self.path)
         return dict(kinds)
 
     # -- frames -----------------------------------------------------------------------------------------------------
@@ -256,7 +243,7 @@ class Log:
         tick = self._tick_at(time)
         rows = self._frame_rows(name)
         if not len(rows):
-            raise LogError(f"log {str(self.path)!r} holds no frame of {name!r}")
+            raise LogError("it holds none of this variable", at=("frames", name), source=self._source)
         firsts = np.array([self._log_tick(row[SEGMENT], row[FIRST]) for row in rows])
         place = int(np.searchsorted(firsts, tick, side="right")) - 1
         if place < 0:
@@ -321,50 +308,8 @@ class Log:
         rows = self._index.select(SNAPSHOTS, None, segment.number)
         rows = rows[rows[:, FIRST] <= tick]
         if not len(rows):
-            raise LogError(f"no snapshot at or before tick {tick}", source=f"log {str(self.path)!r}")
+            raise damage(f"none at or before tick {tick}", "snapshots", self.path)
         return self._snapshot(rows[np.argmax(rows[:, FIRST])])
-
-    # -- the program ------------------------------------------------------------------------------------------------
-
-    def component(self, components: Mapping[str, type[Component]] | None = None) -> Component:
-        """Return a fresh component with the log's parameters, in the state at the log's start.
-
-        Args:
-            components: classes of components that are not ours, by name: a log alone never loads them.
-
-        Raises:
-            LogError: the parameters do not give the identity that the log claims.
-        """
-        component = self.rebuilt(components)
-        if component.identity != self._header.get("identity"):
-            raise LogError(
-                "its parameters do not give the identity it claims",
-                hint=f"they were changed, or it is from another version of {component.name!r} (see `replay --verify`)",
-                source=f"log {str(self.path)!r}",
-            )
-        if self.segments:
-            restore(component, self.snapshot(self.segments[0], self.segments[0].start))
-        return component
-
-    def rebuilt(self, components: Mapping[str, type[Component]] | None = None) -> Component:
-        """Return a fresh component with the log's parameters, its identity not compared and its state that of a reset."""
-        return build(self._header, self._caps, components)
-
-    def branch(self, at: float, components: Mapping[str, type[Component]] | None = None) -> Branch:
-        """Return a component in the state at a time [s] of the log, and what the log did from there.
-
-        A time between two steps is moved to the nearest; ``.component.time`` is the one that was taken.
-
-        Raises:
-            ParameterError: the time is outside of the log.
-            LogError: the log cannot be re-run.
-        """
-        from .branch import branch_of
-
-        try:
-            return branch_of(self, at, components)
-        except ParameterError as error:
-            raise error.renamed("time", "at") from None
 
     def locate(self, time: float) -> tuple[Segment, int]:
         """Segment and its own tick at a time [s] of the log; where two segments meet, the later one."""
@@ -375,6 +320,17 @@ class Log:
         return segment, tick - self._log_tick(segment.number, 0)
 
     # -- details ----------------------------------------------------------------------------------------------------
+
+    @property
+    def _source(self) -> str:
+        return f"log {str(self.path)!r}"
+
+    @contextmanager
+    def _name_file_in_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except GranularError as error:
+            raise error.of(self._source) from error.__cause__
 
     def _outside(self, time: float) -> ParameterError:
         first, last = self.start_tick * self.step_size, self.end_tick * self.step_size
@@ -411,13 +367,11 @@ class Log:
         ticks, values = record.arrays.get("ticks"), record.arrays.get("values")
         shape = self.variables[name].shape
         if ticks is None or values is None or ticks.dtype != np.int64 or values.dtype != np.float64:
-            raise LogError(f"a record of frames of {name!r} has the wrong form", source=f"log {str(self.path)!r}")
+            raise damage("a record has the wrong form", ("frames", name), self.path)
         if ticks.shape != (record.count,) or values.shape != (record.count, *shape) or (np.diff(ticks) <= 0).any():
-            raise LogError(f"a record of frames of {name!r} has the wrong form", source=f"log {str(self.path)!r}")
+            raise damage("a record has the wrong form", ("frames", name), self.path)
         if ticks[0] != record.first or ticks[-1] != record.last:
-            raise LogError(
-                f"a record of frames of {name!r} has other ticks than the index says", source=f"log {str(self.path)!r}"
-            )
+            raise damage("a record has other ticks than the index says", ("frames", name), self.path)
         return ticks, values
 
     def _event_rows(self, row: np.ndarray) -> np.ndarray:
@@ -430,20 +384,19 @@ class Log:
             sound = sound and bool((numbers == np.rint(numbers)).all() and (numbers[:, 0] >= 0).all())
             sound = sound and bool((numbers[:, 0] < len(self.event_kinds)).all() and (np.abs(numbers[:, 1]) < 2**53).all())
         if not sound:
-            raise LogError("a record of events has the wrong form", source=f"log {str(self.path)!r}")
+            raise damage("a record has the wrong form", "events", self.path)
         return rows  # type: ignore[return-value]
 
     def _snapshot(self, row: np.ndarray) -> Snapshot:
         data = self._record(row).arrays.get("snapshot")
         if data is None or data.dtype != np.uint8 or data.ndim != 1:
-            raise LogError("a snapshot has the wrong form", source=f"log {str(self.path)!r}")
-        snapshot = Snapshot.from_bytes(data.tobytes(), self._container.most_text)
+            raise damage("one has the wrong form", "snapshots", self.path)
+        with self._name_file_in_errors():
+            snapshot = Snapshot.from_bytes(data.tobytes(), self._container.most_text)
         if snapshot.tick != row[FIRST]:
-            raise LogError(
-                f"a snapshot is of tick {snapshot.tick}, its place says {row[FIRST]}", source=f"log {str(self.path)!r}"
-            )
+            raise damage(f"one is of tick {snapshot.tick}, its place says {row[FIRST]}", "snapshots", self.path)
         if not set(self.input_variables) <= snapshot.inputs.keys():
-            raise LogError("a snapshot lacks an input", source=f"log {str(self.path)!r}")
+            raise damage("one lacks an input", "snapshots", self.path)
         return snapshot
 
     def _record(self, row: np.ndarray) -> Record:
@@ -455,15 +408,14 @@ class Log:
         if known is None:
             messages = [m for m in self._container.messages(chunk) if m.topic in TOPICS]
             if len(messages) != last - first:
-                raise LogError("records are missing or doubled", source=f"log {str(self.path)!r}")
+                raise damage("records are missing or doubled", "index", self.path)
             message = messages[place - first]
             kind = TOPICS[message.topic]
-            known = decode(message.data, kind, self._log if kind != HEADER else None, self._container.most_text)
+            with self._name_file_in_errors():
+                known = decode(message.data, kind, self._log if kind != HEADER else None, self._container.most_text)
             if known.row != tuple(row[:CHUNK].tolist()):
                 raise LogError(
-                    "a record is not the one that the index names",
-                    hint="the file was put together",
-                    source=f"log {str(self.path)!r}",
+                    "it names another record than there is", hint="the file was put together", at="index", source=self._source
                 )
             self._at_hand[int(place)] = known
             if len(self._at_hand) > _RECORDS_AT_HAND:
@@ -484,13 +436,6 @@ class Log:
         for segment in self._index.all_segments:
             records = [self._record(row) for row in self._index.select(STEPS, None, segment.number)]
             shapes = {name: variable.shape for name, variable in self.input_variables.items()}
-            found[segment.number] = step_history.steps_of(records, segment.start, shapes, profiles, self.step_size)
+            with self._name_file_in_errors():
+                found[segment.number] = step_history.steps_of(records, segment.start, shapes, profiles, self.step_size)
         return found, profiles
-
-
-def restore(component: Component, snapshot: Snapshot) -> None:
-    """Restore, with `LogError` where a log's snapshot does not fit its component."""
-    try:
-        component.restore(snapshot)
-    except GranularError as error:
-        raise LogError(f"a snapshot in the log does not fit its component: {error}") from error

@@ -75,11 +75,11 @@ def note_log_on_error(recorder: Recorder) -> Iterator[None]:
 
 
 def _log_note(path: str | os.PathLike[str]) -> str:
-    from .reader import open_log
+    from .reader import LogReader
 
     name = os.fspath(path)
     try:
-        with open_log(path, allow_large=True) as log:
+        with LogReader(as_path(path), allow_large=True) as log:
             end = f"{log.end_tick * log.step_size:.9g} s"
             if log.complete:
                 return f"log: {name!r} is complete until {end}"

@@ -352,7 +352,9 @@ class Recorder:
         except GranularError as error:
             self._error = error
         except Exception as error:  # the stepping thread has to hear of everything that stops this one
-            self._error = LogError(f"log {str(self.path)!r} cannot be written any more: {type(error).__name__}: {error}")
+            self._error = LogError(
+                f"cannot be written any more: {type(error).__name__}: {error}", source=f"log {str(self.path)!r}"
+            )
         finally:
             if self._error is not None:
                 self._sink.abandon()

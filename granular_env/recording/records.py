@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from ..components.errors import LogError
+from ..components.errors import Location, LogError
 from ..components.support.serialization import digest, pack_parts, unpack
 
 FORMAT = 3
@@ -41,6 +41,8 @@ CLOSED = 1
 # Columns of the index, one row a message.
 COLUMNS = ("kind", "detail", "segment", "first", "last", "count", "number", "chunk")
 _PLACE = COLUMNS[1:7]
+# What is to be said of a record that does not hold what it should.
+DAMAGED = "the log is damaged"
 # The last time that readers with signed numbers can hold, as a float [ns].
 _LAST_NANOSECOND = float(2**63 - 1024)
 
@@ -97,16 +99,25 @@ def decode(data: bytes | memoryview, kind: int, log: str | None, most_text: int 
     """
     header, arrays = unpack(_unwrap(memoryview(data)), most_text)
     if not isinstance(header, dict) or header.get("kind") != KINDS[kind]:
-        raise LogError(
-            f"a message under {KINDS[kind]!r} is of another kind", hint="the log is damaged or was put together from others"
-        )
+        raise LogError("a message is of another kind", hint=f"{DAMAGED}, or was put together from others", at=KINDS[kind])
     place, content = header.get("place"), header.get("content")
     whole = isinstance(place, list) and len(place) == len(_PLACE) and all(type(x) is int and -1 <= x < 2**62 for x in place)
     if not whole or not isinstance(content, dict):
-        raise LogError("a message does not say where in the log it belongs", hint="the log is damaged")
+        raise damage("a message does not say where in the log it belongs", KINDS[kind])
     if log is not None and header.get("log") != log:
-        raise LogError("a message belongs to another log", hint="this file was put together from several")
+        raise LogError("a message belongs to another log", hint="this file was put together from several", at=KINDS[kind])
     return Record(kind, *place, content, arrays)  # type: ignore[misc]
+
+
+def damage(received: str, at: str | Location, log: object = "") -> LogError:
+    """Return the error for a part of a log that `record` does not write like that.
+
+    Args:
+        received: what is wrong with it.
+        at: what holds it: "header", "index", one of the kinds of records, and the place there.
+        log: its path, where that is known.
+    """
+    return LogError(received, hint=DAMAGED, at=at, source=f"log {str(log)!r}" if log else "")
 
 
 def log_identity(header_message: bytes | memoryview) -> str:
@@ -136,7 +147,7 @@ def varint(value: int) -> bytes:
 
 def _unwrap(data: memoryview) -> memoryview:
     if len(data) < 2 or data[0] != 0x0A:
-        raise LogError("a message is no block of granular-env", hint="the log is damaged")
+        raise LogError("a message is no block of granular-env", hint=DAMAGED)
     length = shift = 0
     for offset in range(1, min(len(data), 11)):
         length |= (data[offset] & 0x7F) << shift
@@ -145,7 +156,7 @@ def _unwrap(data: memoryview) -> memoryview:
             if length != len(data) - offset - 1:
                 break
             return data[offset + 1 :]
-    raise LogError("a message has a wrong length", hint="the log is damaged")
+    raise LogError("a message has a wrong length", hint=DAMAGED)
 
 
 def bits(value: float) -> int:

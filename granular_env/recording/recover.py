@@ -10,11 +10,11 @@ from pydantic import BaseModel
 from ..components import catalogue
 from ..components.errors import Fault, GranularError, LogError, Option, ParameterError
 from ..output_files import replacing
+from .log import Log, open_log
 from .log_file import create, refuse_unless_log
 from .log_writer import LogWriter, as_path
 from .metadata import metadata_of_log
 from .preview_reconstruction import film_facts_of_frames, film_of_frames
-from .reader import Log, open_log
 from .records import CLOSED, INCIDENTS, TOPICS, Record, decode
 
 

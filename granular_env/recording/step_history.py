@@ -12,7 +12,7 @@ from ..components.errors import GranularError, LogError
 from ..components.inputs import Held, read_only
 from ..components.profiles import CompiledProfile
 from .record_batch import held_word, set_words
-from .records import Record
+from .records import Record, damage
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ def steps_of(
     for record in records:
         durations = _array(record, "durations", np.int64)
         if len(durations) != record.count or (durations < 1).any() or int(durations.sum()) != record.last - record.first:
-            raise LogError(f"the steps from tick {record.first} to {record.last} do not add up", hint="the log is damaged")
+            raise damage(f"those from tick {record.first} to {record.last} do not add up", "steps")
         _add_profiles(record, list(inputs), profiles, step_size)
         for name, places, values in _sets_of(record, inputs, profiles):
             parts = sets.setdefault(name, ([], []))
@@ -111,6 +111,7 @@ def raw_sets(
 def _sets_of(
     record: Record, inputs: Mapping[str, tuple[int, ...]], profiles: list[CompiledProfile]
 ) -> Iterator[tuple[str, np.ndarray, list[Held]]]:
+    span = f"from tick {record.first} to {record.last}"
     for label, (name, shape) in enumerate(inputs.items()):
         if f"{label}.steps" not in record.arrays:
             continue
@@ -119,15 +120,13 @@ def _sets_of(
         sound = len(places) == len(numbers) and len(places) and len(values) == (numbers < 0).sum()
         sound = sound and values.shape[1:] == shape and np.isfinite(values).all()
         if not sound or places[0] < 0 or places[-1] >= record.count or (np.diff(places) <= 0).any():
-            raise LogError(f"input {name!r} from tick {record.first} to {record.last} is not what was written")
+            raise damage(f"the input {span} is not what was written", ("steps", name))
         if numbers.min() < -1 or numbers.max() >= len(profiles):
-            raise LogError(
-                f"input {name!r} from tick {record.first} to {record.last} refers to a profile that is not in the log"
-            )
+            raise damage(f"the input {span} refers to a profile that is not in the log", ("steps", name))
         plain = iter(values.tolist() if shape == () else [read_only(value.copy()) for value in values])
         held = [profiles[number] if number >= 0 else next(plain) for number in numbers.tolist()]
         if any(isinstance(value, CompiledProfile) and value.shape != shape for value in held):
-            raise LogError(f"input {name!r} from tick {record.first} to {record.last} follows a profile of another shape")
+            raise damage(f"the input {span} follows a profile of another shape", ("steps", name))
         yield name, places, held
 
 
@@ -142,11 +141,11 @@ def _add_profiles(record: Record, inputs: Sequence[str], profiles: list[Compiled
     shapes = _array(record, "profile_shapes", np.int64, 2)
     ticks, coefficients = _array(record, "profile_ticks", np.int64), _array(record, "profile_coefficients", np.float64)
     if record.header.get("profiles_before") != len(profiles):
-        raise LogError("profiles of the log are missing, doubled or out of order")
+        raise damage("profiles are missing, doubled or out of order", "steps")
     pieces = number = 0
     for place, (rows, columns) in enumerate(shapes.tolist()):
         if rows < 1 or columns < 1 or pieces + rows > len(ticks) or number + rows * columns > len(coefficients):
-            raise LogError(f"the profile of {_users(record, inputs, len(profiles))} is not what was written")
+            raise damage(f"the profile of {_users(record, inputs, len(profiles))} is not what was written", "steps")
         part = coefficients[number : number + rows * columns].reshape(rows, columns)
         try:
             pattern = record.arrays.get(f"pattern.{place}")
@@ -155,14 +154,14 @@ def _add_profiles(record: Record, inputs: Sequence[str], profiles: list[Compiled
             profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part, pattern))
         except GranularError as error:
             users = _users(record, inputs, len(profiles))
-            raise LogError(f"the profile of {users} is not what was written: {error}") from error
+            raise damage(f"the profile of {users} is not what was written: {error}", "steps") from error
         pieces, number = pieces + rows, number + rows * columns
 
 
 def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.ndarray:
     array = record.arrays.get(name)
     if array is None or array.dtype != dtype or array.ndim != dimensions:
-        raise LogError(f"a record of steps has no proper {name!r}", hint="the log is damaged")
+        raise damage(f"a record has no proper {name!r}", "steps")
     return array
 
 

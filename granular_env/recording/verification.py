@@ -11,20 +11,19 @@ from typing import Any
 import numpy as np
 
 from ..components.component import Component
-from ..components.errors import GranularError, LogError, StepError
-from ..components.inputs import Held
+from ..components.errors import LogError, StepError
 from ..components.snapshot import Snapshot
 from ..progress import Progress, progress_bar
 from .declarations import closing_differences, declaration_differences, metadata_differences
 from .digests import changed_header, changed_input, changed_parameters
+from .log import Log, open_log
 from .message_index import DETAIL, FIRST, LAST, Segment
 from .preview_reconstruction import PreviewBuilder
-from .reader import Log, open_log, restore
 from .record_batch import hash_row, held_word
-from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, words
+from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, damage, words
+from .replay import Changes, advance, restore
 from .verification_result import Difference, Verification, foreign_facts
 
-Changes = list[tuple[int, dict[str, Held]]]
 # What differs, the ticks of the log between which that arose, why (if known), which element.
 _Found = tuple[str, tuple[int, int], str, int | None]
 
@@ -64,6 +63,7 @@ class _Replay:
         self.log, self._progress = log, progress
         self.component = log.rebuilt(components)
         self._trusted = self.component.identity == log._header.get("identity")
+        self._total = max(log.end_tick - log.start_tick, 1)
         self._agreed: dict[str, int] = {}
         self._balances: tuple[int, dict[str, Any]] = (-1, {})
         # Events of the component when the segment began, and those of the segment that have been compared.
@@ -182,9 +182,8 @@ class _Replay:
 
     def _tell(self) -> None:
         if self._segment is not None:
-            total = max(self.log.end_tick - self.log.start_tick, 1)
             done = self.result.ticks + self.component.tick - self._segment.start
-            self._progress(min(done / total, 1.0))
+            self._progress(min(done / self._total, 1.0))
 
     def _marks(self, segment: Segment) -> list[Iterator[tuple[Any, ...]]]:
         rows = self.log._index.select(FRAMES, None, segment.number)
@@ -205,9 +204,9 @@ class _Replay:
             ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
             width = len(self._names_to_hash())
             if ticks is None or rows is None or rows.shape != (record.count, width) or ticks.shape != (record.count,):
-                raise LogError("a record of hashes has the wrong form", source=f"log {str(self.log.path)!r}")
+                raise damage("a record has the wrong form", "hashes", self.log.path)
             if rows.dtype != np.int64 or ticks.dtype != np.int64 or (np.diff(ticks) <= 0).any() or ticks[0] < row[FIRST]:
-                raise LogError("a record of hashes has the wrong form", source=f"log {str(self.log.path)!r}")
+                raise damage("a record has the wrong form", "hashes", self.log.path)
             for tick, own in zip(ticks.tolist(), rows, strict=True):
                 yield tick, check, own
 
@@ -314,16 +313,22 @@ class _Replay:
             if mine is None or mine.shape != variable.shape or mine.causality != variable.causality:
                 raise LogError(
                     f"this program's {component.name!r} has no {name!r} of shape {variable.shape}",
+                    at="header.variables",
                     source=f"log {str(log.path)!r}",
                 )
         known = [v.name for v in component.variables.values() if v.causality == "input"]
         if list(log.input_variables) != known:
             raise LogError(
-                f"this program's {component.name!r} has other inputs: {', '.join(known)}", source=f"log {str(log.path)!r}"
+                f"got {', '.join(log.input_variables) or 'none'}",
+                expected=f"the inputs of this program's {component.name!r}: {', '.join(known) or 'none'}",
+                at="header.inputs",
+                source=f"log {str(log.path)!r}",
             )
         if log.step_size != component.step_size:
             raise LogError(
-                f"its parameters give a step_size of {component.step_size!r} s, its header says {log.step_size!r} s",
+                f"got {log.step_size!r} s",
+                expected=f"the step_size that its parameters give, {component.step_size!r} s",
+                at="header.step_size",
                 hint="parameters or header were changed",
                 source=f"log {str(log.path)!r}",
             )
@@ -344,23 +349,3 @@ class _Replay:
         result.notes.append(sentence)
         if result.variable is None:
             result.variable, result.index, result.interval = variable, index, interval
-
-
-def advance(component: Component, changes: Changes, tick: int, tell: Callable[[], None] | None = None) -> None:
-    """Run to a tick in as few long steps as the changes of inputs allow; `changes` is reversed, and used up.
-
-    A step of n ticks gives the bits of n steps of one, so this is as exact as the original steps and faster.
-    """
-    try:
-        while component.tick < tick:
-            inputs: dict[str, Held] = {}
-            while changes and changes[-1][0] <= component.tick:
-                inputs.update(changes.pop()[1])
-            stop = min(tick, changes[-1][0]) if changes else tick
-            component.step((stop - component.tick) * component.step_size, **inputs)
-            if tell is not None:
-                tell()
-    except StepError:
-        raise
-    except GranularError as error:
-        raise LogError(f"the log sets an input that its component refuses: {error}") from error

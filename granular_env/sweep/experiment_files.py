@@ -79,5 +79,7 @@ def _read(path: Path) -> bytes:
         if isinstance(error, ExperimentError):
             raise
         raise ExperimentError(
-            f"the CSV file cannot be read: {getattr(error, 'strerror', None) or error}", source=str(path)
+            f"the CSV file cannot be read: {getattr(error, 'strerror', None) or error}",
+            hint="paths are relative to the experiment file",
+            source=str(path),
         ) from None

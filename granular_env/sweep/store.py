@@ -96,9 +96,13 @@ class Store:
             self._journal = (self.folder / JOURNAL).open("ab")
         except OSError as error:
             raise self._unwritable(error) from error
-        busy = f"{str(self.folder)!r}: another process computes a sweep there; wait for it, or choose another folder"
+        busy = SweepError(
+            "another process computes a sweep there",
+            hint="wait for it, or choose another folder",
+            source=f"{str(self.folder)!r}",
+        )
         try:
-            lock(self._journal, SweepError(busy))
+            lock(self._journal, busy)
         except OSError as error:
             self._journal.close()
             raise self._unwritable(error) from error
@@ -189,23 +193,26 @@ def read_description(folder: Path) -> dict[str, Any]:
             "no sweep is there", expected="the folder that `granular-env sweep` wrote", source=f"{str(folder)!r}"
         ) from None
     except (OSError, ValueError, RecursionError) as error:
-        raise SweepError(f"{str(path)!r} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        raise SweepError(
+            f"cannot be read: {getattr(error, 'strerror', None) or error}",
+            hint="compute the sweep anew",
+            source=f"{str(path)!r}",
+        ) from None
     if not isinstance(found, dict) or found.get("format") != FORMAT:
-        raise SweepError(f"{str(path)!r} is no description of a sweep")
+        raise SweepError("no description of a sweep", hint="compute the sweep anew", source=f"{str(path)!r}")
     if found.get("version") != VERSION:
         raise SweepError(
-            f"{str(path)!r} has version {found.get('version')!r}, this program reads {VERSION}",
+            f"got {found.get('version')!r}",
+            expected=f"{VERSION}, the version that this program reads",
             hint="update granular-env, or choose another folder",
+            at="version",
+            source=f"{str(path)!r}",
         )
     try:
         Description.model_validate_json(data)
     except (ValidationError, RecursionError) as error:
         first = error.errors()[0] if isinstance(error, ValidationError) else {"loc": (), "msg": "it is nested too deeply"}
-        place = ".".join(map(str, first["loc"]))
-        raise SweepError(
-            f"{str(path)!r} is no description of a sweep: {place + ': ' if place else ''}{first['msg']}",
-            hint="compute the sweep anew",
-        ) from None
+        raise SweepError(first["msg"], hint="compute the sweep anew", at=tuple(first["loc"]), source=f"{str(path)!r}") from None
     return found
 
 
@@ -220,7 +227,7 @@ def read_results(folder: Path) -> dict[str, Result]:
     except FileNotFoundError:
         pass
     except OSError as error:
-        raise SweepError(f"{str(folder / JOURNAL)!r} cannot be read: {error.strerror or error}") from None
+        raise SweepError(f"cannot be read: {error.strerror or error}", source=f"{str(folder / JOURNAL)!r}") from None
     return found
 
 

@@ -48,7 +48,9 @@ def as_field(shown: Motion | Field) -> Field:
         return shown
     if shown.colour is None:
         name = shown.colour_variable.name
-        raise ParameterError(f"{name!r} was not recorded, so it cannot be drawn; add it to the recorded variables")
+        raise ParameterError(
+            f"{name!r} was not recorded, so it cannot be drawn", hint="add it to the recorded variables", at="variables"
+        )
     place, axis = _axis(shown.colour_variable, 0 if _is_row(shown.reference) else None)
     return Field(shown.colour_variable, shown.times, shown.colour, place, axis, shown.every, shown.total, shown.cuts)
 
@@ -69,7 +71,9 @@ def load_field(log: Any, name: str, frames: int, progress: Callable[[float], Non
         ParameterError: there is no such recorded array.
     """
     if name not in field_names(log):
-        raise ParameterError(f"variables: {name!r} is no recorded array of this log; it holds {_list(field_names(log))}")
+        raise ParameterError(
+            f"{name!r} is no recorded array of this log", hint=f"it holds {_list(field_names(log))}", at="variables"
+        )
     variable = log.variables[name]
     total = variable.shape[0]
     every = -(-total // MAXIMUM_SHOWN_PARTICLES)
@@ -87,10 +91,10 @@ def require_names(names: Sequence[str] | None, known: Sequence[str]) -> list[str
     if names is None:
         return list(known)
     if isinstance(names, str) or not all(isinstance(name, str) for name in names):
-        raise ParameterError(f"variables: got {names!r}, expected a list of names, of {_list(known)}")
+        raise ParameterError(f"got {names!r}", expected=f"a list of names, of {_list(known)}", at="variables")
     for name in names:
         if name not in known:
-            raise ParameterError(f"variables: {name!r} was not recorded; this log holds {_list(known)}")
+            raise ParameterError(f"{name!r} was not recorded", hint=f"this log holds {_list(known)}", at="variables")
     return list(dict.fromkeys(names))
 
 

@@ -227,12 +227,14 @@ def frame_at(times: FloatArray, time: float) -> int:
     slack = 1e-9 * max(abs(first), abs(last))
     if isinstance(time, bool) or not isinstance(time, (int, float)) or not first - slack <= time <= last + slack:
         got = f"{time:g} s" if isinstance(time, (int, float)) else repr(time)
-        raise ParameterError(f"times: got {got}, expected {first:g} to {last:g} s, the recorded span")
+        raise ParameterError(f"got {got}", expected=f"{first:g} to {last:g} s, the recorded span", at="times")
     return int(np.argmin(np.abs(times - time)))
 
 
 def column_of(shown: Motion | Field, index: int) -> int:
     """Return the column of a place (negative numbers count from the end); `ParameterError` where there is none."""
     if not isinstance(index, int) or not -shown.total <= index < shown.total:
-        raise ParameterError(f"indices: got {index!r}, expected a whole number from {-shown.total} to {shown.total - 1}")
+        raise ParameterError(
+            f"got {index!r}", expected=f"a whole number from {-shown.total} to {shown.total - 1}", at="indices"
+        )
     return (index % shown.total) // shown.every

@@ -18,6 +18,7 @@ from granular_env.components.drawables import Cells, Points, spatial
 from granular_env.components.errors import LogError
 from granular_env.output_files import replacing
 from granular_env.recording import cdr
+from granular_env.recording.log import Log
 from granular_env.recording.preview import (
     ABOUT_TOPIC,
     PARTICLES_TOPIC,
@@ -26,7 +27,6 @@ from granular_env.recording.preview import (
     picture_box,
     topics_of_others,
 )
-from granular_env.recording.reader import Log
 from granular_env.recording.schemas import FRAME
 
 _POINT_SIZES, _OTHER_SIZE = {PARTICLES_TOPIC: 4, PREVIEW_TOPIC: 5}, 3
@@ -85,8 +85,9 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
         if any(message.topic == ABOUT_TOPIC for message in messages):
             return found
     raise LogError(
-        f"log {str(log.path)!r} has no preview for stock viewers: it was not closed, or an older version wrote it; "
-        "`granular-env recover` makes a log that has one"
+        "it has no preview for stock viewers: it was not closed, or an older version wrote it",
+        hint="`granular-env recover` makes a log that has one",
+        source=f"log {str(log.path)!r}",
     )
 
 

@@ -101,7 +101,9 @@ class LiveViewer:
             try:
                 self._recording.save(rerun_target(save), default_blueprint=layout)
             except (OSError, RuntimeError) as error:
-                raise GranularError(f"cannot write the rerun file {str(save)!r}: {error}") from error
+                raise GranularError(
+                    f"cannot be written: {error}", hint="choose another file", at="save", source=f"{str(save)!r}"
+                ) from error
             return
         if not web:
             require_screen(
@@ -242,11 +244,11 @@ def _ticks_per_second(component: Component, duration: float | None, pace: float 
     """Return the most ticks in a second of wall time, None for no limit; check both numbers."""
     for name, value in (("duration", duration), ("pace", pace)):
         if value is not None and not (isinstance(value, (int, float)) and 0.0 < value < math.inf):
-            raise ParameterError(f"{name}: got {value!r}, expected a positive number of seconds")
+            raise ParameterError(f"got {value!r}", expected="a positive number of seconds", at=name)
     if pace is None:
         return None
     if duration is None:
-        raise ParameterError("pace: expected a duration beside it, the simulated time [s] that takes so long")
+        raise ParameterError("missing", expected="the simulated time [s] that `pace` seconds show", at="duration")
     return duration / component.step_size / pace
 
 

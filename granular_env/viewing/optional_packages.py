@@ -28,5 +28,5 @@ def import_optional(module: str, purpose: str) -> Any:
     except ImportError as error:
         package, command = _INSTALL[module.partition(".")[0]]
         raise MissingExtraError(
-            f"{purpose} needs the package {package}, which cannot be imported ({error}); run: {command}"
+            f"{purpose} needs the package {package}, which cannot be imported ({error})", hint=f"run: {command}"
         ) from None

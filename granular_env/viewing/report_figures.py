@@ -44,12 +44,14 @@ class Choice:
         """Raise `ParameterError` for what this log does not hold."""
         for name, values in (("times", self.times), ("indices", self.indices)):
             if values is not None and (isinstance(values, str) or not np.iterable(values)):
-                raise ParameterError(f"{name}: got {values!r}, expected a list")
+                raise ParameterError(f"got {values!r}", expected="a list", at=name)
         arrays = field_names(log)
         known = [*arrays, *(name for name, one in log.variables.items() if one.shape == () and len(log.times(name)))]
         require_names(self.variables, known)
         if (self.times is not None or self.indices is not None) and not self.holds_any(arrays):
-            raise ParameterError("times, indices: none of the variables is a recorded array; leave them out")
+            raise ParameterError(
+                "none of the variables is a recorded array", hint="leave times and indices out", at="variables"
+            )
 
     def holds_any(self, names: Sequence[str]) -> bool:
         """Tell whether one of these variables is to be shown."""

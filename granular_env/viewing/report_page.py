@@ -58,7 +58,7 @@ def report(
         GranularError: the files cannot be written; then none of them is.
     """
     if not hasattr(log, "metadata") or not hasattr(log, "variables"):
-        raise ParameterError(f"log: got {type(log).__name__}, expected an open log: open_log(path)")
+        raise ParameterError(f"got {type(log).__name__}", expected="an open log: open_log(path)", at="log")
     target = _target(folder)
     with progress_bar(f"report in {target.parent.name}", show=progress) as bar:
         return _write(log, target, Choice(variables, times, indices), bar.update)
@@ -85,9 +85,11 @@ def _target(folder: Any) -> Path:
     try:
         name = os.fsdecode(folder)
     except TypeError:
-        raise ParameterError(f"folder: got {folder!r}, expected the path of a folder") from None
+        raise ParameterError(f"got {folder!r}", expected="the path of a folder", at="folder") from None
     if os.path.lexists(name) and not os.path.isdir(name):
-        raise ParameterError(f"{name!r} is a file, expected a folder; the report's pages and pictures go into it")
+        raise ParameterError(
+            f"{name!r} is a file", expected="a folder", hint="the report's pages and pictures go into it", at="folder"
+        )
     require_writable(Path(name) / _PAGE)
     return Path(name) / _PAGE
 

@@ -22,10 +22,10 @@ def rerun_target(path: str | os.PathLike[str]) -> Path:
     try:
         name = os.fspath(path)
     except TypeError:
-        raise ParameterError(f"path: got {path!r}, expected the path of a file") from None
+        raise ParameterError(f"got {path!r}", expected="the path of a file", at="path") from None
     there = require_writable(path)
     if Path(name).suffix.lower() != ".rrd":
-        raise ParameterError(f"{name!r}: a rerun file is written; give a name that ends in .rrd")
+        raise ParameterError(f"got {name!r}", expected="the name of a rerun file, which ends in .rrd", at="path")
     if not os.path.exists(there):
         return Path(path)
     try:
@@ -33,7 +33,9 @@ def rerun_target(path: str | os.PathLike[str]) -> Path:
         with there.open("rb") as file:
             first = file.read(len(_MAGIC))
     except OSError as error:
-        raise GranularError(f"{name!r} cannot be read: {error.strerror or error}; choose another name") from error
+        raise GranularError(f"{name!r} cannot be read: {error.strerror or error}", hint="choose another name") from error
     if first not in (b"", _MAGIC):
-        raise ParameterError(f"{name!r} exists and is no rerun file, so it is not replaced; choose another name")
+        raise ParameterError(
+            f"{name!r} exists and is no rerun file, so it is not replaced", hint="choose another name", at="path"
+        )
     return Path(path)

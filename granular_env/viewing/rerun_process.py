@@ -111,12 +111,16 @@ class RerunProcess:
             with contextlib.suppress(OSError), socket.create_connection((LOCALHOST, port or self.port), timeout=1.0):
                 return
             time.sleep(_POLL_SECONDS)
-        raise GranularError(f"rerun's viewer did not start in {START_SECONDS:g} s{_after(advice)}; it said: {self.messages()}")
+        raise GranularError(
+            f"rerun's viewer did not start in {START_SECONDS:g} s{_after(advice)}", hint=f"it said: {self.messages()}"
+        )
 
     def require_alive(self, advice: str = "") -> None:
         """Raise `GranularError` with what rerun said if it has ended."""
         if (status := self.process.poll()) is not None:
-            raise GranularError(f"rerun's viewer ended with status {status}{_after(advice)}; it said: {self.messages()}")
+            raise GranularError(
+                f"rerun's viewer ended with status {status}{_after(advice)}", hint=f"it said: {self.messages()}"
+            )
 
     def wait(self) -> None:
         """Wait until it ends; `GranularError` where it ends by a fault."""
@@ -190,7 +194,8 @@ def rerun_program() -> str:
                 return str(folder / name)
     if (found := shutil.which("rerun")) is None:
         raise GranularError(
-            "the program `rerun` is not found beside this Python or on PATH; run: pip install --force-reinstall rerun-sdk"
+            "the program `rerun` is not found beside this Python or on PATH",
+            hint="run: pip install --force-reinstall rerun-sdk",
         )
     return found
 

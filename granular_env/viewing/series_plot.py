@@ -46,7 +46,7 @@ def plot(
         ParameterError: the log does not hold this variable, an instant or an index, or there is no such kind.
     """
     if kind not in _KINDS:
-        raise ParameterError(f"kind: got {kind!r}, expected one of {', '.join(_KINDS)}")
+        raise ParameterError(f"got {kind!r}", expected=f"one of {', '.join(_KINDS)}", at="kind")
     if variable in field_names(log):
         field = load_field(log, variable, FRAMES)
         if kind == "profiles":
@@ -58,4 +58,4 @@ def plot(
     if variable in log.inputs and len(log.inputs[variable][0]):
         return figures.curves([input_curve_of(log, variable)])
     known = ", ".join([*field_names(log), *scalars, *log.inputs])
-    raise ParameterError(f"variable: {variable!r} was not recorded; this log holds {known}")
+    raise ParameterError(f"{variable!r} was not recorded", hint=f"this log holds {known}", at="variable")

@@ -81,7 +81,9 @@ def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[f
         tell(1.0)
         return kept.drain_as_bytes()
     except RuntimeError as error:
-        raise GranularError(f"rerun cannot take the scene of {name!r}: {error}") from error
+        raise GranularError(
+            f"rerun cannot take the scene: {error}", hint="its package may be of another version", source=f"log {name!r}"
+        ) from error
     finally:
         recording.disconnect()
 
@@ -150,7 +152,7 @@ def screenshot(
     import_optional("rerun", "a screenshot")
     target = Path(os.path.abspath(_path(png)))
     if target.suffix.lower() != ".png":
-        raise ParameterError(f"{str(target)!r}: a screenshot is a PNG picture; give a name that ends in .png")
+        raise ParameterError(f"got {str(target)!r}", expected="the name of a PNG picture, which ends in .png", at="path")
     require_writable(target)
     width, height = _window(size)
     _require_log(log)
@@ -183,7 +185,7 @@ def _while_it_lives(viewer: RerunProcess, ask: Callable[[], Any]) -> Any:
             viewer.require_alive(NEEDED)
             if time.monotonic() > deadline:
                 raise GranularError(
-                    f"rerun's viewer gave no picture: {error}; {NEEDED}; it said: {viewer.messages()}"
+                    f"rerun's viewer gave no picture: {error}", hint=f"{NEEDED}; it said: {viewer.messages()}"
                 ) from error
             time.sleep(0.2)
 
@@ -194,19 +196,19 @@ def _while_it_lives(viewer: RerunProcess, ask: Callable[[], Any]) -> Any:
 def _require_log(log: Any) -> None:
     """Raise `ParameterError` where something else than an open log was given."""
     if not hasattr(log, "metadata") or not hasattr(log, "variables"):
-        raise ParameterError(f"log: got {type(log).__name__}, expected an open log: open_log(path)")
+        raise ParameterError(f"got {type(log).__name__}", expected="an open log: open_log(path)", at="log")
 
 
 def _path(path: Any) -> str:
     try:
         return os.fsdecode(path)
     except TypeError:
-        raise ParameterError(f"path: got {path!r}, expected the path of a file") from None
+        raise ParameterError(f"got {path!r}", expected="the path of a file", at="path") from None
 
 
 def _number(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ParameterError(f"{name}: got {value!r}, expected a number")
+        raise ParameterError(f"got {value!r}", expected="a number", at=name)
     return float(value)
 
 
@@ -217,7 +219,7 @@ def _instant(log: Any, at: float | None) -> float:
     # The end as people write it may be a rounding error later.
     slack = 1e-9 * max(abs(start), log.duration)
     if not start - slack <= instant <= start + log.duration + slack:
-        raise ParameterError(f"at: got {instant:g} s, expected {start:g} to {start + log.duration:g} s")
+        raise ParameterError(f"got {instant:g} s", expected=f"{start:g} to {start + log.duration:g} s", at="at")
     return instant
 
 
@@ -225,11 +227,11 @@ def _window(size: Any) -> tuple[int, int]:
     if not (
         isinstance(size, (tuple, list)) and len(size) == 2 and all(type(side) is int and 100 <= side <= 8192 for side in size)
     ):
-        raise ParameterError(f"size: got {size!r}, expected a width and a height, whole numbers from 100 to 8192")
+        raise ParameterError(f"got {size!r}", expected="a width and a height, whole numbers from 100 to 8192", at="size")
     return size[0], size[1]
 
 
 def _scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
     if exaggerate is not None and not 0.0 < _number("exaggerate", exaggerate) < float("inf"):
-        raise ParameterError(f"exaggerate: got {exaggerate!r}, expected a positive number")
+        raise ParameterError(f"got {exaggerate!r}", expected="a positive number", at="exaggerate")
     return scales_of(scene_data, exaggerate)

@@ -134,7 +134,9 @@ class TrialRecord:
             raise ExperimentError(Fault(received=f"cannot be read: {error}", hint=START_ANEW, source=str(path))) from error
         if header.get("format") != _FORMAT or header.get("version") != _VERSION:
             came = f"{header.get('format')!r} of version {header.get('version')!r}"
-            raise ExperimentError(f"it is {came}, this program reads {_FORMAT!r} of version {_VERSION}", source=str(path))
+            raise ExperimentError(
+                f"it is {came}", expected=f"{_FORMAT!r} of version {_VERSION}", hint=START_ANEW, source=str(path)
+            )
         if header.get("owner") != dict(owner):
             hint = ("choose another folder, or ", *START_ANEW)
             raise ExperimentError(Fault(received="it belongs to another study", hint=hint, source=str(path)))

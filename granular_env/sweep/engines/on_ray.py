@@ -121,7 +121,8 @@ def _join(ray: Any, workers: int | None, address: str | None) -> None:
         ray.init(**options)
     except Exception as error:  # Ray raises many kinds
         raise SweepError(
-            f"Ray does not start, or the cluster takes no program from this machine: {_last_line(str(error))}"
+            f"Ray does not start, or the cluster takes no program from this machine: {_last_line(str(error))}",
+            hint="look at its address with `ray status`, or leave the engine out to use this machine's processes",
         ) from error
 
 

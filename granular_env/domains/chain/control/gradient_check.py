@@ -10,7 +10,7 @@ import numpy as np
 from granular_env.components.chain import Chain, layout
 from granular_env.components.chain.adjoint import check_functions, value_and_slopes
 from granular_env.components.chain.objective import Objective
-from granular_env.components.errors import ParameterError
+from granular_env.components.errors import Fault, ParameterError
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import current
 
@@ -104,7 +104,7 @@ def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> fl
     sizes = np.maximum(np.abs(slopes), np.abs(quotients)) * scales
     return _largest_error(
         errors, sizes, abs(float(value())), tolerance,
-        lambda k: f"objective.value: slopes[{k}] is {slopes[k]:.9g}, differences of it give {quotients[k]:.9g}",
+        lambda k: Fault(("objective", "value"), f"slopes[{k}] is {slopes[k]:.9g}", f"{quotients[k]:.9g} as its differences"),
     )  # fmt: skip
 
 
@@ -138,7 +138,9 @@ def _check_pullback(
     sizes = np.maximum(np.abs(found), np.abs(wanted)) * weights
     return _largest_error(
         np.abs(found - wanted) * weights, sizes, abs(float(feature())), tolerance,
-        lambda k: f"objective.pullback: {names[k]} is {found[k]:.9g} at step {step}, differences of note give {wanted[k]:.9g}",
+        lambda k: Fault(
+            ("objective", "pullback"), f"{names[k]} is {found[k]:.9g} at step {step}", f"{wanted[k]:.9g} as differences of note"
+        ),
     )  # fmt: skip
 
 
@@ -161,10 +163,12 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
             )
 
 
-def _largest_error(errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, said: Callable[[int], str]) -> float:
+def _largest_error(
+    errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, fault_at: Callable[[int], Fault]
+) -> float:
     """Return the largest error relative to its derivative, or to the rounding error in differences of a value of that size."""
     relative = errors / np.maximum(sizes + _SMALL_PART * value, np.finfo(np.float64).tiny)
     wrong = int(np.argmax(relative))
     if not relative[wrong] <= tolerance:
-        raise ParameterError(said(wrong))
+        raise ParameterError(fault_at(wrong))
     return float(relative[wrong])

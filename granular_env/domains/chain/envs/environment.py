@@ -24,10 +24,10 @@ from granular_env.envs.state import Drawn, EnvState
 from .actuator import ACTUATE, Actuator, actuate
 from .domain_randomization import Randomization, info_of_draws, redrawn
 from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
+from .guarded_kernels import refuse_slips
 from .sensors import OBSERVE, Observing, show_goal
 from .sensors import observe as observe_kernel
 from .task import BEGIN, JUDGE, ChainTask, task_kernel
-from .task_check import refuse_slips
 
 _LARGEST_COUNT = 2.0**53
 
@@ -367,7 +367,7 @@ def _compile(chain: Chain, task: ChainTask, kernel: str, signature: str) -> Call
     except GranularError:
         raise
     except Exception as error:  # numba hands on what it meets in the function
-        raise ParameterError(f"task {task.name!r}: its {kernel} does not compile as {signature}:\n{error}") from None
+        raise ParameterError(f"does not compile as {signature}:\n{error}", at=kernel, source=f"task {task.name!r}") from None
 
 
 def _scales_by_name(what: str, scales: Mapping[str, float], chain: Chain, causality: str) -> dict[str, float]:

@@ -89,7 +89,12 @@ def history(log: Log, segment: int | None = None) -> History:
         if name in log.variables:
             times, frames[name] = log.series(name, own)
             if not np.array_equal(times, time):
-                raise LogError(f"{name} and velocity were recorded at different times", source=f"log {str(log.path)!r}")
+                raise LogError(
+                    "recorded at other times than velocity",
+                    hint="record both at the same times",
+                    at=("frames", name),
+                    source=f"log {str(log.path)!r}",
+                )
     return of_chain(component, time, velocity, **frames)
 
 

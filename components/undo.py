@@ -1,0 +1,86 @@
+"""The undo of a step that fails: a copy of the state, and the steps made since it was taken, which are made again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from time import perf_counter
+
+import numpy as np
+
+from .inputs import Held
+from .profiles import CompiledProfile
+from .snapshot import Block
+
+# A smaller state is copied at every step, which costs less than to note the steps [bytes].
+_SMALL_STATE = 4096
+# Part of the time that copies may take.
+_SHARE = 0.05
+# Steps that are noted at most; and what they may hold of arrays, in sizes of the state.
+_MOST_STEPS, _MOST_ARRAYS = 100_000, 4
+
+
+class Undo:
+    """A copy of a component's state, taken now and then, and the steps since.
+
+    The copy of a large state takes as long as a step, or longer. A step gives the same bits whenever it is made, so an older
+    copy will do: the steps that were made since are made again.
+
+    Attributes:
+        buffer: where a state that does not grow is copied to.
+        tick: of the copy; -1 where there is none that counts.
+        steps: (ticks, inputs held) of each step since the copy.
+    """
+
+    def __init__(self, block: Block, *, is_shared: bool) -> None:
+        """Take the state's block; `is_shared` where others write to its memory too, so that each step needs a fresh copy."""
+        self._block = block
+        self._memory = block.memory.reshape(-1).data.cast("B")
+        self.buffer = memoryview(bytearray(0 if block.grows else self._memory.nbytes))
+        self._grown = b""
+        self.tick, self.steps = -1, list[tuple[int, Mapping[str, Held]]]()
+        self.is_small = not block.grows and self._memory.nbytes < _SMALL_STATE
+        self._copies_always = is_shared or self.is_small
+        self._taken = self._seconds = 0.0
+        self._array_bytes = 0
+
+    def prepare(self, tick: int) -> None:
+        """Take a copy before a step from this tick, where it is time for one."""
+        if self.tick < 0 or self._copies_always or self._is_due():
+            begin = perf_counter()
+            self._copy()
+            self._taken = perf_counter()
+            self._seconds = self._taken - begin
+            self.tick, self.steps, self._array_bytes = tick, [], 0
+
+    def note(self, ticks: int, held: Mapping[str, Held]) -> None:
+        """Note a step that was made, with all inputs that were held."""
+        if not self._copies_always:
+            if not self.steps or held is not self.steps[-1][1]:
+                self._array_bytes += sum(map(_array_bytes, held.values()))
+            self.steps.append((ticks, held))
+
+    def forget(self) -> None:
+        """Let the next step take a copy: the state was changed by something else than a step."""
+        self.tick, self.steps = -1, []
+
+    def load(self) -> None:
+        """Put the copy into the component's memory."""
+        if self._block.grows:
+            self._block.load(self._grown)
+        else:
+            self._memory[:] = self.buffer
+
+    def _copy(self) -> None:
+        if self._block.grows:
+            self._grown = self._block.to_bytes()
+        else:
+            self.buffer[:] = self._memory
+
+    def _is_due(self) -> bool:
+        is_long = len(self.steps) >= _MOST_STEPS or self._array_bytes > _MOST_ARRAYS * self._block.nbytes
+        return is_long or _SHARE * (perf_counter() - self._taken) > self._seconds
+
+
+def _array_bytes(value: Held) -> int:
+    array = value.pattern if isinstance(value, CompiledProfile) else value
+    return array.nbytes if isinstance(array, np.ndarray) else 0

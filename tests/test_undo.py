@@ -1,0 +1,151 @@
+"""A step that fails leaves what was there before it: by a copy, or by an older copy and the steps made since."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.component_examples import Example
+from support.conformance_tools import bits, every_example
+
+from granular_env.components import stepping, undo
+from granular_env.components.component import Component
+from granular_env.components.discs import Discs
+from granular_env.components.oscillator import Oscillator
+from granular_env.components.profiles import Profile
+
+
+class Interrupter:
+    """An observer that raises at a tick."""
+
+    def __init__(self, tick: int, error: type[BaseException] = RuntimeError) -> None:
+        self.next_tick, self.error = tick, error
+
+    def on_reset(self, component: Any) -> None: ...
+
+    def on_sample(self, component: Any) -> None:
+        raise self.error
+
+    def on_step(self, component: Any, ticks: int, inputs: Any) -> None: ...
+
+    def on_failure(self, component: Any, error: BaseException) -> None: ...
+
+
+@pytest.fixture
+def one_copy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every state counts as a large one, of which no second copy is ever due."""
+    monkeypatch.setattr(undo, "_SMALL_STATE", 0)
+    monkeypatch.setattr(undo, "_SHARE", 0.0)
+    monkeypatch.setattr(undo, "_MOST_ARRAYS", 1e9)
+
+
+def interrupted(component: Component, ticks: int) -> None:
+    """Begin a step that fails half way."""
+    observer = Interrupter(component.tick + max(ticks // 2, 1))
+    component.observe(observer)
+    with pytest.raises(RuntimeError):
+        component.step(ticks * component.step_size)
+    component.ignore(observer)
+
+
+@every_example
+def test_steps_are_made_again_bit_for_bit(one_copy: None, example: Example) -> None:
+    component, twin = example.started(), example.started()
+    halved = {name: 0.5 * np.asarray(value) for name, value in example.inputs.items()}
+    profiles = example.all_profiles(component)
+    for ticks, inputs in ((3, example.inputs), (1, {}), (2, halved), (4, profiles), (1, {}), (2, example.inputs)):
+        for one in (component, twin):
+            one.step(ticks * one.step_size, **inputs)
+    assert len(component._undo.steps) == 6
+    interrupted(component, 4)
+    assert bits(component) == bits(twin)
+    for one in (component, twin):
+        one.step(3 * one.step_size, **halved)
+    interrupted(component, 2)
+    assert bits(component) == bits(twin)
+    assert component.events() == twin.events()
+
+
+def test_what_changes_a_state_beside_steps_is_not_undone(one_copy: None) -> None:
+    component = Discs()
+    component.step(5e-5, force=1.0)
+    earlier = component.save()
+    component.step(5e-5)
+    component.restore(earlier)
+    interrupted(component, 4)
+    assert component.save().to_bytes() == earlier.to_bytes()
+    component.reset(velocity=[1.0, 0.0])
+    start = component.save()
+    interrupted(component, 4)
+    assert component.save().to_bytes() == start.to_bytes()
+
+
+def test_memory_that_others_own_is_copied_at_each_step(one_copy: None) -> None:
+    memory = np.zeros_like(Oscillator().memory)
+    component = Oscillator(memory=memory)
+    component.step(0.1)
+    component._block["position"][...] = 0.25  # as the owner of the memory may
+    interrupted(component, 4)
+    assert component.get("position") == 0.25
+
+
+def test_interrupts_do_not_cut_the_undo(one_copy: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    component = Discs()
+    for _ in range(5):
+        component.step(2e-5, force=1.0)
+    before, advance, calls = bits(component), Discs._advance, []
+
+    def advance_with_interrupts(self: Discs, ticks: int) -> int:
+        calls.append(ticks)
+        if len(calls) in (1, 4):
+            raise KeyboardInterrupt
+        return advance(self, ticks)
+
+    monkeypatch.setattr(Discs, "_advance", advance_with_interrupts)
+    with pytest.raises(KeyboardInterrupt):
+        component.step(3e-5)
+    # The step, two of the five that are made again, then all five.
+    assert calls == [3, 2, 2, 2, 2, 2, 2, 2, 2]
+    assert bits(component) == before
+
+
+@pytest.mark.parametrize(("copy", "step"), [(1e-3, 1e-3), (1e-3, 1e-6), (0.2, 1e-3), (1e-6, 1.0)])
+def test_copies_of_a_large_state_cost_little(monkeypatch: pytest.MonkeyPatch, copy: float, step: float) -> None:
+    """Whatever a copy and a step take, by a clock of the test's own, copies are a twentieth of a run at most."""
+    clock, copies = [0.0], [0]
+
+    class Heavy(Oscillator):
+        def _advance(self, ticks: int) -> int:
+            clock[0] += step * ticks
+            return super()._advance(ticks)
+
+    monkeypatch.setattr(undo, "_SMALL_STATE", 0)
+    monkeypatch.setattr(undo, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(stepping, "perf_counter", lambda: clock[0])
+    component = Heavy()
+    take = undo.Undo._copy
+
+    def copy_slowly(self: undo.Undo) -> None:
+        clock[0] += copy
+        copies[0] += 1
+        take(self)
+
+    monkeypatch.setattr(undo.Undo, "_copy", copy_slowly)
+    for _ in range(5000):
+        component.step()
+    assert copies[0] >= 1
+    assert (copies[0] - 1) * copy <= 0.05 * clock[0]
+
+
+def test_arrays_that_are_held_do_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(undo, "_SHARE", 0.0)
+    component = Discs(rows=8, columns=8)
+    for number in range(40):
+        component.step(force=np.full((64, 2), float(number)))
+        held = sum(inputs["force"].nbytes for _, inputs in component._undo.steps)
+        assert held <= (undo._MOST_ARRAYS + 1) * component.state_bytes
+    component.reset()
+    for number in range(40):
+        component.step(force=Profile.constant(float(number)) * np.ones((64, 2)))
+        assert len(component._undo.steps) <= (undo._MOST_ARRAYS + 1) * component.state_bytes // (64 * 2 * 8)
