@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..support.jit import inlined, jit
+from ..support.jit import internal_inlined, jit
 from .pair import half_turn, small_turn
 from .schedule import LANES, LINK_ROWS, POINT_ROWS, PULL_ROWS, SHIFT, STRIDE
 
@@ -35,19 +35,19 @@ KEPT = 6
 STILL, DRIFT_KICK_DRIFT, DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS = 0, 1, 2, 3
 
 
-@inlined
+@internal_inlined
 def _place(i, last, rows):
     """Return where an automaton is in a ring of so many rows."""
     return np.uint64(((i >> SHIFT) & last) * (rows * STRIDE) + (i & (LANES - 1)))
 
 
-@inlined
+@internal_inlined
 def _room(i, most):
     """Return how many automata from one on lie in one tile, at most so many."""
     return min(most, LANES - (i & (LANES - 1)))
 
 
-@inlined
+@internal_inlined
 def _move(u, v, rotation, spin, first, time, inverse, points, at, count):
     """Drift for a time; write displacements in diameters and half rotations."""
     for t in range(count):
@@ -63,7 +63,7 @@ def _move(u, v, rotation, spin, first, time, inverse, points, at, count):
     _turn(rotation, first, large, points, at + _S + _S, count)
 
 
-@inlined
+@internal_inlined
 def _turn(rotation, first, large, points, at, count):
     """Write half rotations, `large` of which are not small: of small ones both ways have the same bits."""
     if large == 0:
@@ -74,7 +74,7 @@ def _turn(rotation, first, large, points, at, count):
             points[at + t], points[at + _S + t] = half_turn(rotation[first + t])
 
 
-@inlined
+@internal_inlined
 def _strain(points, own, other, links, at, count, nx, ny):
     """Write strains and directions of pairs."""
     for t in range(count):
@@ -91,7 +91,7 @@ def _strain(points, own, other, links, at, count, nx, ny):
         links[row], links[row + _S] = x, y
 
 
-@inlined
+@internal_inlined
 def _pull(points, own, other, links, at, pulls, to, count, stiffness, volumetric):
     """Write the forces and torques of pairs; those on the second automaton are the opposite forces, and the same torques."""
     for t in range(count):
@@ -107,7 +107,7 @@ def _pull(points, own, other, links, at, pulls, to, count, stiffness, volumetric
         pulls[p + _S + _S] = ft - gamma * pressing
 
 
-@inlined
+@internal_inlined
 def _dilate_square(links, a, b, c, d, share, points, at, count, factor):
     """Write the volumetric strains of automata with four neighbours, whose pairs begin at a, b, c and d."""
     sa, sb, sc, sd = share[0], share[1], share[2], share[3]
@@ -116,7 +116,7 @@ def _dilate_square(links, a, b, c, d, share, points, at, count, factor):
         points[at + t] = (second + (sa * links[a + t] + sc * links[c + t])) * factor
 
 
-@inlined
+@internal_inlined
 def _dilate_hexagonal(links, a, b, c, d, e, f, share, points, at, count, factor):
     """Write the volumetric strains of automata with six neighbours."""
     sa, sb, sc, sd, se, sf = share[0], share[1], share[2], share[3], share[4], share[5]
@@ -126,14 +126,14 @@ def _dilate_hexagonal(links, a, b, c, d, e, f, share, points, at, count, factor)
         points[at + t] = ((third + second) + (sa * links[a + t] + sd * links[d + t])) * factor
 
 
-@inlined
+@internal_inlined
 def _gather_square(pulls, a, b, c, d, of_c, of_d, sums, to, count):
     """Write a row of sums over four pairs, the last two times numbers."""
     for t in range(count):
         sums[to + t] = (pulls[b + t] + of_d * pulls[d + t]) + (pulls[a + t] + of_c * pulls[c + t])
 
 
-@inlined
+@internal_inlined
 def _gather_hexagonal(pulls, a, b, c, d, e, f, of_d, of_e, of_f, sums, to, count):
     """Write a row of sums over six pairs, the last three times numbers."""
     for t in range(count):
@@ -142,7 +142,7 @@ def _gather_hexagonal(pulls, a, b, c, d, e, f, of_d, of_e, of_f, sums, to, count
         sums[to + t] = (third + second) + (pulls[a + t] + of_d * pulls[d + t])
 
 
-@inlined
+@internal_inlined
 def _kick(u, v, rotation, spin, first, sums, count, by_mass, by_inertia, time, limit):
     """Accelerate automata and let them drift for a time; return how many are faster than the root of a limit."""
     bad = 0
@@ -160,7 +160,7 @@ def _kick(u, v, rotation, spin, first, sums, count, by_mass, by_inertia, time, l
     return bad
 
 
-@inlined
+@internal_inlined
 def _kick_halves(v, spin, first, sums, count, by_mass, by_inertia, radius, twice, limit):
     """Accelerate automata for half a step, or for two; return how many are faster than the root of a limit after the first."""
     bad = 0
@@ -179,7 +179,7 @@ def _kick_halves(v, spin, first, sums, count, by_mass, by_inertia, radius, twice
     return bad
 
 
-@inlined
+@internal_inlined
 def _write(sums, points, theta, force, torque, dilation, first, count, radius):
     """Write forces, torques and volumetric strains of a tile."""
     for t in range(count):
@@ -189,7 +189,7 @@ def _write(sums, points, theta, force, torque, dilation, first, count, radius):
         torque[first + t], dilation[first + t] = radius * sums[_S + _S + t], points[theta + t]
 
 
-@inlined
+@internal_inlined
 def _pair_place(last, slots, rows, way, i, slot):
     """Return where the pair of an automaton in a slot is in a ring of pairs: with its other end, where that comes first.
 
@@ -207,7 +207,7 @@ def _pair_place(last, slots, rows, way, i, slot):
     return _place(i, last, rows * half) + np.uint64(rows * slot * STRIDE)
 
 
-@inlined
+@internal_inlined
 def _move_tile(body, part, displacement, velocity, rotation, spin, low, high, time):
     """Move automata, and those of other parts as far as they are needed here."""
     while low < high:
@@ -223,7 +223,7 @@ def _move_tile(body, part, displacement, velocity, rotation, spin, low, high, ti
         low = stop
 
 
-@inlined
+@internal_inlined
 def _strain_run(body, part, run, low, high):
     """Strain the pairs of automata of a run."""
     last, slots = part.last, body.directions.shape[0]
@@ -239,7 +239,7 @@ def _strain_run(body, part, run, low, high):
             i += count
 
 
-@inlined
+@internal_inlined
 def _dilate_run(body, part, run, low, high):
     """Compute the volumetric strains of automata of a run."""
     k, slots, way = part.kinds[run], body.directions.shape[0], part.offsets[run]
@@ -260,7 +260,7 @@ def _dilate_run(body, part, run, low, high):
         i += count
 
 
-@inlined
+@internal_inlined
 def _pull_run(body, part, run, low, high):
     """Compute what the pairs of automata of a run do."""
     k, slots, last = part.kinds[run], body.directions.shape[0], part.last
@@ -275,7 +275,7 @@ def _pull_run(body, part, run, low, high):
             i += count
 
 
-@inlined
+@internal_inlined
 def _gather(part, slots, run, i, high):
     """Write the forces and torques on automata of a run from one on; return on how many."""
     last, way, half = part.last, part.offsets[run], slots // 2
@@ -301,7 +301,7 @@ def _gather(part, slots, run, i, high):
     return count
 
 
-@inlined
+@internal_inlined
 def _keep(sums, radius, marked, at, first, end, u, v, rotation, spin, force, torque, kept):
     """Keep what is known before the kick of automata that inputs act on; return which of them comes next."""
     while at < marked.size and marked[at] < end:
@@ -313,7 +313,7 @@ def _keep(sums, radius, marked, at, first, end, u, v, rotation, spin, force, tor
     return at
 
 
-@inlined
+@internal_inlined
 def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dilation, force, torque, time, limit, moves):
     """Advance automata by an internal step with the forces of their links, or compute those forces alone.
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from ..grid import kernels as grid_kernels
 from ..grid.layout import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK
-from ..support.jit import jit
+from ..support.jit import internal
 from .edges import keep_before
 from .exchange import follow, keep_velocities, kicked, settle_kick
 from .parts import begin_automata, begin_grid, finish_automata, settle_edges
 
 
-@jit
+@internal
 def kick_nodes(grid, seam, time, scheme):
     """Let the forces of the automata kick the interface nodes for `time` [s]."""
     interface, exchange, conditions, velocity = seam.interface, seam.exchange, grid.conditions, grid.state.velocity
@@ -27,7 +27,7 @@ def kick_nodes(grid, seam, time, scheme):
     settle_kick(interface, exchange, grid.state, conditions, 0.0, time)
 
 
-@jit
+@internal
 def begin_micro_steps(grid, seam):
     """Take back the drift of the interface nodes in `begin_grid`: they drift with the micro-steps."""
     for row in range(seam.interface.nodes.size):
@@ -37,7 +37,7 @@ def begin_micro_steps(grid, seam):
             seam.exchange.given[row, k] = 0.0
 
 
-@jit
+@internal
 def keep_displacements(grid, seam):
     """Note where the interface nodes are at the begin of a tick."""
     for row in range(seam.interface.nodes.size):
@@ -45,7 +45,7 @@ def keep_displacements(grid, seam):
         seam.exchange.start[row, 0], seam.exchange.start[row, 1] = grid.state.displacement[n, 0], grid.state.displacement[n, 1]
 
 
-@jit
+@internal
 def drift_nodes(grid, seam, time):
     """Move the interface nodes with their velocities for `time` [s]."""
     for row in range(seam.interface.nodes.size):
@@ -54,7 +54,7 @@ def drift_nodes(grid, seam, time):
         grid.state.displacement[n, 1] += time * grid.state.velocity[n, 1]
 
 
-@jit
+@internal
 def begin_impulses(grid, automata, seam, factors, row, steps):
     """Let the cells kick for half a step, and drift the nodes of the grid alone."""
     interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
@@ -66,7 +66,7 @@ def begin_impulses(grid, automata, seam, factors, row, steps):
     follow(interface, state, automata.motion)
 
 
-@jit
+@internal
 def move_with_impulses(grid, automata, seam, steps, time, first):
     """Let the automata kick for half a micro-step of `time` [s], and drift; `first` as for `begin_automata`."""
     keep_before(automata.edges, automata.motion, automata.scratch.force, automata.scratch.torque)
@@ -75,7 +75,7 @@ def move_with_impulses(grid, automata, seam, steps, time, first):
     begin_automata(automata, seam, grid.state, steps, time, first)
 
 
-@jit
+@internal
 def act_with_impulses(grid, automata, seam, steps, time):
     """Let the automata kick for the second half of a micro-step; return their largest squared speed."""
     kick_nodes(grid, seam, 0.5 * time, steps.scheme)
@@ -85,7 +85,7 @@ def act_with_impulses(grid, automata, seam, steps, time):
     return fastest
 
 
-@jit
+@internal
 def use_mean_velocities(grid, seam, step):
     """Give the interface nodes the mean velocities of the tick, for the strains of the cells; note the present ones."""
     interface, exchange, state = seam.interface, seam.exchange, grid.state
@@ -96,7 +96,7 @@ def use_mean_velocities(grid, seam, step):
             state.velocity[n, k] = (state.displacement[n, k] - exchange.start[row, k]) / step
 
 
-@jit
+@internal
 def end_micro_steps(grid, seam):
     """Give the interface nodes their own velocities back, and let `finish_conditions` go on from these.
 
@@ -118,7 +118,7 @@ def end_micro_steps(grid, seam):
                 conditions.begin[i, 4, k] = state.velocity[n, k]
 
 
-@jit
+@internal
 def finish_impulses(grid, automata, seam, step):
     """Let the cells, which have been advanced, kick for the second half of a step."""
     interface, exchange, state = seam.interface, seam.exchange, grid.state

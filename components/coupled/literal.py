@@ -8,20 +8,20 @@ from __future__ import annotations
 
 from ..automata import motion as automata_motion
 from ..grid import kernels as grid_kernels
-from ..support.jit import jit
+from ..support.jit import internal
 from .edges import keep_before
 from .exchange import assemble, follow, hang
 from .parts import begin_grid, finish_cells, kick_automata, settle_edges
 
 
-@jit
+@internal
 def begin_literally(seam):
     """Forget the forces of the last tick."""
     for row in range(seam.interface.nodes.size):
         seam.exchange.given[row, 0] = seam.exchange.given[row, 1] = 0.0
 
 
-@jit
+@internal
 def move_literally(grid, automata, seam, time):
     """Kick and drift the automata for `time` [s]; those of the interface with the velocities of their nodes."""
     keep_before(automata.edges, automata.motion, automata.scratch.force, automata.scratch.torque)
@@ -30,7 +30,7 @@ def move_literally(grid, automata, seam, time):
     automata_motion.drift(automata.motion, time, 0, automata.body.kind.size)
 
 
-@jit
+@internal
 def act_literally(grid, automata, seam, time, micro):
     """Add to the mean of the forces, and kick the automata; return their largest squared speed."""
     exchange = seam.exchange
@@ -43,7 +43,7 @@ def act_literally(grid, automata, seam, time, micro):
     return fastest
 
 
-@jit
+@internal
 def finish_literally(grid, automata, seam, factors, row, steps, tick, again):
     """Advance the grid with the mean of the forces of the automata; return a cell that is inverted, or -1."""
     interface, exchange, state = seam.interface, seam.exchange, grid.state
@@ -58,7 +58,7 @@ def finish_literally(grid, automata, seam, factors, row, steps, tick, again):
     return failed
 
 
-@jit
+@internal
 def follow_velocities(interface, state, motion):
     """Give the automata of the interface the velocities of their nodes, and leave them where they are."""
     hang(interface, state.velocity, motion.velocity)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from ..grid import kernels as grid_kernels
-from ..support.jit import jit
+from ..support.jit import internal
 from .edges import keep_before
 from .exchange import assemble, follow, keep_velocities, settle_kick
 from .parts import begin_automata, begin_grid, finish_automata, settle_edges
 
 
-@jit
+@internal
 def move_together(grid, automata, seam, factors, row, steps):
     """Kick for half a step and drift."""
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
@@ -20,7 +20,7 @@ def move_together(grid, automata, seam, factors, row, steps):
     begin_automata(automata, seam, state, steps, steps.step, row == 0)
 
 
-@jit
+@internal
 def finish_together(grid, automata, seam, steps):
     """Kick for the second half of a step, all forces being there; return the largest squared speed of automata."""
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step

@@ -22,7 +22,7 @@ from ..grid import kernels as grid_kernels
 from ..grid.layout import Conditions, Grid, State
 from ..grid.mesh import IntArray
 from ..support.arrays import FloatArray
-from ..support.jit import jit
+from ..support.jit import internal, jit
 from .edges import Edges, push_and_hold, settle_grip, settle_loads
 from .exchange import Exchange, follow, gather_forces, keep_grid_forces
 from .interface import Interface
@@ -142,7 +142,7 @@ def update_automata_forces(automata, cracking, ties, seam, steps, time, tick, mo
     return status
 
 
-@jit
+@internal
 def sweep_part(automata, part, time, speed_limit, moves):
     """Sweep through a `Part` of the automata; inputs act on none of them. Arguments and return as above."""
     edges, before = automata.edges, automata.edges.load_before
@@ -152,7 +152,7 @@ def sweep_part(automata, part, time, speed_limit, moves):
     )  # fmt: skip
 
 
-@jit
+@internal
 def must_break(automata, cracking, tick):
     """Let links weaken and yield; return whether some have to be broken before the forces are computed."""
     motion, scratch, judgement = automata.motion, automata.scratch, cracking.judgement
@@ -160,7 +160,7 @@ def must_break(automata, cracking, tick):
     return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick) > 0
 
 
-@jit
+@internal
 def note_travel(automata, cracking, time):
     """Add the way of the fastest automaton in a drift of `time` [s] to what decides when contacts are found anew."""
     velocity, largest = automata.motion.velocity, 0.0
@@ -171,7 +171,7 @@ def note_travel(automata, cracking, time):
     cracking.losses[TRAVEL] += time * np.sqrt(largest)
 
 
-@jit
+@internal
 def kick_automata(automata, time):
     """Kick all automata; return the largest squared speed."""
     scratch, motion = automata.scratch, automata.motion
@@ -180,7 +180,7 @@ def kick_automata(automata, time):
     return fastest
 
 
-@jit
+@internal
 def kick_marked(automata, time):
     """Kick the marked automata, the others having been kicked by a sweep."""
     body, motion, force, torque = automata.body, automata.motion, automata.scratch.force, automata.scratch.torque
@@ -193,7 +193,7 @@ def kick_marked(automata, time):
     push_and_hold(automata.edges, body, automata.reference, motion, time, automata.tallies[0])
 
 
-@jit
+@internal
 def begin_automata(automata, seam, state, steps, time, first):
     """Let the automata begin a step, the interface nodes having drifted: half a kick, and the drift where no sweep makes it.
 
@@ -220,7 +220,7 @@ def begin_automata(automata, seam, state, steps, time, first):
             motion.velocity[i, 0] = motion.velocity[i, 1] = 0.0
 
 
-@jit
+@internal
 def finish_automata(automata, steps, time):
     """Kick the automata for the second half of a step where no sweep has; return the largest squared speed of these."""
     if not steps.swept:
@@ -234,7 +234,7 @@ def finish_automata(automata, steps, time):
     return 0.0
 
 
-@jit
+@internal
 def settle_edges(automata, time):
     """Tally what loads and grip gave the automata in a micro-step of `time` [s] that has ended."""
     motion, scratch = automata.motion, automata.scratch
@@ -247,7 +247,7 @@ def settle_edges(automata, time):
 # -- the grid -------------------------------------------------------------------------------------------------------------
 
 
-@jit
+@internal
 def begin_grid(grid, factors, row, step):
     """Kick all nodes for half a step and drift them for a whole one, where `finish_cells` has not yet."""
     if row == 0:
@@ -257,7 +257,7 @@ def begin_grid(grid, factors, row, step):
     grid_kernels.begin_conditions(grid.grid, grid.state, grid.conditions, factors, row, step)
 
 
-@jit
+@internal
 def advance_cells(grid, place, step, tick, again):
     """Advance a part of the cells, and kick the nodes that belong to that part alone and have no conditions.
 
@@ -274,7 +274,7 @@ def advance_cells(grid, place, step, tick, again):
     return grid_kernels.advance_part(grid.grid, grid.state, grid.corner, place, step, tick, again, grid.events, grid.counts)
 
 
-@jit
+@internal
 def join_cells(grid, seam, step, again):
     """Finish what `advance_cells` began, all parts being advanced: nodes between them, and forces on nodes with conditions."""
     grid_kernels.finish_tile(grid.grid, grid.state, grid.corner, len(grid.grid.tiles) - 2, step, again)
@@ -282,7 +282,7 @@ def join_cells(grid, seam, step, again):
     keep_grid_forces(seam.interface, seam.exchange, grid.state)
 
 
-@jit
+@internal
 def finish_cells(grid, seam, step, tick, again):
     """Advance the cells as above, one part after the other; return a cell that is inverted, or -1."""
     failed = np.int64(-1)

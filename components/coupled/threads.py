@@ -34,7 +34,7 @@ def advance(
     for row in range(rows):
         now, again = tick + row + 1, row + 1 < rows
         if steps.micro == 1:
-            move_together(grid, automata, seam, factors, row, steps)
+            begin_halves(grid, automata, seam, factors, row, steps)
             results = _call_halves(advance_half, grid, automata, parts, steps, now, again)
             cells, statuses = zip(*results, strict=True)
             fastest = finish_halves(grid, automata, seam, steps, again)
@@ -52,25 +52,21 @@ def _make_micro_steps(
     again: bool, time: float,
 ) -> tuple[Any, list[int], float]:  # fmt: skip
     """Make a tick with several steps of the automata; return cells that are inverted or -1, statuses, and a squared speed."""
-    begin_impulses(grid, automata, seam, factors, row, steps)
     found: list[int] = []
     fastest = 0.0
     for micro in range(steps.micro):
-        move_with_impulses(grid, automata, seam, steps, time, row == 0 and micro == 0)
+        begin_micro_step(grid, automata, seam, factors, row, micro, steps, time)
         _copy_ghosts(automata, parts)
         last = not again and micro + 1 == steps.micro
         moves = DRIFT_HALF_KICK if last else DRIFT_TWO_HALF_KICKS
         first, second = ((automata, part, time, steps.speed_limit, moves) for part in parts)
-        found += call_both(sweep_part, first, second)
-        gather_forces(seam.interface, automata.scratch.force, seam.exchange.automata_force)
-        fastest = act_with_impulses(grid, automata, seam, steps, time)
-    use_mean_velocities(grid, seam, steps.step)
+        found += call_both(sweep_half, first, second)
+        fastest = finish_micro_step(grid, automata, seam, micro, steps, time)
     if len(grid.grid.parts) > 2:
-        cells = call_both(advance_cells, *((grid, place, steps.step, now, again) for place in (0, 1)))
+        cells = call_both(advance_cells_half, *((grid, place, steps.step, now, again) for place in (0, 1)))
     else:
-        cells = (advance_cells(grid, 0, steps.step, now, again),)
-    join_cells(grid, seam, steps.step, again)
-    finish_impulses(grid, automata, seam, steps.step)
+        cells = (advance_cells_half(grid, 0, steps.step, now, again),)
+    finish_micro_steps(grid, automata, seam, steps, again)
     return cells, found, fastest
 
 
@@ -87,6 +83,15 @@ def _copy_ghosts(automata: AutomataPart, parts: list[Part]) -> None:
     motion = automata.motion
     for part in parts:
         copy_ghosts(part, motion.displacement.reshape(-1), motion.velocity.reshape(-1), motion.rotation, motion.spin)
+
+
+# Entries from Python to what `advance.advance` calls, and these alone: they are compiled where threads are used.
+
+
+@jit
+def begin_halves(grid, automata, seam, factors, row, steps):
+    """Begin a tick in lockstep."""
+    move_together(grid, automata, seam, factors, row, steps)
 
 
 @jit
@@ -107,3 +112,40 @@ def finish_halves(grid, automata, seam, steps, again):
     join_cells(grid, seam, steps.step, again)
     gather_forces(seam.interface, automata.scratch.force, seam.exchange.automata_force)
     return finish_together(grid, automata, seam, steps)
+
+
+@jit
+def begin_micro_step(grid, automata, seam, factors, row, micro, steps, time):
+    """Begin a micro-step, and the tick with the first one."""
+    if micro == 0:
+        begin_impulses(grid, automata, seam, factors, row, steps)
+    move_with_impulses(grid, automata, seam, steps, time, row == 0 and micro == 0)
+
+
+@jit
+def sweep_half(automata, part, time, speed_limit, moves):
+    """Sweep through one of two parts of the automata; return 0, or another number where an automaton is too fast."""
+    return sweep_part(automata, part, time, speed_limit, moves)
+
+
+@jit
+def finish_micro_step(grid, automata, seam, micro, steps, time):
+    """Finish a micro-step after both halves; return the largest squared speed of the marked automata."""
+    gather_forces(seam.interface, automata.scratch.force, seam.exchange.automata_force)
+    fastest = act_with_impulses(grid, automata, seam, steps, time)
+    if micro + 1 == steps.micro:
+        use_mean_velocities(grid, seam, steps.step)
+    return fastest
+
+
+@jit
+def advance_cells_half(grid, place, step, tick, again):
+    """Advance one of two parts of the cells; return a cell that is inverted, or -1."""
+    return advance_cells(grid, place, step, tick, again)
+
+
+@jit
+def finish_micro_steps(grid, automata, seam, steps, again):
+    """Finish a tick of several micro-steps, all cells being advanced."""
+    join_cells(grid, seam, steps.step, again)
+    finish_impulses(grid, automata, seam, steps.step)
