@@ -25,8 +25,10 @@ from support.coupled_tools import (
     start_noise,
 )
 
-from granular_env.components.coupled import Coupled, threads
+from granular_env.components.coupled import Coupled, theory, threads
+from granular_env.components.coupled.strays import find_strays
 from granular_env.components.errors import ParameterError, StepError
+from granular_env.components.materials.elastic import Material
 from granular_env.components.profiles import Profile
 
 # A stretch, a shear and a spin at once.
@@ -325,15 +327,18 @@ SIDEWAYS = {"automata.packing": "hexagonal", "automata.shape": rectangle(8.0, 4 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"origin": [0.0, 9.0]}, "no side of a cell lies on the outline"),
+        (
+            {"origin": [0.0, 9.0]},
+            r"nearest are node 36 at \(0, 4\) m and automaton 0 at \(0, 9\) m, which is off by \(0, -5\) m",
+        ),
         ({"origin": [0.0, 3.0]}, "cell 24 of the grid"),
         ({"origin": [0.5, 4.0]}, "an automaton is expected at"),
         ({"automata.diameter": 0.8}, "1.25 diameters of 0.8 m long, expected a whole number"),
         (SIDEWAYS, r"is 0.577350269 times sqrt\(3\) diameters \(1.73205081 m"),
         ({"automata.boundaries": {"left": "fixed"}}, "is held along x by its edge"),
         ({"step_size": 0.32, "micro_steps": 1}, "step_size: got 0.32 s with micro_steps = 1, expected at most 0.308"),
-        ({"step_size": 0.4}, "step_size: got 0.4 s with micro_steps = 2, expected at most 0.287"),
-        ({"scheme": "literal"}, "scheme = literal needs their number"),
+        ({"step_size": 0.4}, "step_size: got 0.4 s with micro_steps = 2, which this step needs, expected at most 0.287"),
+        ({"scheme": "literal"}, "micro_steps: missing; with scheme = literal"),
         ({"scheme": "penalty"}, "scheme"),
         ({"automata.thickness": 0.5}, "automata.thickness: got 0.5 m"),
         ({"automata.step_size": 0.1}, "automata.step_size: the parts have one step_size"),
@@ -354,6 +359,27 @@ def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], words: st
         (parameters[part] if part else parameters)[name] = value
     with pytest.raises(ParameterError, match=words):
         Coupled(**parameters)
+
+
+def test_theory_of_reflection() -> None:
+    stiff, soft = Material(density=2.0, young=5.0, poisson=0.25), Material(density=1.0, young=2.5, poisson=0.25)
+    for shear in (False, True):
+        back, on = theory.reflection(stiff, soft, shear=shear), theory.transmission(stiff, soft, shear=shear)
+        # Same speeds, half the density: Z1 = 2 Z2; the power that comes is that which goes.
+        assert back == pytest.approx(1.0 / 3.0) and back**2 + 0.5 * on**2 == pytest.approx(1.0)
+        for packing, axis in (("square", "x"), ("hexagonal", "x"), ("hexagonal", "y")):
+            long, short = (
+                abs(theory.lattice_reflection(soft, length, 1.0, 1.0, packing, axis=axis, shear=shear))
+                for length in (40.0, 20.0)
+            )
+            assert 3.9 <= short / long <= 4.1 and 1e-3 < short < 2.5e-3
+
+
+def test_strays_are_found() -> None:
+    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.2], [0.0, 1.0], [1.0, 1.1], [2.0, 1.0]])
+    cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    points = np.array([[0.5, 0.5], [1.5, 0.05], [1.5, 0.2], [0.5, 1.2], [np.nan, 0.0], [1.0 - 1e-9, 0.5]])
+    assert find_strays(nodes, cells, points).tolist() == [0, 2, 5]
 
 
 def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:

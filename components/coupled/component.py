@@ -45,6 +45,7 @@ from .exchange import (
 from .interface import Interface, Places, carried_mass, common_sides, find_interface
 from .parameters import CoupledParameters
 from .parts import AutomataPart, Cracking, GridPart, Seam, Steps, update_automata_forces
+from .strays import find_strays
 from .zigzag import find_ties
 
 # The part of the largest stable step that is allowed, and the part that is suggested, for the grid and for the automata.
@@ -121,10 +122,15 @@ class Coupled(Component):
         largest = min(allowed * limits[0], _ALLOWED * self.micro_steps * limits[1])
         if self.step_size > largest:
             raise ParameterError(
-                f"step_size: got {self.step_size:g} s with micro_steps = {self.micro_steps}, expected at most {largest:.6g} s: "
+                f"step_size: got {self.step_size:g} s with {self._told_micro_steps()}, expected at most {largest:.6g} s: "
                 f"{allowed:g} of the largest stable one of the grid, {limits[0]:.6g} s, and {_ALLOWED:g} of that of the "
                 f"automata in each micro-step, {limits[1]:.6g} s; leave it out, or change micro_steps"
             )
+
+    def _told_micro_steps(self) -> str:
+        """Return the number of micro-steps for a message: as it was given, or that it was chosen."""
+        given = self.parameters.micro_steps is not None
+        return f"micro_steps = {self.micro_steps}" + ("" if given else ", which this step needs")
 
     def _micro_steps_needed(self, grid_limit: float, automata_limit: float) -> int:
         """Return how many micro-steps of the automata a step of the grid holds; 1 where they are about as large."""
@@ -225,7 +231,7 @@ class Coupled(Component):
                     if held & bit and not conditions.prescribed[row_of[node], k]:
                         x, y = self.grid.mesh.nodes[node]
                         raise ParameterError(
-                            f"automata: automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and "
+                            f"automata: number {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and "
                             f"belongs to the interface, but node {node} of the grid is free there; give the edge of the grid "
                             "that ends there the same condition"
                         )
@@ -292,9 +298,46 @@ class Coupled(Component):
         parts = self.grid.mass.sum() + self.automata.mass.sum()
         return float((own.sum() + free) - parts)
 
+    def report(self) -> dict[str, float]:
+        """Return how close the steps are to the largest stable ones, how well both sides agree, what has broken and yielded."""
+        grid, tally = self.grid.report(), self._block["exchange"]
+        largest = float(np.abs(tally[[WORK_ON_GRID, WORK_ON_AUTOMATA]]).max())
+        difference = float(abs(tally[WORK_ON_GRID] + tally[WORK_ON_AUTOMATA]))
+        found = {f"grid: {name}": figure for name, figure in grid.items()}
+        found |= {
+            "automata: micro-step over the largest stable one": self.automata_step_part,
+            "micro-steps in a step": float(self.micro_steps),
+            "interface: works of both sides, their sum over the larger": difference / largest if largest > 0.0 else 0.0,
+        }
+        if self._cracking is not None:
+            linked = self._cracking.linked()
+            found["automata: part of the links that is broken"] = float((linked < 1.0).mean())
+            found["automata: pieces inside cells of the grid"] = float(len(self._strays()))
+        return found
+
+    def _strays(self) -> IntArray:
+        """Return automata with broken links that lie inside cells now."""
+        if self._cracking is None:
+            return np.zeros(0, dtype=np.int64)
+        loose = np.flatnonzero((self._cracking.damage() > 0.0) & (self.interface.free > 0))
+        if not len(loose):
+            return loose
+        nodes = self.grid.mesh.nodes + self.grid.peek("displacement")
+        points = (self.reference + self.automata.motion.displacement)[loose]
+        return loose[find_strays(nodes, self.grid.mesh.cells, points)]
+
     def cautions(self) -> list[str]:
-        """Return those of the parts."""
-        return [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
+        """Return those of the parts, and a sentence where pieces have flown into the grid."""
+        said = [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
+        strays = self._strays()
+        if len(strays):
+            x, y = (self.reference + self.automata.motion.displacement)[strays[0]]
+            said.append(
+                f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
+                f"{y:.6g}) m: pieces touch automata alone, and fly through the free sides of the grid; leave such sides no way "
+                "to be reached, or surround the automata by the interface"
+            )
+        return said
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the grid, the automata and their links."""

@@ -66,12 +66,12 @@ class _Kernel(CPUDispatcher):
 class _Internal(_Kernel):
     """A function without an entry from Python."""
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, *arguments: Any, **named: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Call it by another one that has such an entry, and is not kept on disk."""
         if not hasattr(self, "_with_entry"):
             options = {name: value for name, value in self.targetoptions.items() if name != "no_cpython_wrapper"}
             self._with_entry = _Kernel(self.py_func, targetoptions=options)
-        return self._with_entry(*arguments)
+        return self._with_entry(*arguments, **named)
 
 
 def _without_literal(kind: Any) -> Any:
