@@ -36,7 +36,7 @@ PLAYS = {
     "SolitonTrain-v1": (2, "theory"),
     "Splitting-v1": (0, "theory"),
     "BuriedTarget-v1": (0, "theory"),
-    "Confinement-v1": (0, "nothing"),
+    "Confinement-v2": (0, "nothing"),
 }
 
 
