@@ -40,6 +40,10 @@ _OWN = {
         "A continuum in plane strain on a mesh of quadrilaterals that moves with it: Wilkins (1964), Psakhie et al. (2003).",
     ),
     "oscillator": (".oscillator:Oscillator", "A mass on a spring, pushed by a force."),
+    "shell": (
+        ".shell.component:Shell",
+        "A solid with thin walls, meshfree and in three dimensions: the tube of Gato & Shie (2010).",
+    ),
 }
 
 

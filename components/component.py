@@ -127,6 +127,8 @@ class Component(Stepping, metaclass=_Fixed):
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
         vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
+        details = {f"{prefix}_{kind}": detail for kind, detail in part.event_details.items()}
+        vars(self)["event_details"] = {**self.event_details, **details}
         if part.event_ratio and not self.event_ratio:
             vars(self)["event_ratio"] = f"{prefix}_{part.event_ratio}"
 
@@ -154,6 +156,8 @@ class Component(Stepping, metaclass=_Fixed):
         views = {name: _reader_of(part) for name, part in parts.items() if part is not None}
         self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
         self._prepare_steps()
+        for part, *_ in self._included:
+            part._report_changes_to(self)
 
     def __repr__(self) -> str:
         return f"<{self.name} at {self.time:.9g} s (tick {self.tick})>"

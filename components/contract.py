@@ -119,11 +119,26 @@ class Event:
     limit: float
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class EventDetail:
+    """What a kind of events says beside its name.
+
+    Attributes:
+        unit: of value and limit; "" where it is not said.
+        counts: name of the drawable whose elements its indices count: points, links or cells; "" for none.
+    """
+
+    unit: str = ""
+    counts: str = ""
+
+
 class Physics(metaclass=ABCMeta):
     """The part of a component that its author writes; `component.Component` does the rest."""
 
     event_kinds: ClassVar[Mapping[str, str]] = {}
     """Kinds of events that can happen -> what they are; then the block has a growing part `events=EVENT_ROWS`."""
+    event_details: ClassVar[Mapping[str, EventDetail]] = {}
+    """Of some or all of these kinds their unit, and what their indices count."""
     event_ratio: str = ""
     """Name of the output that says how near each place is to an event, what decides over its limit; "" where there is none."""
     step_size: float
@@ -159,7 +174,10 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def _advance(self, ticks: int) -> int:
-        """Advance the block by whole ticks from `self._tick`; 0, or a status that `_explain` turns into an error."""
+        """Advance the block by whole ticks from `self._tick`; 0, or a status that `_explain` turns into an error.
+
+        It depends on the block, the tick and the inputs held alone: after a failure earlier steps are made again.
+        """
 
     @abstractmethod
     def _explain(self, status: int) -> StepError:

@@ -23,6 +23,9 @@ _CHUNK_SECONDS = 0.05
 _MANY_TICKS = 1_000_000
 _SILENT_SECONDS, _LONG_SECONDS = 5.0, 60.0
 
+# How often the state before a failed step is put back anew where that is interrupted.
+_ATTEMPTS = 100
+
 # Which calls are legal when. "ready": made, reset, restored or stepped; "stepping": in the middle of a step, where an observer
 # (or another thread) calls; "failed": the last step raised, and the state is that before it.
 LIFE_CYCLE: Mapping[str, frozenset[str]] = {
@@ -73,6 +76,11 @@ class Stepping(Physics):
         self._profiled = False
         self._tick = 0
 
+    def _report_changes_to(self, owner: Stepping) -> None:
+        """Let a parent that owns the memory know when the state is changed beside the parent's steps."""
+        self._undo.belong_to(owner._undo)
+        self._is_small = False
+
     @property
     def tick(self) -> int:
         """Integer time."""
@@ -106,9 +114,9 @@ class Stepping(Physics):
             self._refuse_while_stepping("step")
         own["_stepping"] = True
         try:
-            held = self._held
+            held, before, numbers = self._held, self._tick, not self._profiled
             if inputs:
-                bounds, numbers = self._bounds, not self._profiled
+                bounds = self._bounds
                 for name, value in inputs.items():
                     if value.__class__ is float and name in bounds:
                         low, high = bounds[name]
@@ -116,19 +124,19 @@ class Stepping(Physics):
                             continue
                     inputs, numbers = self.hold(inputs), False
                     break
-                if numbers:
-                    own["_held"] = inputs if len(inputs) == len(held) else {**held, **inputs}
-                else:
-                    self._hold({**held, **inputs})
             if self._observers or ticks > self._chunk_ticks:
-                self._long_step(ticks, inputs, held)
+                self._long_step(ticks, inputs)
                 return
-            before = self._tick
             if self._is_small:
                 self._backup[:] = self._memory_bytes
             else:
                 self._undo.prepare(before)
             try:
+                if inputs:
+                    if numbers:
+                        own["_held"] = inputs if len(inputs) == len(held) else {**held, **inputs}
+                    else:
+                        self._hold({**held, **inputs})
                 status = self._advance(ticks)
                 if status:
                     raise self._explain(status)
@@ -169,7 +177,6 @@ class Stepping(Physics):
     def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:
         """Take over that whoever owns the memory has advanced it, to this tick and with these numbers held last."""
         self._tick = tick
-        self._undo.forget()
         if any(self._held.get(name) != value for name, value in inputs.items()):
             self._held = {**self._held, **inputs}
 
@@ -262,12 +269,14 @@ class Stepping(Physics):
 
     # -- pieces of a long step, and their undoing --------------------------------------------------------------------
 
-    def _long_step(self, ticks: int, inputs: Mapping[str, Held], held: Mapping[str, Held]) -> None:
+    def _long_step(self, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Step in pieces, for observers and for Ctrl-C; all of it or nothing."""
-        start, end = self._tick, self._tick + ticks
+        start, end, held = self._tick, self._tick + ticks, self._held
         self._undo.prepare(start)
         begun, told = perf_counter(), ticks < _MANY_TICKS
         try:
+            if inputs:
+                self._hold({**held, **inputs})
             while self._tick < end:
                 stop = min(end, self._tick + self._chunk_ticks)
                 for observer in self._observers:
@@ -283,7 +292,8 @@ class Stepping(Physics):
             self._put_back(start, held)
             _call_all([observer.on_failure for observer in self._observers], self, error)
             raise
-        self._undo.note(ticks, self._held)
+        if not self._is_small:
+            self._undo.note(ticks, self._held)
         if len(self._observers) == 1:  # as usual, and quicker
             self._observers[0].on_step(self, ticks, inputs)
         else:
@@ -315,20 +325,34 @@ class Stepping(Physics):
                 self._chunk_ticks //= 2
 
     def _put_back(self, tick: int, held: Mapping[str, Held]) -> None:
-        """Put the state of a tick back, and what was held then: a copy, and the steps since it was taken, made again."""
-        while True:
+        """Put the state of a tick back, and what was held then: a copy, and the steps since it was taken, made again.
+
+        Whatever interrupts that (Ctrl-C, a timeout of the caller's), it is begun anew, and the error under way is told.
+        """
+        for attempt in range(_ATTEMPTS):
             try:
                 self._undo.load()
-                self._tick = self._undo.tick
-                for ticks, inputs in self._undo.steps:
-                    self._hold(inputs)
-                    self._advance(ticks)
-                    self._tick += ticks
-                break
-            except KeyboardInterrupt:  # the error that is under way is told
-                continue
-        self._tick = self._failure = tick
-        self._hold(held)
+                if not self._is_small:
+                    self._make_again()
+                self._tick = self._failure = tick
+                self._hold(held)
+                return
+            except BaseException as error:
+                if attempt == _ATTEMPTS - 1:
+                    self._undo.forget()
+                    raise GranularError(
+                        f"component {self.name!r} could not be put back to {tick * self.step_size:.12g} s: {error}",
+                        hint="restore a snapshot, or reset it",
+                    ) from error
+
+    def _make_again(self) -> None:
+        """Make the steps since the copy again; they gave no error before."""
+        self._tick = self._undo.tick
+        for ticks, inputs in self._undo.steps:
+            self._hold(inputs)
+            if self._advance(ticks):
+                raise GranularError("a step that was made before fails now", hint="`_advance` depends on more than the block")
+            self._tick += ticks
 
 
 def _call_all(functions: Iterable[Callable[..., None]], *arguments: Any) -> None:

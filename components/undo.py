@@ -12,7 +12,7 @@ from .profiles import CompiledProfile
 from .snapshot import Block
 
 # A smaller state is copied at every step, which costs less than to note the steps [bytes].
-_SMALL_STATE = 4096
+_SMALL_STATE = 1 << 15
 # Part of the time that copies may take.
 _SHARE = 0.05
 # Steps that are noted at most; and what they may hold of arrays, in sizes of the state.
@@ -27,7 +27,8 @@ class Undo:
 
     Attributes:
         buffer: where a state that does not grow is copied to.
-        tick: of the copy; -1 where there is none that counts.
+        is_small: whether the state is copied into `buffer` at every step, by whoever steps.
+        tick: of the copy.
         steps: (ticks, inputs held) of each step since the copy.
     """
 
@@ -38,30 +39,43 @@ class Undo:
         self.buffer = memoryview(bytearray(0 if block.grows else self._memory.nbytes))
         self._grown = b""
         self.tick, self.steps = -1, list[tuple[int, Mapping[str, Held]]]()
+        # Tick that the copy and the steps lead to. It is set last: whatever is interrupted, what does not fit is not used.
+        self._until = -1
+        self._is_shared = is_shared
+        self._owner: Undo | None = None
         self.is_small = not block.grows and self._memory.nbytes < _SMALL_STATE
-        self._copies_always = is_shared or self.is_small
         self._taken = self._seconds = 0.0
         self._array_bytes = 0
 
+    def belong_to(self, owner: Undo) -> None:
+        """Tell the parent that owns the memory whenever the part is changed beside the parent's steps."""
+        self._owner, self.is_small = owner, False
+
     def prepare(self, tick: int) -> None:
         """Take a copy before a step from this tick, where it is time for one."""
-        if self.tick < 0 or self._copies_always or self._is_due():
+        if self._owner is not None:
+            self._owner.forget()
+        if self._until != tick or self._is_shared or self.is_small or self._is_due():
+            self._until = -1
             begin = perf_counter()
             self._copy()
             self._taken = perf_counter()
             self._seconds = self._taken - begin
             self.tick, self.steps, self._array_bytes = tick, [], 0
+            self._until = tick
 
     def note(self, ticks: int, held: Mapping[str, Held]) -> None:
         """Note a step that was made, with all inputs that were held."""
-        if not self._copies_always:
-            if not self.steps or held is not self.steps[-1][1]:
-                self._array_bytes += sum(map(_array_bytes, held.values()))
-            self.steps.append((ticks, held))
+        if self.steps and held is not self.steps[-1][1]:
+            self._array_bytes += sum(map(_array_bytes, held.values()))
+        self.steps.append((ticks, held))
+        self._until += ticks
 
     def forget(self) -> None:
         """Let the next step take a copy: the state was changed by something else than a step."""
-        self.tick, self.steps = -1, []
+        self._until = -1
+        if self._owner is not None:
+            self._owner.forget()
 
     def load(self) -> None:
         """Put the copy into the component's memory."""

@@ -1,4 +1,4 @@
-"""Wave experiments in granular media, as stepping components."""
+"""Wave and fracture experiments in granular and heterogeneous media, as stepping components."""
 
 from __future__ import annotations
 

@@ -20,6 +20,7 @@ from .components.profiles import Profile
 from .components.snapshot import Snapshot
 from .control.study.runner import run_study
 from .recording import open_log, record, recover, verify
+from .resumption import resume
 from .run_loop import run
 from .sweep import open_sweep, run_sweep
 
@@ -45,6 +46,7 @@ __all__ = [
     "open_sweep",
     "record",
     "recover",
+    "resume",
     "run",
     "run_atlas",
     "run_study",

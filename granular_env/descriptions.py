@@ -6,12 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from granular_env.components import catalogue
 from granular_env.components.contract import Variable
 from granular_env.components.support.validation import Parameters, tables
 from granular_env.domains import domain_of
-from granular_env.experiments.templates import default_of, example_of, unit_of, value_text
+from granular_env.experiments.templates import default_of, example_of, example_values, parts_of, unit_of, value_text
 from granular_env.package_contents import first_sentence
 from granular_env.terminal import columns, wrap_text
 
@@ -27,30 +28,31 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
         for choice, model in choices.items():
             parts += ["", wrap_text(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
             parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
+    for parameter, model in parts_of(kind.Parameters).items():
+        parts += ["", wrap_text(f"{parameter} = {{ ... }}: {_where_described(model)}")]
     component = example_of(name, parameters)
     variables = [v for v in component.variables.values() if v.causality != "parameter"]
     for causality in ("input", "output"):
-        parts += ["", f"{causality}s"]
-        chosen = (v for v in variables if v.causality == causality)
-        parts.append(
-            columns((v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _remarks(v)) for v in chosen)
-        )
+        if chosen := [v for v in variables if v.causality == causality]:
+            rows = [(v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _remarks(v)) for v in chosen]
+            parts += ["", f"{causality}s", columns(rows)]
     if component.event_kinds:
         parts += ["", "events", columns(component.event_kinds.items())]
     if offered := _environments(name):
         parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", columns(offered)]
-    given = ", ".join(
-        f"{key} = {value_text(getattr(component.parameters, key))}"
-        for key, field in kind.Parameters.model_fields.items()
-        if field.is_required()
-    )
-    parts += [
-        "",
-        wrap_text(f"Shapes and inputs are those for {given}; see others with --set.", 0)
-        if given
-        else "What is (state) can be given to reset and [start].",
-    ]
+    parts += ["", "What is (state) can be given to reset and [start]."]
+    if given := {**example_values(kind.Parameters), **parameters}:
+        parts.append(wrap_text("Shapes and inputs are those of this example; see others with --set:"))
+        parts.append(columns((key, "=", value_text(value)) for key, value in given.items()))
     return "\n".join(parts)
+
+
+def _where_described(model: type[BaseModel]) -> str:
+    """Return where the keys of a part are described: with the component that has them, or here, by name."""
+    for name in catalogue.names():
+        if catalogue.component_class(name).Parameters is model:
+            return f"the keys that `granular-env describe {name}` names"
+    return ", ".join(model.model_fields)
 
 
 def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:

@@ -317,13 +317,18 @@ def _record(
     from granular_env.recording import record
     from granular_env.recording.record import note_log_on_error
 
-    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
+    refuse_unrecordable(component)
     try:
         recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
     except ParameterError as error:
         raise error.renamed("path", "log") from None
     stack.enter_context(note_log_on_error(recorder))
     stack.enter_context(recorder)
+
+
+def refuse_unrecordable(component: Component) -> None:
+    """Raise `ExperimentError` where recording a component takes more memory than there is."""
+    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
 
 
 def _live_seconds(live: bool, pace: float | None) -> float | None:

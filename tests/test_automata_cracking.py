@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.automata_tools import BOTH, block
 
 import granular_env as ge
 from granular_env.cli import main
@@ -16,16 +18,6 @@ from granular_env.components.automata.breaking.functions import failure
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support import memory_limits
 from granular_env.recording.nearness import nearest
-
-ROW = 0.5 * math.sqrt(3.0)
-SOLID = ge.Material(density=1.0, young=2.5, poisson=0.25)  # rho = G = lambda = 1
-BOTH = pytest.mark.parametrize("packing", ["square", "hexagonal"])
-
-
-def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters: object) -> Automata:
-    """A rectangle of automata of diameter 1."""
-    shape = {"name": "rectangle", "width": float(columns), "height": rows * (ROW if packing == "hexagonal" else 1.0)}
-    return Automata(**{"shape": shape, "diameter": 1.0, "packing": packing, "material": SOLID, **parameters})
 
 
 def confined(**laws: object) -> Automata:
@@ -387,7 +379,7 @@ def test_a_closed_specimen_two_diameters_across_cannot_break() -> None:
         block(columns=2, boundaries={"left": "periodic", "right": "periodic"}, criterion={"name": "strain", "tensile": 0.1})
 
 
-def test_a_log_names_the_cause_of_each_break(tmp_path: Path) -> None:
+def test_a_log_names_the_cause_of_each_break(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Kinds are declared in another order than that of the alphabet, in which headers of logs hold them."""
     law = {"name": "strain", "tensile": 0.02, "shear": 0.021}
     automata = block("hexagonal", 4, 4, boundaries={"bottom": "fixed", "top": "velocity"}, criterion=law, strength_scatter=0.3)
@@ -396,6 +388,14 @@ def test_a_log_names_the_cause_of_each_break(tmp_path: Path) -> None:
     assert {event.kind for event in automata.events()} == {"stretch_break", "angle_break"}
     with ge.open_log(tmp_path / "a.mcap") as log:
         assert log.events() == automata.events()
+    # `events` says of each break its unit, which automata, and where they were.
+    assert main(["events", str(tmp_path / "a.mcap"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["events"][0]
+    ends, first = automata.packing.pairs()[automata.events()[0].index, :2], automata.events()[0]
+    assert told["unit"] == "1" and told["of"] == f"automata {ends[0]} and {ends[1]}" and told["index"] == first.index
+    np.testing.assert_allclose(told["position"], automata.packing.reference[ends].mean(axis=0))
+    assert main(["events", str(tmp_path / "a.mcap")]) == 0
+    assert f"automata {ends[0]} and {ends[1]}" in capsys.readouterr().out
     # One factor for each link, whichever way it breaks.
     ratio = {"stretch_break": 0.02, "angle_break": 0.021}
     assert all(0.7 <= event.limit / ratio[event.kind] <= 1.3 and event.value >= event.limit for event in automata.events())

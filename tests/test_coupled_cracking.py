@@ -14,6 +14,7 @@ from granular_env.components.coupled import Coupled
 from granular_env.components.errors import GranularError, StepError
 from granular_env.components.support import memory_limits
 from granular_env.recording import open_log, verify
+from granular_env.recording.event_places import place_of
 
 # With density and shear modulus 1: strains of half a percent break a link.
 WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}
@@ -52,7 +53,10 @@ def shear_off(medium: Coupled, until: float = 40.0) -> float:
     ids=["lockstep", "lockstep of halves", "micro-steps"],
 )
 def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters: dict[str, Any]) -> None:
-    """A third of the work and more breaks links and rubs; half the step leaves about a quarter of the error."""
+    """A third of the work and more breaks links and rubs; a quarter of the step leaves about a sixteenth of the error.
+
+    Over one halving alone the ratio depends on which links break in which step.
+    """
     medium = sandwich(**parameters)
     residual = shear_off(medium)
     energy = medium.balances()[0]
@@ -62,8 +66,8 @@ def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters
     assert residual <= 0.01
     assert np.abs(medium.get("momentum_residual")).max() <= 1e-12 * np.abs(medium.get("boundary_impulse")).max()
     assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * abs(medium.get("boundary_angular_impulse"))
-    fine = shear_off(sandwich(**{**parameters, "step": 0.5 * parameters.get("step", 0.2)}))
-    assert 3.0 <= residual / fine <= 5.0
+    fine = shear_off(sandwich(**{**parameters, "step": 0.25 * parameters.get("step", 0.2)}))
+    assert 9.0 <= residual / fine <= 25.0
 
 
 STRENGTHS = [
@@ -109,7 +113,8 @@ def test_cells_may_yield_beside_automata_that_break(law: dict[str, Any], micro_s
 def test_every_part_of_the_energy_is_named() -> None:
     medium = sandwich(plasticity=YIELDING)
     energy = medium.balances()[0]
-    assert list(energy.lost) == ["absorbed_energy", "plastic_work", "fracture_energy", "friction_energy", "inelastic_energy"]
+    of_automata = ["fracture_energy", "friction_energy", "inelastic_energy", "damping_energy", "linking_energy"]
+    assert list(energy.lost) == ["absorbed_energy", "plastic_work", *of_automata]
     assert {"contact_energy", "elastic_energy", "leapfrog_energy"} < set(energy.stored)
 
 
@@ -222,6 +227,11 @@ def test_a_log_of_a_run_that_cracks_is_verified_and_branched(tmp_path: Path) -> 
     assert medium.get("automata_broken_links") > 0
     assert verify(tmp_path / "a.mcap").identical
     with open_log(tmp_path / "a.mcap") as log:
+        event = next(one for one in log.events() if one.kind.startswith("automata"))
+        place = place_of(event, log.event_details[event.kind], log.drawables)
+        ends = medium.automata.packing.pairs()[event.index, :2]
+        assert place is not None and place.elements == f"automata {ends[0]} and {ends[1]}"
+        assert place.position == pytest.approx(medium.reference[ends].mean(axis=0))
         assert [(e.tick, e.kind, e.index) for e in log.events()] == [(e.tick, e.kind, e.index) for e in medium.events()]
         branch = log.branch(16.0)
         branch.run(tmp_path / "b.mcap")

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.component_examples import Example
+from support.component_examples import Example, of_component
 from support.conformance_tools import bits, every_example
 
 from granular_env.components import stepping, undo
 from granular_env.components.component import Component
 from granular_env.components.discs import Discs
+from granular_env.components.errors import GranularError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
 
@@ -108,6 +109,81 @@ def test_interrupts_do_not_cut_the_undo(one_copy: None, monkeypatch: pytest.Monk
     # The step, two of the five that are made again, then all five.
     assert calls == [3, 2, 2, 2, 2, 2, 2, 2, 2]
     assert bits(component) == before
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, TimeoutError, SystemExit])
+@pytest.mark.parametrize("is_noted", [False, True])
+def test_a_step_whose_note_is_cut_is_not_forgotten(
+    one_copy: None, monkeypatch: pytest.MonkeyPatch, error: type[BaseException], is_noted: bool
+) -> None:
+    component, note = Discs(), undo.Undo.note
+    component.step(2e-5, force=1.0)
+
+    def cut(self: undo.Undo, *arguments: Any) -> None:
+        if is_noted:
+            self.steps.append(arguments)
+        raise error
+
+    monkeypatch.setattr(undo.Undo, "note", cut)
+    with pytest.raises(error):
+        component.step(2e-5)
+    monkeypatch.setattr(undo.Undo, "note", note)
+    assert component.tick == 4
+    before = bits(component)
+    interrupted(component, 4)
+    assert bits(component) == before
+
+
+def test_a_copy_that_fails_changes_nothing(one_copy: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(self: undo.Undo) -> None:
+        raise MemoryError
+
+    component = Discs()
+    monkeypatch.setattr(undo.Undo, "_copy", fail)
+    before = bits(component)
+    with pytest.raises(MemoryError):
+        component.step(2e-5, force=1.0)
+    assert bits(component) == before and not component.held_inputs["force"].any()
+
+
+def test_the_undo_is_begun_anew_whatever_interrupts_it(one_copy: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    component = Discs()
+    for _ in range(5):
+        component.step(2e-5, force=1.0)
+    before, advance, calls = bits(component), Discs._advance, [0]
+
+    def advance_with_faults(self: Discs, ticks: int) -> int:
+        calls[0] += 1
+        if calls[0] in (1, 3, 9):
+            raise TimeoutError
+        return advance(self, ticks)
+
+    monkeypatch.setattr(Discs, "_advance", advance_with_faults)
+    with pytest.raises(TimeoutError):
+        component.step(3e-5)
+    assert bits(component) == before and component.phase == "failed"
+
+
+def test_a_state_that_cannot_be_put_back_is_told(one_copy: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    component = Discs()
+    component.step(2e-5, force=1.0)
+    monkeypatch.setattr(Discs, "_advance", lambda self, ticks: 1)
+    with pytest.raises(GranularError, match="'discs' could not be put back to 2e-05 s.*a step that was made before fails now"):
+        component.step(3e-5)
+
+
+def test_a_part_that_is_changed_alone_is_not_undone(one_copy: None) -> None:
+    body: Any = of_component("coupled")[0].started()
+    body.step()
+    body.grid.reset(velocity=[1.0, 0.0])
+    before = bits(body)
+    interrupted(body, 4)
+    assert bits(body) == before
+    body.step()
+    body.grid.step()
+    before = bits(body)
+    interrupted(body, 4)
+    assert bits(body) == before
 
 
 @pytest.mark.parametrize(("copy", "step"), [(1e-3, 1e-3), (1e-3, 1e-6), (0.2, 1e-3), (1e-6, 1.0)])

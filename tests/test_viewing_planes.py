@@ -98,8 +98,8 @@ def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_pat
     assert len(colours) == 5 and len(colours[0]) == 4 * 50  # one colour for each cell: no shared corners
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
     assert "isplacement" not in words and "isplacement" not in page.partition("Validity")[0]
-    # In one row, numbers say where a cell is.
-    assert "Pressure of every cell (across)" in page and "chosen cells" in page and 'class="film"' in page
+    # It is drawn along x too.
+    assert "Pressure along x (across)" in page and "chosen cells" in page and 'class="film"' in page
 
 
 def test_a_field_of_cells_colours_whole_cells(tmp_path):

@@ -220,6 +220,23 @@ def test_a_field_of_contacts_says_where_they_are(log):
     assert field.place == "contact" and "of grain i" in field.axis and len(field.times) <= 100
 
 
+def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
+    tube = make("detonation", length=0.4, cells=40, regions=[{"x": [0.0, 0.05], "pressure": 3e6}])
+    with record(tube, tmp_path / "x.mcap", every=1e-5):
+        tube.step(round(1e-4 / tube.step_size) * tube.step_size)
+    with open_log(tmp_path / "x.mcap") as opened:
+        field = load_field(opened, "pressure", 100)
+        np.testing.assert_allclose(field.across, 0.01 * (np.arange(40) + 0.5))
+        assert field.ends == pytest.approx((0.0, 0.4))
+        diagram = plot(opened, "pressure").axes[0]
+        assert diagram.get_xlabel() == "x [m]" and diagram.get_xlim() == pytest.approx((0.0, 0.4))
+        profile = plot(opened, "pressure", "profiles", times=[float(field.times[-1])]).axes[0]
+        np.testing.assert_array_equal(profile.lines[0].get_xdata(), field.across)
+        assert plot(opened, "pressure", "histories", indices=[7]).axes[0].get_legend().get_texts()[0].get_text() == (
+            "cell 7, x = 0.075 m"
+        )
+
+
 def test_a_drawing_in_a_page_has_no_colours_of_its_own_and_no_names_twice(log):
     scene_data = from_log(log)
     drawn = [figures.svg(figures.space_time(scene_data.motion), "a"), figures.svg(figures.histories(scene_data.motion), "b")]

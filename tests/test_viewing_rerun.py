@@ -58,6 +58,23 @@ def test_a_saved_scene_has_all_its_parts_and_says_what_they_are(chain_log, tmp_p
     assert r"piston \*bold\*" in words
 
 
+def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
+    tube = make("detonation", length=0.4, cells=40, regions=[{"x": [0.0, 0.05], "pressure": 3e6}])
+    with record(tube, tmp_path / "x.mcap", every=1e-5):
+        tube.step(round(1e-4 / tube.step_size) * tube.step_size)
+    with open_log(tmp_path / "x.mcap") as log:
+        pressure = from_log(log).profiles[0]
+        found, _ = columns(save_rrd(log, tmp_path / "scene.rrd"))
+    curves = np.array([row[0] for row in found["profiles/pressure/curve"]["strips"] if row is not None])
+    assert curves.shape == (len(pressure.times), 40, 2)
+    # Evenly spaced across; up is less, and the values are those of the log, on one scale that begins at 0.
+    np.testing.assert_allclose(np.ptp(np.diff(curves[0, :, 0])), 0.0, atol=1e-3)
+    top = pressure.values.max() * 1.05
+    np.testing.assert_allclose(curves[..., 1], 120.0 * (1.0 - pressure.values / top), atol=1e-3)
+    words = next(row for row in found["caption"]["text"] if row is not None)[0]
+    assert "Curves along x:** pressure, velocity, temperature, progress" in words
+
+
 def test_every_frame_of_the_force_bars_has_one_for_each_contact(chain_log, tmp_path):
     found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd"))
     strips = [row for row in found["scene/contacts"]["strips"] if row is not None]

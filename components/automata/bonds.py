@@ -3,12 +3,14 @@
 As in `sweep`, with the weight w of each link (1 while it holds, falling to 0 while it is released), what is left of its
 stiffness g, and its plastic strains:
 
-    theta_i = sum_j w c eps / (1 + a),      a = (c* + sum_j (1 - w) c) lambda / 2 G
+    theta_i = sum_j c (w eps + (1 - w) eps_p) / (1 + a),      a = (c* + sum_j (1 - w) c / g) lambda / 2 G
     f_n = w S (2 G g (eps - eps_p) + lambda (theta_i + theta_j) / 2),      f_t = w S 2 G g (gamma - gamma_p)
     U = sum over pairs w S r G g ((eps - eps_p)^2 + (gamma - gamma_p)^2) + sum over automata (1/2) V lambda (1 + a) theta^2
 
-A released face carries no traction and is condensed, as the free faces of a whole cell are. Sums run over opposite slots
-together, from the last pair of slots to the first: the bits are those of the mirrored specimen.
+A released face carries no traction: its strain is that at which 2 G g (eps - eps_p) + lambda theta = 0. This condenses it as
+the free faces of a whole cell are, but from the strain that has flowed and with the stiffness that is left. So what it takes to
+release a link is never negative: dU/dw = V c G g (eps - eps_p + lambda theta / 2 G g)^2 for each of both automata. Sums run
+over opposite slots together, from the last pair of slots to the first: the bits are those of the mirrored specimen.
 """
 
 from __future__ import annotations
@@ -34,12 +36,15 @@ class Bonds(NamedTuple):
         plastic: plastic strains along and across, shape (n, slots, 2).
         stiffness: part of the shear modulus that is left, less 1, shape (n, slots).
         inelastic: inelastic strain, shape (n, slots).
+        origin: strains along and across from which those of a link count, shape (n, slots, 2); of no rows where no pair is
+            linked again, as they are all 0 then.
     """
 
     weight: FloatArray
     plastic: FloatArray
     stiffness: FloatArray
     inelastic: FloatArray
+    origin: FloatArray
 
 
 class Law(NamedTuple):
@@ -51,7 +56,9 @@ class Law(NamedTuple):
         criterion: number of the criterion.
         strength: see `breaking.Criterion.constants`, shape (3,).
         factors: of the strength of each link, shape (n, slots / 2).
-        release: over how many internal steps a broken link is released.
+        release: over how many internal steps a broken link is released, and a new one made.
+        linking: see `relinking.Relinking.constants`, shape (2,).
+        linking_ticks: after how many internal steps it is looked which pairs are linked again; 0 for never.
     """
 
     elastic: bool
@@ -60,6 +67,8 @@ class Law(NamedTuple):
     strength: FloatArray
     factors: FloatArray
     release: int
+    linking: FloatArray
+    linking_ticks: int
 
 
 @inlined
@@ -69,20 +78,37 @@ def opposite_slot(slots, slot):
 
 
 @inlined
-def bond_strains(body, displacement, half, i, slot):
-    """Return the strains of a link, and cos - 1 and sin of its rotation."""
+def pair_strains(body, displacement, half, i, slot):
+    """Return the strains of a pair since anything moved, and cos - 1 and sin of its rotation."""
     nx, ny, j = body.directions[slot, 0], body.directions[slot, 1], body.neighbours[i, slot]
     return strains(displacement, half, i, j, nx, ny, body.diameter)
 
 
 @inlined
+def bond_strains(body, bonds, displacement, half, i, slot):
+    """Return the strains of a link, from those on that it was made with, and cos - 1 and sin of its rotation."""
+    eps, gamma, less, sine = pair_strains(body, displacement, half, i, slot)
+    if bonds.origin.shape[0] > 0:
+        eps, gamma = eps - bonds.origin[i, slot, 0], gamma - bonds.origin[i, slot, 1]
+    return eps, gamma, less, sine
+
+
+@inlined
 def bond_tractions(body, bonds, displacement, half, dilation, i, slot):
     """Return the tractions along and across a link, and cos - 1 and sin of its rotation."""
-    eps, gamma, less, sine = bond_strains(body, displacement, half, i, slot)
+    eps, gamma, less, sine = bond_strains(body, bonds, displacement, half, i, slot)
     twice = 2.0 * body.shear * (1.0 + bonds.stiffness[i, slot])
     eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
     pressing = body.lame * (0.5 * (dilation[i] + dilation[body.neighbours[i, slot]]))
     return twice * eps + pressing, twice * gamma, less, sine
+
+
+@inlined
+def _free_share(body, bonds, i, kind, slot):
+    """Return what a released face adds to the shares of free faces; its stiffness is what is left of that of the link."""
+    if bonds.weight[i, slot] == 1.0:
+        return 0.0
+    return (1.0 - bonds.weight[i, slot]) * body.share[kind, slot] / (1.0 + bonds.stiffness[i, slot])
 
 
 @inlined
@@ -92,7 +118,7 @@ def condensation(body, bonds, i):
     free = 0.0
     for group in range(slots // 2 - 1, -1, -1):
         a, b = mirrored_slots(slots, group)
-        free += (1.0 - bonds.weight[i, a]) * body.share[k, a] + (1.0 - bonds.weight[i, b]) * body.share[k, b]
+        free += _free_share(body, bonds, i, k, a) + _free_share(body, bonds, i, k, b)
     return 1.0 + (body.missing[k] + free) * body.lame / (2.0 * body.shear)
 
 
@@ -104,8 +130,11 @@ def bond_dilation(body, bonds, displacement, half, i):
     for group in range(slots // 2 - 1, -1, -1):
         pair = 0.0
         for slot in mirrored_slots(slots, group):
-            eps, _, _, _ = bond_strains(body, displacement, half, i, slot)
-            pair += bonds.weight[i, slot] * body.share[k, slot] * eps
+            eps, _, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
+            weight = bonds.weight[i, slot]
+            # A released face keeps the strain that has flowed.
+            strain = eps if weight == 1.0 else weight * eps + (1.0 - weight) * bonds.plastic[i, slot, 0]
+            pair += body.share[k, slot] * strain
         total += pair
     return total / condensation(body, bonds, i)
 
@@ -170,7 +199,7 @@ def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out
 def _pull(body, bonds, displacement, half, dilation, i, kind, slot):
     """Return the force of a link on an automaton, x and y, and its torque."""
     normal, tangential, less, sine = bond_tractions(body, bonds, displacement, half, dilation, i, slot)
-    eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+    eps, gamma, _, _ = pair_strains(body, displacement, half, i, slot)
     area = body.face[kind, slot] * bonds.weight[i, slot]
     fn, ft = area * normal, area * tangential
     fx, fy = turned(fn, ft, body.directions[slot, 0], body.directions[slot, 1], less, sine)
@@ -180,7 +209,7 @@ def _pull(body, bonds, displacement, half, dilation, i, kind, slot):
 def intact_bonds(body: Body) -> Bonds:
     """Return links that all hold."""
     shape = body.neighbours.shape
-    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape))
+    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape), np.zeros((0, shape[1], 2)))
 
 
 def update_intact_forces(body: Body, bonds: Bonds, motion: Motion, scratch: Scratch) -> None:
@@ -194,7 +223,7 @@ def update_intact_forces(body: Body, bonds: Bonds, motion: Motion, scratch: Scra
 @jit
 def pair_energy(body, bonds, displacement, half, i, slot):
     """Return the energy of a link itself, for a weight of 1 [J]."""
-    eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+    eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
     modulus = body.shear * (1.0 + bonds.stiffness[i, slot])
     eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
     return body.face[body.kind[i], slot] * body.diameter * modulus * (eps * eps + gamma * gamma)
@@ -251,7 +280,7 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
                     # Flow takes place under the stress after it: the kicks before and after see that, not the one tried.
                     lost += before - pair_energy(body, bonds, displacement, half, i, slot) - flow
             if law.criterion:
-                eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+                eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
                 normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
                 value, limit, _ = failure(
                     law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, law.factors[i, slot]
@@ -265,7 +294,7 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
 @inlined
 def _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent):
     """Write the history of a link that yields, at both of its ends; return the energy of its plastic strains alone [J]."""
-    eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+    eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
     j, back = body.neighbours[i, slot], opposite_slot(body.directions.shape[0], slot)
     theta = 0.5 * (dilation[i] + dilation[j])
     eps_p, gamma_p, stiffness, inelastic = respond(
@@ -324,7 +353,7 @@ def mean_equivalent_stress(body, bonds, dilation, stress, i, slot):
 @jit
 def bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot):
     """Return what decides whether a link breaks, its limit, and the number of the cause; slot in the first half."""
-    eps, gamma, _, _ = bond_strains(body, displacement, half, i, slot)
+    eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
     normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
     factor = law.factors[i, slot]
     return failure(law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, factor)

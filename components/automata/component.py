@@ -77,6 +77,7 @@ class Automata(Component):
         self.steps = self._make_steps()
         # Those of this specimen's criterion.
         vars(self)["event_kinds"] = self.steps.event_kinds
+        vars(self)["event_details"] = self.steps.event_details
         vars(self)["event_ratio"] = "criterion_ratio" if self.steps.event_kinds else ""
         n = self.count
         self._lay_out(

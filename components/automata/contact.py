@@ -1,12 +1,18 @@
 """Pairs that are not linked: they press, rub, and do not pull.
 
-    N = k_n (D - r) where r < D, 0 otherwise,        k_n = S' (2 G + c lambda) / D
+    N = k_n (R - r) where r < R, 0 otherwise,        k_n = S' (2 G + c lambda) / D
     T = k_t xi, at most mu N,                        k_t = S' 2 G / D
-    U = (1/2) k_n (D - r)^2 + (1/2) k_t xi^2
+    U = (1/2) k_n (R - r)^2 + (1/2) k_t xi^2
 
-xi is what the contact has slid since it closed, less what friction has let go; what friction takes of its energy is lost. S' is
-the face of a whole cell, less for parts of cells, c the share of one pair in the volume: a contact is as stiff as the link was.
-While a broken link is released, its contact takes over, with 1 - w of these.
+R is the distance at rest: the diameter D, or less where two automata were nearer than that when their contact began; it then
+grows with r up to D, so that no contact begins with an energy that nothing gave. xi is what the contact has slid since it
+closed, less what friction has let go; what friction takes of its energy is lost. S' is the face of a whole cell, less for parts
+of cells, c the share of one pair in the volume: a contact is as stiff as the link was. While a link is released, its contact
+takes over, with 1 - w of these.
+
+A dashpot may press beside the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j, at least -N, so that both
+together do not pull. Its force belongs to the velocities before a kick; what it takes is counted with the mean of those before
+and after it, which is exact.
 """
 
 from __future__ import annotations
@@ -18,7 +24,6 @@ import numpy.typing as npt
 
 from ..support.arrays import FloatArray
 from ..support.jit import inlined, jit
-from .bonds import opposite_slot, pair_energy, volume_energy
 
 # Columns of `Contacts.pairs`.
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
@@ -35,6 +40,7 @@ class Ground(NamedTuple):
         tangential: stiffness k_t between whole automata [N/m].
         part: of a whole cell, of each automaton, shape (n,).
         friction: coefficient mu.
+        damping: zeta, in parts of critical damping.
     """
 
     places: npt.NDArray[np.int32]
@@ -44,19 +50,24 @@ class Ground(NamedTuple):
     tangential: float
     part: FloatArray
     friction: float
+    damping: float
 
 
 class Contacts(NamedTuple):
     """Pairs that may touch, in the order of their automata when they were found.
 
     Attributes:
-        pairs: first automaton, second one, slot of the first where they were linked once (or -1), tick at which the link broke;
-            shape (m, 4), int64.
+        pairs: first automaton, second one, slot of the first where they were linked once (or -1), internal step t in which the
+            link broke, or -1 - t where it was made anew; shape (m, 4), int64.
         slid: xi of each, shape (m,) [m].
+        rest: distance R of each, 0 for one that was just found: `add_contacts` then writes it, shape (m,) [m].
+        dashpot: force of the dashpot on the first automaton, for the kick that follows, shape (m, 2) [N]; scratch.
     """
 
     pairs: npt.NDArray[np.int64]
     slid: FloatArray
+    rest: FloatArray
+    dashpot: FloatArray
 
 
 @inlined
@@ -72,32 +83,60 @@ def separation(ground, displacement, i, j):
 
 
 @inlined
+def contact_part(ground, i, j):
+    """Return the part of the stiffnesses between whole automata that two have."""
+    return min(ground.part[i], ground.part[j])
+
+
+@inlined
 def contact_weight(bonds, pairs, row):
     """Return the part of a contact that acts: all of it but where its link is not released yet."""
     slot = pairs[row, SLOT]
     return 1.0 if slot < 0 else 1.0 - bonds.weight[pairs[row, FIRST], slot]
 
 
+@inlined
+def sliding_speed(motion, i, j, nx, ny, r):
+    """Return how fast the second automaton slides over the first, across the line of centres [m/s]."""
+    vx, vy = motion.velocity[j, 0] - motion.velocity[i, 0], motion.velocity[j, 1] - motion.velocity[i, 1]
+    return (vy * nx - vx * ny) - 0.5 * r * (motion.spin[i] + motion.spin[j])
+
+
+@inlined
+def _way_slid(motion, i, j, x, y, r, time):
+    """Return how far the second automaton has slid over the first in a straight drift of `time` [s] to where they are [m].
+
+    With the mean of the directions before and after it: the kicks there work along both, and sums close at second order.
+    """
+    vx, vy = motion.velocity[j, 0] - motion.velocity[i, 0], motion.velocity[j, 1] - motion.velocity[i, 1]
+    old_x, old_y = x - time * vx, y - time * vy
+    old_r = np.sqrt(old_x * old_x + old_y * old_y)
+    before = 0.0 if old_r == 0.0 else sliding_speed(motion, i, j, old_x / old_r, old_y / old_r, old_r)
+    return 0.5 * time * (before + sliding_speed(motion, i, j, x / r, y / r, r))
+
+
 @jit
-def contact_energy(body, ground, bonds, motion, contacts, row, later):
+def contact_energy(ground, bonds, motion, contacts, row, later):
     """Return the energy of a contact; `later` is the time for which it has slid since `slid` was noted [s]."""
     i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
     x, y, r = separation(ground, motion.displacement, i, j)
-    overlap = body.diameter - r
+    overlap = contacts.rest[row] - r
     if not overlap > 0.0 or r == 0.0:
         return 0.0
     slid = contacts.slid[row]
     if later > 0.0:
-        slid += later * _sliding_speed(motion, i, j, x / r, y / r, r)
+        slid += later * sliding_speed(motion, i, j, x / r, y / r, r)
     stiffness = ground.normal * overlap * overlap + ground.tangential * slid * slid
-    return 0.5 * contact_weight(bonds, contacts.pairs, row) * min(ground.part[i], ground.part[j]) * stiffness
+    return 0.5 * contact_weight(bonds, contacts.pairs, row) * contact_part(ground, i, j) * stiffness
 
 
 @inlined
-def _sliding_speed(motion, i, j, nx, ny, r):
-    """Return how fast the second automaton slides over the first, across the line of centres [m/s]."""
-    vx, vy = motion.velocity[j, 0] - motion.velocity[i, 0], motion.velocity[j, 1] - motion.velocity[i, 1]
-    return (vy * nx - vx * ny) - 0.5 * r * (motion.spin[i] + motion.spin[j])
+def _dashpot_force(body, ground, motion, part, i, j, nx, ny, push):
+    """Return what the dashpot of a contact adds to its push, so that both together do not pull [N]."""
+    closing = (motion.velocity[i, 0] - motion.velocity[j, 0]) * nx + (motion.velocity[i, 1] - motion.velocity[j, 1]) * ny
+    first, second = body.mass[body.kind[i]], body.mass[body.kind[j]]
+    mass = first * second / (first + second)
+    return max(2.0 * ground.damping * np.sqrt(part * ground.normal * mass) * closing, -push)
 
 
 @jit
@@ -109,7 +148,7 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
         ground: a `Ground`.
         bonds: `Bonds`.
         motion: a `Motion`; its velocities are those since the forces were computed last.
-        contacts: `Contacts`, `slid` updated in place.
+        contacts: `Contacts`, updated in place.
         count: how many contacts there are.
         time: since the forces were computed last [s].
         force: shape (n, 2), updated in place [N].
@@ -122,20 +161,27 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
     for row in range(count):
         i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
         x, y, r = separation(ground, motion.displacement, i, j)
-        overlap, slid = body.diameter - r, contacts.slid[row]
-        part = contact_weight(bonds, contacts.pairs, row) * min(ground.part[i], ground.part[j])
+        rest, slid = min(body.diameter, max(contacts.rest[row], r)), contacts.slid[row]
+        contacts.rest[row] = rest
+        overlap = rest - r
+        part = contact_weight(bonds, contacts.pairs, row) * contact_part(ground, i, j)
+        contacts.dashpot[row, 0] = contacts.dashpot[row, 1] = 0.0
         if not overlap > 0.0 or r == 0.0:
             lost += 0.5 * part * ground.tangential * slid * slid
             contacts.slid[row] = 0.0
             continue
         nx, ny = x / r, y / r
-        before, slid = slid, slid + time * _sliding_speed(motion, i, j, nx, ny, r)
+        before, slid = slid, slid + _way_slid(motion, i, j, x, y, r, time)
         most = ground.friction * ground.normal * overlap / ground.tangential
         kept = min(max(slid, -most), most)
         # The kicks before and after give the mean of both forces times the way: what is let go costs that mean.
         lost += 0.5 * part * ground.tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept
         push, drag = part * ground.normal * overlap, part * ground.tangential * kept
+        if ground.damping > 0.0:
+            more = _dashpot_force(body, ground, motion, part, i, j, nx, ny, push)
+            contacts.dashpot[row, 0], contacts.dashpot[row, 1] = -more * nx, -more * ny
+            push += more
         fx, fy = -push * nx - drag * ny, -push * ny + drag * nx
         force[i, 0] += fx
         force[i, 1] += fy
@@ -146,87 +192,32 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
     return lost
 
 
-@inlined
-def _put_weight(body, bonds, pairs, row, weight):
-    """Write the weight of a link at both of its ends."""
-    i, j, slot = pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT]
-    bonds.weight[i, slot] = weight
-    bonds.weight[j, opposite_slot(body.directions.shape[0], slot)] = weight
-
-
-@inlined
-def _scheduled_weight(pairs, row, tick, release):
-    """Return the weight of a broken link after an internal step."""
-    return max(0.0, 1.0 - (tick - pairs[row, START] + 1) / release)
-
-
 @jit
-def release_bond(body, ground, bonds, law, motion, half, contacts, row, tick):
-    """Lower the weight of the broken link of a contact; return the energy that this takes [J].
-
-    The forces of this step get the mean of the weights before and after it, as the kick belongs to both halves of the step;
-    `settle_weights` then writes the weight after it.
-    """
-    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    before, after = bonds.weight[i, slot], _scheduled_weight(contacts.pairs, row, tick, law.release)
-    energy = 0.0
-    for sign in (1.0, -1.0):
-        energy += sign * (volume_energy(body, bonds, motion.displacement, half, i))
-        energy += sign * (volume_energy(body, bonds, motion.displacement, half, j))
-        energy += sign * bonds.weight[i, slot] * pair_energy(body, bonds, motion.displacement, half, i, slot)
-        energy += sign * contact_energy(body, ground, bonds, motion, contacts, row, 0.0)
-        _put_weight(body, bonds, contacts.pairs, row, after)
-    _put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
-    return energy
-
-
-@jit
-def release_bonds(body, ground, bonds, law, motion, half, contacts, count, tick):
-    """Lower the weights of broken links; return the energy that this takes [J].
-
-    Args:
-        body: a `Body`.
-        ground: a `Ground`.
-        bonds: `Bonds`, updated in place.
-        law: a `Law`.
-        motion: a `Motion`.
-        half: see `pair.orient`, shape (n, 2).
-        contacts: `Contacts`.
-        count: how many contacts there are.
-        tick: number of the internal step.
-    """
-    lost = 0.0
+def dashpot_power(contacts, count, velocity):
+    """Return what the dashpots take at these velocities, shape (n, 2) [m/s], with the forces that they have [W]."""
+    power = 0.0
     for row in range(count):
-        slot = contacts.pairs[row, SLOT]
-        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
-            lost += release_bond(body, ground, bonds, law, motion, half, contacts, row, tick)
-    return lost
+        i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
+        power += contacts.dashpot[row, 0] * (velocity[j, 0] - velocity[i, 0])
+        power += contacts.dashpot[row, 1] * (velocity[j, 1] - velocity[i, 1])
+    return power
 
 
 @jit
-def settle_weights(body, bonds, law, contacts, count, tick):
-    """Give links that are being released their weights after an internal step; arguments as for `release_bonds`."""
-    for row in range(count):
-        slot = contacts.pairs[row, SLOT]
-        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
-            _put_weight(body, bonds, contacts.pairs, row, _scheduled_weight(contacts.pairs, row, tick, law.release))
-
-
-@jit
-def all_contact_energy(body, ground, bonds, motion, contacts, count, later):
+def all_contact_energy(ground, bonds, motion, contacts, count, later):
     """Return the energy of all contacts [J]; `later` as for `contact_energy`."""
     total = 0.0
     for row in range(count):
-        total += contact_energy(body, ground, bonds, motion, contacts, row, later)
+        total += contact_energy(ground, bonds, motion, contacts, row, later)
     return total
 
 
 @jit
-def count_touching(body, ground, bonds, motion, contacts, count):
+def count_touching(ground, bonds, motion, contacts, count):
     """Return how many contacts press."""
     touching = 0
     for row in range(count):
         _, _, r = separation(ground, motion.displacement, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
-        if r < body.diameter and contact_weight(bonds, contacts.pairs, row) > 0.0:
+        if r < contacts.rest[row] and contact_weight(bonds, contacts.pairs, row) > 0.0:
             touching += 1
     return touching

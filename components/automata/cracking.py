@@ -1,8 +1,9 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
 The forces of a position are computed in two parts, `judge_bonds` and `add_forces`: between them lies what needs more room in
-lists, links that break (`break_bonds`). A parent that moves the automata itself calls these three; `advance` puts them between
-the halves of a drift, as `advance.advance` does with the forces of linked automata.
+lists, links that break (`rupture.break_bonds`) or are made anew (`linking.link_contacts`). A parent that moves the automata
+itself calls these; `advance` puts them between the halves of a drift, as `advance.advance` does with the forces of linked
+automata.
 """
 
 from __future__ import annotations
@@ -13,27 +14,15 @@ import numpy as np
 
 from ..support.arrays import FloatArray
 from ..support.jit import jit
-from .bonds import (
-    Bonds,
-    Law,
-    bond_dilation,
-    bond_dilations,
-    bond_failure,
-    bond_forces,
-    bond_stresses,
-    opposite_slot,
-    update_bonds,
-)
-from .contact import FIRST, SECOND, SLOT, START, Ground, add_contacts, release_bond, release_bonds, settle_weights
+from .bonds import Bonds, Law, bond_dilations, bond_forces, bond_stresses, update_bonds
+from .contact import Ground, add_contacts, dashpot_power
 from .motion import add_loads, drift, hold, keep_velocities, kick, settle_loads
 from .pair import orient
+from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, change_weights, settle_weights
 from .state import Body
 
 # What `advance` returns: all steps are done, or what has to be done now.
 DONE, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3
-# Places in a tally of losses.
-FRACTURE, FRICTION, INELASTIC, TRAVEL = 0, 1, 2, 3
-LOSSES = 4
 
 
 class Judgement(NamedTuple):
@@ -59,7 +48,7 @@ class Medium(NamedTuple):
 
 @jit
 def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tick):
-    """Let links weaken and yield in the positions as they are, and judge which have to break.
+    """Let links weaken and yield in the positions as they are, and judge which have to break or may be made anew.
 
     Args:
         medium: a `Medium`; its bonds are updated in place.
@@ -68,70 +57,24 @@ def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tic
         judgement: a `Judgement`, overwritten.
         contacts: `Contacts`.
         count: how many contacts there are.
-        losses: see FRACTURE, shape (4,), updated in place.
+        losses: see `release.FRACTURE`, updated in place.
         tick: number of the step.
 
     Returns:
-        How many links have to break.
+        Whether links have to break, or it is time to look which are made anew.
     """
     body, ground, bonds, law = medium.body, medium.ground, medium.bonds, medium.law
     automata = body.kind.size
     orient(motion.rotation, scratch.half, 0, automata)
     u = motion.displacement
-    losses[FRACTURE] += release_bonds(body, ground, bonds, law, motion, scratch.half, contacts, count, tick)
+    change_weights(body, ground, bonds, law, motion, scratch.half, contacts, count, tick, losses)
     bond_dilations(body, bonds, u, scratch.half, scratch.dilation, 0, automata)
     if law.elastic and not law.criterion:
-        return 0
+        return False
     bond_stresses(body, bonds, u, scratch.half, scratch.dilation, judgement.stress, 0, automata)
     marked, lost = update_bonds(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, judgement.mark)
     losses[INELASTIC] += lost
-    return marked
-
-
-@jit
-def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, events, known, losses, tick):
-    """Break the marked links: each becomes a contact and an event; there must be room for them.
-
-    Args:
-        medium: a `Medium`; its bonds are updated in place.
-        motion: a `Motion`.
-        scratch: a `Scratch`; its dilations are updated.
-        judgement: a `Judgement`.
-        numbers: of the links, for events, shape (n, slots / 2).
-        contacts: `Contacts`, written from row `count` on.
-        count: how many contacts there are.
-        events: rows as `snapshot.EVENT_ROWS` says, written from row `known` on.
-        known: how many events there are.
-        losses: see FRACTURE, shape (4,), updated in place.
-        tick: number of the step.
-
-    Returns:
-        How many contacts and events there are now.
-    """
-    body, ground, bonds, law = medium.body, medium.ground, medium.bonds, medium.law
-    first, u, slots = count, motion.displacement, body.directions.shape[0]
-    for i in range(body.kind.size):
-        for slot in range(slots // 2):
-            if judgement.mark[i, slot] == 0.0:
-                continue
-            _, limit, cause = bond_failure(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, i, slot)
-            j = body.neighbours[i, slot]
-            row = contacts.pairs[count]
-            row[FIRST], row[SECOND], row[SLOT], row[START] = i, j, slot, tick
-            if i > j:
-                row[FIRST], row[SECOND], row[SLOT] = j, i, opposite_slot(slots, slot)
-            contacts.slid[count] = 0.0
-            event = events[known]
-            event[0], event[1], event[2] = tick + 1, cause, numbers[i, slot]
-            event[3], event[4] = judgement.mark[i, slot], limit
-            count, known = count + 1, known + 1
-    for row in range(first, count):
-        losses[FRACTURE] += release_bond(body, ground, bonds, law, motion, scratch.half, contacts, row, tick)
-    for row in range(first, count):
-        for end in (FIRST, SECOND):
-            i = contacts.pairs[row, end]
-            scratch.dilation[i] = bond_dilation(body, bonds, u, scratch.half, i)
-    return count, known
+    return marked > 0 or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
 
 
 @jit
@@ -144,7 +87,7 @@ def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
         scratch: a `Scratch`, overwritten.
         contacts: `Contacts`, updated in place.
         count: how many contacts there are.
-        losses: see FRACTURE, shape (4,), updated in place.
+        losses: see `release.FRACTURE`, updated in place.
         time: since the forces were computed last [s].
         tick: number of the step.
     """
@@ -153,11 +96,11 @@ def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
     losses[FRICTION] += add_contacts(
         body, medium.ground, medium.bonds, motion, contacts, count, time, scratch.force, scratch.torque
     )
-    settle_weights(body, medium.bonds, medium.law, contacts, count, tick)
+    settle_weights(body, medium.bonds, medium.law, contacts, count, tick, losses)
 
 
 @jit
-def move(medium, reference, motion, scratch, load, load_before, grip, grip_before, tallies, losses, time):
+def move(medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time):
     """Kick with the forces that there are and with the loads, and drift to the end of an internal step.
 
     Args:
@@ -165,12 +108,14 @@ def move(medium, reference, motion, scratch, load, load_before, grip, grip_befor
         reference: centres before anything moved, shape (n, 2) [m].
         motion: a `Motion`, updated in place.
         scratch: a `Scratch`, its forces updated in place.
+        contacts: `Contacts`, with the forces of the dashpots.
+        count: how many contacts there are.
         load: a `Load`.
         load_before: scratch, shape (loads, 2).
         grip: a `Grip`.
         grip_before: scratch, shape (grips, 3).
         tallies: of the loads and of the grip, see `motion`, shape (2, 4), updated in place.
-        losses: see FRACTURE, shape (4,); TRAVEL grows by the way of the fastest automaton.
+        losses: see `release.FRACTURE`; TRAVEL grows by the way of the fastest automaton.
         time: length of a step [s].
 
     Returns:
@@ -179,9 +124,13 @@ def move(medium, reference, motion, scratch, load, load_before, grip, grip_befor
     body, automata = medium.body, medium.body.kind.size
     add_loads(load, reference, motion, scratch.force, time, load_before, tallies[0])
     keep_velocities(grip, motion, grip_before)
+    if medium.ground.damping > 0.0:
+        losses[DAMPING] += 0.5 * time * dashpot_power(contacts, count, motion.velocity)
     fastest = kick(body, motion, scratch.force, scratch.torque, time, 0, automata)
     hold(body, grip, reference, motion, scratch.force, scratch.torque, time, grip_before, tallies[1])
     settle_loads(load, motion, time, load_before, tallies[0])
+    if medium.ground.damping > 0.0:
+        losses[DAMPING] += 0.5 * time * dashpot_power(contacts, count, motion.velocity)
     drift(motion, 0.5 * time, 0, automata)
     losses[TRAVEL] += time * np.sqrt(fastest)
     return fastest
@@ -192,7 +141,7 @@ def advance(
     medium, reference, motion, scratch, judgement, contacts, count, load, load_before, grip, grip_before, tallies, losses, time,
     tick, ticks, judged, speed_limit, most_travel,
 ):  # fmt: skip
-    """Advance by so many internal steps, or up to where links break or contacts have to be found anew.
+    """Advance by so many internal steps, or up to where links break, are made anew, or contacts have to be found anew.
 
     Args:
         medium: as for `judge_bonds`, as the next ones.
@@ -226,7 +175,9 @@ def advance(
             if judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tick + done):
                 return BREAK, done
         add_forces(medium, motion, scratch, contacts, count, losses, time, tick + done)
-        fastest = move(medium, reference, motion, scratch, load, load_before, grip, grip_before, tallies, losses, time)
+        fastest = move(
+            medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time
+        )
         if not fastest <= speed_limit * speed_limit:
             return TOO_FAST, done
     return DONE, ticks

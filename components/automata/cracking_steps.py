@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..contract import EventDetail
 from ..errors import ParameterError
 from ..snapshot import EVENT_ROWS, Block
 from ..support.arrays import FloatArray
@@ -11,20 +12,24 @@ from ..support.counter_random import uniform
 from . import cracking
 from .bonds import Bonds, Law, bond_dilations, bond_energy, bond_stresses, criterion_ratios
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
-from .cracking import LOSSES, TRAVEL, Judgement, Medium
+from .cracking import Judgement, Medium
 from .linked_steps import LinkedSteps
+from .linking import count_linkable, link_contacts
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
 from .pair import orient
 from .parameters import AutomataParameters
+from .release import LOSSES, NEVER_FOUND, TRAVEL
+from .rupture import break_bonds
+from .stability import ALLOWED_PART, damping_limit
 from .state import Body
 
 # Statuses of `advance` beside that of an automaton that is too fast.
 TOO_FAR, UNSOUND = 2, 3
 # So far may the fastest automaton move before contacts are found anew, in diameters.
 _MOST_TRAVEL = 0.5 * SKIN
-# What stands for "not found yet".
-_NEVER = 1e300
+# What `losses` of the state hold, in its order.
+_LOSSES = "fracture_energy", "friction_energy", "inelastic_energy", "damping_energy", "linking_energy"
 
 
 class CrackingSteps(LinkedSteps):
@@ -37,23 +42,42 @@ class CrackingSteps(LinkedSteps):
         """Make the laws and the scratch, from the parameters."""
         p, n, slots = parameters, self.count, self.packing.lattice.slots
         _refuse_double_links(self.packing)
-        self.event_kinds = dict(p.criterion.causes)
+        self.event_kinds = {**p.criterion.causes, **p.relinking.kinds}
+        units = dict.fromkeys(p.criterion.causes, p.criterion.unit) | dict.fromkeys(p.relinking.kinds, "Pa")
+        self.event_details = {kind: EventDetail(unit, "links") for kind, unit in units.items()}
         self.fields = {
             "weight": ("f8", (n, slots)), "plastic": ("f8", (n, slots, 2)), "stiffness": ("f8", (n, slots)),
-            "inelastic": ("f8", (n, slots)), "losses": ("f8", (LOSSES,)),
+            "inelastic": ("f8", (n, slots)), "origin": ("f8", (n if p.relinking.kinds else 0, slots, 2)),
+            "losses": ("f8", (LOSSES,)),
         }  # fmt: skip
         events = {"events": EVENT_ROWS} if self.event_kinds else {}
-        self.growing = {**events, "contacts": ("i8", (4,)), "slid": ("f8", ())}
+        self.growing = {**events, "contacts": ("i8", (4,)), "slid": ("f8", ()), "rest": ("f8", ())}
+        self._dashpot = np.zeros((0, 2))
         half = slots // 2
         spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, n * half).reshape(n, half) - 1.0)
         response, strength = np.array(p.response.constants()), np.array(p.criterion.constants())
-        self._law = Law(p.response.elastic, response, p.criterion.code, strength, 1.0 + spread, p.release_ticks)
+        self._law = Law(
+            p.response.elastic, response, p.criterion.code, strength, (1.0 + spread) * _regional_strengths(self.packing, p),
+            p.release_ticks,
+            np.array(p.relinking.constants()), p.release_ticks if p.relinking.kinds else 0,
+        )  # fmt: skip
         self._ground = _make_ground(self.packing, self.body, p)
+        self._refuse_damping(p)
         self.judgement = Judgement(np.zeros((n, 3)), np.zeros((n, half)))
         self._pairs = self.packing.pairs()
         self._numbers = np.zeros((n, half), np.int64)
         self._numbers[self._pairs[:, 0], self._pairs[:, 2]] = np.arange(len(self._pairs))
         self._surface = (self.body.face[self.body.kind] == 0.0).any(axis=1)
+
+    def _refuse_damping(self, parameters: AutomataParameters) -> None:
+        """Refuse dashpots that the step does not bear."""
+        given, whole = parameters.contact_damping, float(self.body.mass.max())
+        limit = ALLOWED_PART * damping_limit(self.packing.lattice.slots, self._ground.normal, whole, self.step_size)
+        if given > limit:
+            raise ParameterError(
+                f"contact_damping: got {given:g}, expected at most {max(limit, 0.0):.3g} with steps of {self.step_size:g} s, "
+                "beyond which dashpots are not stable; use a smaller step_size"
+            )
 
     def bind(self, block: Block) -> None:
         """Take the state."""
@@ -64,7 +88,7 @@ class CrackingSteps(LinkedSteps):
     def start(self) -> None:
         """Link all pairs, and have contacts found before the first step."""
         self._block["weight"][:] = 1.0
-        self.losses[TRAVEL] = _NEVER
+        self.losses[TRAVEL] = NEVER_FOUND
 
     # -- steps ------------------------------------------------------------------------------------------------------
 
@@ -83,7 +107,7 @@ class CrackingSteps(LinkedSteps):
                 if status:
                     return status
             if judged:
-                self.break_links(tick)
+                self.change_links(tick)
         return 0
 
     def _run(self, tick: int, ticks: int, judged: bool) -> tuple[int, int]:
@@ -99,16 +123,33 @@ class CrackingSteps(LinkedSteps):
         """Return how far the fastest automaton may move before contacts are found anew [m]."""
         return _MOST_TRAVEL * self.packing.diameter
 
-    def break_links(self, tick: int) -> None:
-        """Break the links that are marked, with room for all of them, in the internal step of that number."""
+    def change_links(self, tick: int) -> None:
+        """Break the links that are marked, and make anew those whose time it is, in the internal step of that number."""
         marked = int(np.count_nonzero(self.judgement.mark))
+        if marked:
+            self._break_links(marked, tick)
+        if self._law.linking_ticks and tick % self._law.linking_ticks == 0:
+            self._link_contacts(tick)
+
+    def _break_links(self, marked: int, tick: int) -> None:
         contacts, events = self.contacts(marked), self._block.room("events", marked)
-        count, known = cracking.break_bonds(
+        count, known = break_bonds(
             self.medium, self.motion, self.scratch, self.judgement, self._numbers, contacts, self.count_contacts(), events,
             self._block.count("events"), self.losses, tick,
         )  # fmt: skip
         self._set_count(count)
         self._block.set_count("events", known)
+
+    def _link_contacts(self, tick: int) -> None:
+        contacts, count = self.contacts(), self.count_contacts()
+        linkable = int(count_linkable(self.medium, self.motion, self.scratch.half, contacts, count))
+        if linkable:
+            events, kind = self._block.room("events", linkable), len(self.event_kinds) - 1
+            known = link_contacts(
+                self.medium, self.motion, self.scratch, self._numbers, contacts, count, kind, events,
+                self._block.count("events"), self.losses, tick,
+            )  # fmt: skip
+            self._block.set_count("events", known)
 
     def find_contacts(self) -> int:
         """Find anew which pairs may touch; a status where automata are too far out or too fast."""
@@ -125,34 +166,37 @@ class CrackingSteps(LinkedSteps):
         pairs = find_pairs(positions, exposed, reach, tuple(self._ground.period.tolist()))
         slots = np.empty(len(pairs), np.int64)
         slots_of_links(self.body.neighbours, weight, pairs, slots)
-        old, slid = self._block["contacts"], self._block["slid"]
+        old, slid, rest = (self._block[name] for name in ("contacts", "slid", "rest"))
         held = np.where(old[:, SLOT] >= 0, weight[old[:, FIRST], old[:, SLOT]], 0.0)
-        rows, slid = merge(old, slid, pairs, slots, (held > 0.0) & (held < 1.0), self.count)
+        rows, slid, rest = merge(old, slid, rest, pairs, slots, (held > 0.0) & (held < 1.0), self.count)
         self._set_count(0)
         contacts = self.contacts(len(rows))
-        contacts.pairs[: len(rows)], contacts.slid[: len(rows)] = rows, slid
+        contacts.pairs[: len(rows)], contacts.slid[: len(rows)], contacts.rest[: len(rows)] = rows, slid, rest
         self._set_count(len(rows))
         self.losses[TRAVEL] = 0.5 * self.step_size * fastest
         return 0
 
     def contacts(self, more: int = 0) -> Contacts:
         """Return the lists of contacts, with room for so many more."""
-        return Contacts(self._block.room("contacts", more), self._block.room("slid", more))
+        pairs, slid, rest = (self._block.room(name, more) for name in ("contacts", "slid", "rest"))
+        if len(self._dashpot) < len(pairs):
+            self._dashpot = np.zeros((len(pairs), 2))
+        return Contacts(pairs, slid, rest, self._dashpot)
 
     def count_contacts(self) -> int:
         """Return how many contacts there are."""
         return self._block.count("contacts")
 
     def _set_count(self, count: int) -> None:
-        self._block.set_count("contacts", count)
-        self._block.set_count("slid", count)
+        for name in ("contacts", "slid", "rest"):
+            self._block.set_count(name, count)
 
     def is_sound(self) -> bool:
         """Return whether the contacts name automata and slots that exist: a snapshot may come from anywhere."""
         pairs = self._block["contacts"]
         ends, slots = pairs[:, : SECOND + 1], pairs[:, SLOT]
         inside = ((ends >= 0) & (ends < self.count)).all() and ((slots >= -1) & (slots < self.packing.lattice.slots)).all()
-        return bool(inside) and self._block.count("slid") == len(pairs)
+        return bool(inside) and self._block.count("slid") == self._block.count("rest") == len(pairs)
 
     # -- readings ---------------------------------------------------------------------------------------------------
 
@@ -198,7 +242,7 @@ class CrackingSteps(LinkedSteps):
     def touching(self) -> float:
         """Return how many contacts press."""
         contacts = self.contacts()
-        return float(count_touching(self.body, self._ground, self.medium.bonds, self.motion, contacts, self.count_contacts()))
+        return float(count_touching(self._ground, self.medium.bonds, self.motion, contacts, self.count_contacts()))
 
     def stored(self, since: float) -> dict[str, float]:
         """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
@@ -206,14 +250,13 @@ class CrackingSteps(LinkedSteps):
         elastic = bond_energy(self.body, self.medium.bonds, self.motion.displacement, self.scratch.half)
         # Contacts were let slide when the forces were computed.
         contact = all_contact_energy(
-            self.body, self._ground, self.medium.bonds, self.motion, self.contacts(), self.count_contacts(), since
+            self._ground, self.medium.bonds, self.motion, self.contacts(), self.count_contacts(), since
         )
         return {"elastic_energy": elastic, "contact_energy": contact}
 
     def lost(self) -> dict[str, float]:
         """Return the energies that were lost [J]."""
-        names = "fracture_energy", "friction_energy", "inelastic_energy"
-        return dict(zip(names, self.losses[:TRAVEL].tolist(), strict=True))
+        return dict(zip(_LOSSES, self.losses[:TRAVEL].tolist(), strict=True))
 
 
 def _refuse_double_links(packing: Packing) -> None:
@@ -224,6 +267,19 @@ def _refuse_double_links(packing: Packing) -> None:
             "shape: two automata of this periodic specimen are neighbours on two sides, expected at least 3 diameters across "
             "where links may break"
         )
+
+
+def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> FloatArray:
+    """Return the factor of the strength of each pair that its region has, shape (n, slots / 2)."""
+    half = packing.lattice.slots // 2
+    middles = packing.reference[:, np.newaxis] + 0.5 * packing.diameter * packing.lattice.directions[:half]
+    factors = np.ones(middles.shape[:2])
+    for number, region in enumerate(parameters.strength_regions):
+        inside = region.area.contains(middles.reshape(-1, 2)).reshape(factors.shape)
+        if not inside.any():
+            raise ParameterError(f"strength_regions[{number}]: contains the middle of no pair; make it larger, or leave it out")
+        factors[inside] = region.factor
+    return factors
 
 
 def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -> Ground:
@@ -240,4 +296,5 @@ def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -
         tangential=per_length * 2.0 * body.shear,
         part=packing.classes.volume[packing.kind] / (lattice.volume * diameter**2),
         friction=p.friction,
+        damping=p.contact_damping,
     )

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..contract import EventDetail
 from ..snapshot import Block
 from ..support.arrays import FloatArray
 from . import threads
@@ -29,6 +30,7 @@ class LinkedSteps:
         fields: its own parts of the state.
         growing: its own lists in the state.
         event_kinds: what can happen.
+        event_details: units of these, and what their indices count.
         whole: the order of the work for one thread.
         parts: the same for as many threads as the specimen is large enough for.
         ties: faces that a parent carries along; None without.
@@ -37,6 +39,7 @@ class LinkedSteps:
     fields: Mapping[str, tuple[str, tuple[int, ...]]] = {}
     growing: Mapping[str, tuple[str, tuple[int, ...]]] = {}
     event_kinds: Mapping[str, str] = {}
+    event_details: Mapping[str, EventDetail] = {}
     ties: Ties | None = None
 
     def __init__(

@@ -119,14 +119,15 @@ def slots_of_links(neighbours, weight, pairs, slot_out):
 
 
 def merge(
-    old_pairs: npt.NDArray[np.int64], old_slid: FloatArray, pairs: npt.NDArray[np.int64], slots: npt.NDArray[np.int64],
-    releasing: npt.NDArray[np.bool_], count: int,
-) -> tuple[npt.NDArray[np.int64], FloatArray]:  # fmt: skip
+    old_pairs: npt.NDArray[np.int64], old_slid: FloatArray, old_rest: FloatArray, pairs: npt.NDArray[np.int64],
+    slots: npt.NDArray[np.int64], releasing: npt.NDArray[np.bool_], count: int,
+) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:  # fmt: skip
     """Return the contacts of now: the pairs that were found, and those whose link is being released, with what they know.
 
     Args:
         old_pairs: see `contact.Contacts`, shape (m, 4).
         old_slid: shape (m,) [m].
+        old_rest: shape (m,) [m].
         pairs: that were found, in order, shape (k, 2).
         slots: see `slots_of_links`, shape (k,).
         releasing: which of the old ones are being released, shape (m,).
@@ -141,11 +142,11 @@ def merge(
     keys = np.concatenate([keys, old_keys[kept]])
     order = np.argsort(keys, kind="stable")
     rows, keys = rows[order], keys[order]
-    slid = np.zeros(len(rows))
+    slid, rest = np.zeros((2, len(rows)))
     if len(old_keys):
         by_key = np.argsort(old_keys, kind="stable")
         place = np.minimum(np.searchsorted(old_keys[by_key], keys), len(old_keys) - 1)
         known = old_keys[by_key][place] == keys
         source = by_key[place[known]]
-        rows[known], slid[known] = old_pairs[source], old_slid[source]
-    return rows, slid
+        rows[known], slid[known], rest[known] = old_pairs[source], old_slid[source], old_rest[source]
+    return rows, slid, rest

@@ -136,6 +136,7 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
     """
     lattice = LATTICES[name]
     _refuse_misfit(lattice, shape, diameter, periodic)
+    _refuse_idle_holes(lattice, shape, diameter)
     places = _places_inside(lattice, shape, diameter, periodic)
     neighbours = _neighbours(lattice, places, _turns(lattice, shape, diameter, periodic))
     linked = neighbours != np.arange(len(places))[:, np.newaxis]
@@ -180,9 +181,30 @@ def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tu
         raise ParameterError(*faults)
 
 
+def _refuse_idle_holes(lattice: Lattice, shape: Shape, diameter: float) -> None:
+    """Refuse holes that take no automaton away."""
+    points = _lattice_points(lattice, shape, diameter)[1]
+    points = points[shape.surrounds(points, 0.0)]
+    for number, hole in enumerate(shape.holes):
+        if not hole.contains(points, ON_THE_OUTLINE * diameter).any():
+            raise ParameterError(f"shape.holes[{number}]: contains no centre of an automaton; make it larger, or leave it out")
+
+
 def _places_inside(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> npt.NDArray[np.int64]:
     """Return the lattice points in the shape, in rows from below; of sides that are one only the left and the lower one."""
-    unit, margin = diameter * lattice.unit, ON_THE_OUTLINE * diameter
+    margin = ON_THE_OUTLINE * diameter
+    places, points = _lattice_points(lattice, shape, diameter)
+    inside = shape.contains(points, margin)
+    _, right, _, high = shape.bounds
+    for axis, limit in ((0, right), (1, high)):
+        if periodic[axis]:
+            inside &= points[:, axis] < limit - margin
+    return places[inside]
+
+
+def _lattice_points(lattice: Lattice, shape: Shape, diameter: float) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    """Return the points of the lattice around a shape: whole numbers of its units, and where they are [m], shape (k, 2)."""
+    unit = diameter * lattice.unit
     left, right, low, high = shape.bounds
     x, y = shape.anchor
     columns = np.arange(math.floor((left - x) / unit[0]) - 1, math.ceil((right - x) / unit[0]) + 2)
@@ -190,12 +212,7 @@ def _places_inside(lattice: Lattice, shape: Shape, diameter: float, periodic: tu
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
     if lattice.name == "hexagonal":
         places = places[places.sum(axis=1) % 2 == 0]
-    points = np.array(shape.anchor) + unit * places
-    inside = shape.contains(points, margin)
-    for axis, limit in ((0, right), (1, high)):
-        if periodic[axis]:
-            inside &= points[:, axis] < limit - margin
-    return places[inside]
+    return places, np.array(shape.anchor) + unit * places
 
 
 def _turns(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> tuple[int, int]:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import SerializeAsAny, model_validator
 
+from ..areas import ChosenArea
 from ..errors import shortened
 from ..support.arrays import FloatArray
 from ..support.fields import Pair, field
@@ -19,7 +20,9 @@ ON_THE_OUTLINE = 1e-6
 
 
 class Shape(Named):
-    """The outline of a specimen."""
+    """The outline of a specimen, and holes in it."""
+
+    holes: list[ChosenArea] = field([], "areas without automata: a box or a disc; at the outline it makes a notch", "1")
 
     @property
     @abstractmethod
@@ -32,8 +35,15 @@ class Shape(Named):
         """The least and the largest x, the least and the largest y [m]."""
 
     @abstractmethod
+    def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:
+        """Return which points, shape (n, 2) [m], lie inside the outline or within a margin [m] of it, in holes too."""
+
     def contains(self, points: FloatArray, margin: float) -> np.ndarray:
-        """Return which points, shape (n, 2) [m], lie inside or within a margin [m] of the outline."""
+        """Return which points, shape (n, 2) [m], lie inside or within a margin [m] of the outline or of a hole's."""
+        inside = self.surrounds(points, margin)
+        for hole in self.holes:
+            inside &= ~hole.contains(points, margin)
+        return inside
 
     def straight_sides(self) -> list[tuple[str, int, float]]:
         """Return the sides along x or y: what they are called in messages, axis across (0 or 1), place on that axis [m]."""
@@ -57,8 +67,8 @@ class Rectangle(Shape):
         """The sides."""
         return 0.0, self.width, 0.0, self.height
 
-    def contains(self, points: FloatArray, margin: float) -> np.ndarray:
-        """Return which points lie inside."""
+    def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:
+        """Return which points lie inside the outline."""
         inside = (points >= -margin) & (points <= np.array([self.width, self.height]) + margin)
         return inside[:, 0] & inside[:, 1]
 
@@ -68,10 +78,17 @@ class Rectangle(Shape):
 
 
 class Disc(Shape):
-    """A disc about the origin; its outline is a staircase."""
+    """A disc about the origin, which may be cut flat above and below; the round of its outline is a staircase."""
 
     name: Literal["disc"] = field("disc", "which shape", "1")
     radius: float = field(..., "radius", "m", gt=0.0)
+    height: float | None = field(None, "extent along y to which it is cut flat above and below; default: not cut", "m", gt=0.0)
+
+    @model_validator(mode="after")
+    def _validate_height(self) -> Disc:
+        if self.height is not None and self.height >= 2.0 * self.radius:
+            raise ValueError(f"height: got {self.height:g} m, expected less than the diameter, {2.0 * self.radius:g} m")
+        return self
 
     @property
     def anchor(self) -> tuple[float, float]:
@@ -80,12 +97,18 @@ class Disc(Shape):
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The square around it."""
-        return -self.radius, self.radius, -self.radius, self.radius
+        """The rectangle around it."""
+        half = self._half_height
+        return -self.radius, self.radius, -half, half
 
-    def contains(self, points: FloatArray, margin: float) -> np.ndarray:
-        """Return which points lie inside."""
-        return points[:, 0] ** 2 + points[:, 1] ** 2 <= (self.radius + margin) ** 2
+    @property
+    def _half_height(self) -> float:
+        return self.radius if self.height is None else 0.5 * self.height
+
+    def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:
+        """Return which points lie inside the outline."""
+        round_part = points[:, 0] ** 2 + points[:, 1] ** 2 <= (self.radius + margin) ** 2
+        return round_part & (np.abs(points[:, 1]) <= self._half_height + margin)
 
 
 class Polygon(Shape):
@@ -118,8 +141,8 @@ class Polygon(Shape):
         x, y = zip(*self.corners, strict=True)
         return min(x), max(x), min(y), max(y)
 
-    def contains(self, points: FloatArray, margin: float) -> np.ndarray:
-        """Return which points lie inside (an odd number of sides above them), or close to a side."""
+    def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:
+        """Return which points lie inside the outline (an odd number of sides above them), or close to a side."""
         corners = np.array(self.corners)
         inside, near = np.zeros(len(points), bool), np.zeros(len(points), bool)
         x, y = points[:, 0], points[:, 1]

@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..automata.cracking import TRAVEL
+from ..automata.contact import dashpot_power
+from ..automata.release import DAMPING, TRAVEL
 from ..automata.sweep import DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS, STILL
 from ..support.jit import jit
 from .impulses import act_with_impulses, begin_impulses, finish_impulses, move_with_impulses, use_mean_velocities
@@ -91,6 +92,11 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
             else:
                 failed = finish_cells(grid, seam, steps.step, now, again)
                 fastest = finish_together(grid, automata, seam, steps)
+            if cracking is not None:
+                if cracking.medium.ground.damping > 0.0:
+                    # Between the two halves of the kick, so that these are the mean velocities.
+                    power = dashpot_power(cracking.contacts, cracking.contact_count, automata.motion.velocity)
+                    cracking.losses[DAMPING] += time * power
             progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE
         if impulses is not None:
             use_mean_velocities(grid, seam, steps.step)

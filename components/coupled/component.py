@@ -456,7 +456,7 @@ class Coupled(Component):
                 self._failed[1] = tick + self._progress[ROW] + 1
                 return _AUTOMATA_FAILED + failed
             if status == BREAK:
-                self._cracking.break_links((tick + int(self._progress[ROW])) * self.micro_steps + int(self._progress[MICRO]))
+                self._cracking.change_links((tick + int(self._progress[ROW])) * self.micro_steps + int(self._progress[MICRO]))
 
     def _interface_loads(self, conditions: layout.Conditions) -> FloatArray | None:
         """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without."""

@@ -21,7 +21,12 @@ class CoupledParameters(Parameters):
         ...,
         "the continuous part: a table of the parameters of a grid, without step_size",
         "1",
-        examples=[{"mesh": {"name": "rectangle", "columns": 4, "rows": 2, "cell_size": 0.01, "centre": [0.02, 0.03]}}],
+        examples=[
+            {
+                "mesh": {"name": "rectangle", "columns": 4, "rows": 2, "cell_size": 0.01, "centre": [0.02, 0.03]},
+                "boundaries": {"top": "velocity"},
+            }
+        ],
     )
     automata: AutomataParameters = field(
         ...,

@@ -14,7 +14,8 @@ import numpy as np
 from ..automata import motion as automata_motion
 from ..automata.advance import advance as advance_automata
 from ..automata.contact import Contacts
-from ..automata.cracking import TRAVEL, Judgement, Medium, add_forces, judge_bonds
+from ..automata.cracking import Judgement, Medium, add_forces, judge_bonds
+from ..automata.release import TRAVEL
 from ..automata.schedule import Part
 from ..automata.state import Body, Motion, Scratch
 from ..automata.ties import add_ties
@@ -74,7 +75,7 @@ class Cracking(NamedTuple):
         judgement: scratch.
         contacts: part of the state.
         contact_count: how many contacts there are.
-        losses: see `cracking.LOSSES`, part of the state.
+        losses: see `release.FRACTURE`, part of the state.
         most_travel: how far the fastest automaton may move before contacts are found anew [m].
     """
 
@@ -154,10 +155,10 @@ def sweep_part(automata, part, time, speed_limit, moves):
 
 @internal
 def must_break(automata, cracking, tick):
-    """Let links weaken and yield; return whether some have to be broken before the forces are computed."""
+    """Let links weaken and yield; return whether some have to break, or may be made anew, before that."""
     motion, scratch, judgement = automata.motion, automata.scratch, cracking.judgement
     contacts, count = cracking.contacts, cracking.contact_count
-    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick) > 0
+    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick)
 
 
 @internal

@@ -6,12 +6,12 @@ from typing import Any
 
 from pydantic import field_validator, model_validator
 
+from ..areas import ChosenArea
 from ..errors import nearest
 from ..materials.elastic import Material, Preset, preset_list
 from ..materials.plasticity import ChosenPlasticity, Elastic
 from ..support.fields import Index, Pair, Positive, field
 from ..support.validation import Parameters
-from .areas import ChosenArea
 from .boundaries import ChosenBoundary
 from .shapes import ChosenShape, Rectangle
 
@@ -40,8 +40,9 @@ class GridParameters(Parameters):
     regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
     cell_material: list[Index] | None = field(None, "number of the material of each cell, instead of `regions`", "1")
     boundaries: dict[str, ChosenBoundary] = field(
-        {}, "what each edge does: free (the default), fixed, symmetry, periodic, velocity, traction, absorbing", "1"
-    )
+        {}, "what each edge does: free (the default), fixed, symmetry, periodic, velocity, traction, absorbing", "1",
+        examples=[{"left": "velocity"}],
+    )  # fmt: skip
     forced_nodes: list[Place] = field([], "nodes with a force of their own, the input `force`: numbers, or points [x, y]", "1")
     receivers: list[Place] = field([], "nodes whose motion has outputs of its own: numbers, or points [x, y]", "1")
     hourglass: float = field(

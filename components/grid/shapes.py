@@ -9,9 +9,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
+from ..areas import ChosenArea
 from ..support.fields import Index, Pair, Positive, PositivePair, field
 from ..support.tagged_union import ByName, Named
-from .areas import ChosenArea
 from .mesh import Mesh, rectangle, without_cells
 
 _Corners = Annotated[list[Index], Field(min_length=4, max_length=4)]

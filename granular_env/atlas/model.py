@@ -95,6 +95,11 @@ class Mark:
     x: float | None = None
     y: float | None = None
 
+    @property
+    def is_point(self) -> bool:
+        """Tell whether both coordinates are stated; the page's template asks."""
+        return self.x is not None and self.y is not None
+
 
 @dataclasses.dataclass(frozen=True)
 class Shading:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,7 +16,10 @@ from granular_env.output_files import count_of
 from granular_env.terminal import columns, printable, wrap_text
 
 if TYPE_CHECKING:
-    from granular_env.components.contract import Event
+    from collections.abc import Sequence
+
+    from granular_env.components.contract import Event, EventDetail
+    from granular_env.components.drawables import Drawable
     from granular_env.recording.nearness import Nearness
 
 _MOST = 40
@@ -42,12 +45,16 @@ def events(
 
     with open_log(log, allow_large=allow_large) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
+        details, drawables = opened.event_details, opened.drawables
         if near:
             nearness = nearest(opened)
             print(json.dumps(nearness and dataclasses.asdict(nearness)) if for_programs else _words_for(nearness))
             return Status.DONE
     if for_programs:
-        rows = [{**dataclasses.asdict(event), "time": event.tick * step_size} for event in found]
+        rows = [
+            {**dataclasses.asdict(event), "time": event.tick * step_size, **_facts(event, details.get(event.kind), drawables)}
+            for event in found
+        ]
         print(json.dumps({"kinds": kinds, "events": rows}, indent=2))
     elif not kinds:
         print("events: none; the component of this log declares no kind of event")
@@ -58,8 +65,9 @@ def events(
         )
     else:
         shown = found if every else found[:_MOST]
-        heads = ("time [s]", "event", "index", "value", "limit")
-        print(columns([heads, *(_cells(event, step_size) for event in shown)], ""))
+        heads = ("time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]")
+        rows = [(*_cells(event, step_size), *_details(event, details.get(event.kind), drawables)) for event in shown]
+        print(columns(_without_empty([heads, *rows]), ""))
         rest = "" if len(shown) == len(found) else f"; the first {len(shown)} are listed, --all lists the others too"
         print("\n".join([f"{summary(found)}{rest}", *_meanings({event.kind: kinds[event.kind] for event in found})]))
     return Status.DONE
@@ -83,6 +91,28 @@ def summary(found: list[Event]) -> str:
 def _cells(event: Event, step_size: float) -> tuple[str, ...]:
     place = "" if event.index is None else str(event.index)
     return f"{event.tick * step_size:.9g}", printable(event.kind), place, f"{event.value:.6g}", f"{event.limit:.6g}"
+
+
+def _facts(event: Event, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
+    """Return unit and place of an event, for programs."""
+    from granular_env.recording.event_places import place_of
+
+    place = place_of(event, detail, drawables)
+    unit = {"unit": detail.unit} if detail is not None and detail.unit else {}
+    return unit if place is None else {**unit, "of": place.elements, "position": place.position}
+
+
+def _details(event: Event, detail: EventDetail | None, drawables: Sequence[Drawable]) -> tuple[str, str, str]:
+    """Return unit and place of an event, for people."""
+    facts = _facts(event, detail, drawables)
+    position = ", ".join(f"{one:.4g}" for one in facts.get("position", ()))
+    return printable(facts.get("unit", "")), printable(facts.get("of", "")), f"({position})" if position else ""
+
+
+def _without_empty(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Return the rows of a table without columns of which nothing is known."""
+    kept = [place for place in range(len(rows[0])) if any(row[place] for row in rows[1:])]
+    return [tuple(row[place] for place in kept) for row in rows]
 
 
 def _meanings(kinds: dict[str, str]) -> list[str]:

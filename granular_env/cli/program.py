@@ -44,7 +44,7 @@ class Program(click.Group):
 program = Program(
     completion.PROGRAM,
     COMMANDS,
-    help="Wave experiments in granular media: run, record, replay, branch, see.",
+    help="Wave and fracture experiments in granular media: run, record, replay, branch, see.",
     epilog=f"Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston\n\n{MEANINGS}",
     context_settings={"help_option_names": ["-h", "--help"]},
 )

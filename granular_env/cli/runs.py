@@ -14,9 +14,21 @@ from granular_env.cli.results import print_result, silence_own_warnings
 
 
 @command("run")
-@click.argument("experiment", help="A name of `granular-env list`, or a TOML file.", shell_complete=names("experiments"))
+@click.argument(
+    "experiment",
+    required=False,
+    help="A name of `granular-env list`, or a TOML file.",
+    shell_complete=names("experiments"),
+)
 @set_option("Override any key, such as component.grains=500 or start.velocity.0=3.")
 @click.option("--log", metavar="PATH", shell_complete=files, help="Where to record it (default: a new file in logs/).")
+@click.option(
+    "--resume",
+    "resumed",
+    metavar="LOG",
+    shell_complete=files,
+    help="Go on with a run that was killed or interrupted, from its log, to its end; --log: in a log of its own.",
+)
 @click.option("--no-log", is_flag=True, help="Record nothing.")
 @overwrite_option("Replace the log if it exists.")
 @click.option("--hash-every", metavar="N", type=int, help="Hash the state every N ticks; 1 lets a verification name the tick.")
@@ -29,10 +41,14 @@ from granular_env.cli.results import print_result, silence_own_warnings
 )
 @output_options("log")
 @exclusive("log", "no_log")
+@exclusive("resumed", "no_log")
+@exclusive("resumed", "hash_every")
+@exclusive("resumed", "live")
 def run(
-    experiment: str,
+    experiment: str | None,
     overrides: Overrides,
     log: str | None,
+    resumed: str | None,
     no_log: bool,
     overwrite: bool,
     hash_every: int | None,
@@ -41,7 +57,14 @@ def run(
     quiet: bool,
     for_programs: bool,
 ) -> int:
-    """Run an experiment and record it."""
+    """Run an experiment and record it.
+
+    With --resume LOG alone the experiment is the log's; with an EXPERIMENT too, a log of another one is refused.
+    """
+    if resumed is not None:
+        return _resume(resumed, experiment, overrides, log, overwrite, quiet, for_programs)
+    if experiment is None:
+        raise click.UsageError("Missing argument 'EXPERIMENT'.")
     from granular_env.documents import parse_assignments
     from granular_env.experiments import load_experiment
     from granular_env.run_loop import run
@@ -53,4 +76,23 @@ def run(
     target = nullcontext((None, False)) if no_log else log_target(log, loaded.name, overwrite)
     with silence_own_warnings(), target as (path, replace):
         result = run(loaded, log=path, progress=show, live=live, pace=pace, overwrite=replace)
+    return print_result(result, quiet, for_programs)
+
+
+def _resume(
+    path: str,
+    experiment: str | None,
+    overrides: Overrides,
+    log: str | None,
+    overwrite: bool,
+    quiet: bool,
+    for_programs: bool,
+) -> int:
+    from granular_env.resumption import resume
+
+    if overrides and experiment is None:
+        raise click.UsageError("--set goes with an EXPERIMENT; --resume alone takes the experiment of the log as it is.")
+    show = not quiet and not for_programs
+    with silence_own_warnings():
+        result = resume(path, log=log, experiment=experiment, overrides=overrides, progress=show, overwrite=overwrite)
     return print_result(result, quiet, for_programs)

@@ -17,6 +17,7 @@ from granular_env.components.contract import Variable
 from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.files import read_bounded
+from granular_env.components.support.validation import Parameters, tables
 from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
 from granular_env.documents.files import nearest_names
 from granular_env.output_files import write_files
@@ -151,18 +152,14 @@ def _of_component(name: str) -> str:
         "[component]",
         f'type = "{name}"',
     ]
-    for key, field in kind.Parameters.model_fields.items():
-        automatic = not field.is_required() and field.default is None
-        # A value that is computed has no default that could stand here.
-        value = f"{key} = {toml_value(_smallest(field))}" if field.is_required() else f"# {key} = {default_of(field)}"
-        value = f"# {key}: automatic" if automatic else value
-        lines.append(_line(value, ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))))
+    lines += _parameter_lines(kind.Parameters, example_values(kind.Parameters), "component")
     states = [v for v in component.variables.values() if v.state]
     lines += ["", "[start]                # a number or a row for all, a list, or { index = value or row }"]
     lines += [_line(f"# {v.name} = {_some_elements(v)}", f"{v.unit}, {v.description}") for v in states]
     inputs = [v for v in component.variables.values() if v.causality == "input"]
-    for variable in inputs:
-        lines += ["", *_profile_lines(variable, step)]
+    for number, variable in enumerate(inputs):
+        # The first one is set, so that there is something to see.
+        lines += ["", *_profile_lines(variable, step, "" if number == 0 else "# ")]
     kept = [v.name for v in states]
     lines += [
         "",
@@ -177,17 +174,52 @@ def _of_component(name: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _profile_lines(variable: Variable, step: float) -> list[str]:
-    """Return an input that is a profile of time."""
+def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: str) -> list[str]:
+    """Return the keys of a table of parameters, those of the parts in it as tables of their own below.
+
+    Args:
+        model: of the table.
+        example: what is set; other keys are comments that hold their defaults.
+        table: its name.
+    """
+    lines: list[str] = []
+    parts = parts_of(model)
+    for key, field in model.model_fields.items():
+        if key not in parts:
+            # A value that is computed has no default that could stand here.
+            automatic = not field.is_required() and field.default is None
+            value = f"# {key}: automatic" if automatic else f"# {key} = {default_of(field)}"
+            value = f"{key} = {toml_value(example[key])}" if key in example else value
+            lines.append(_line(value, ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))))
+    for key, part in parts.items():
+        lines += ["", _line(f"[{table}.{key}]", model.model_fields[key].description or "")]
+        lines += _parameter_lines(part, example.get(key, {}), f"{table}.{key}")
+    return lines
+
+
+def parts_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
+    """Return the parameters of a model that are tables of parameters themselves, such as those of a coupled part."""
+    chosen = tables(model)
+    return {
+        key: field.annotation
+        for key, field in model.model_fields.items()
+        if key not in chosen and isinstance(field.annotation, type) and issubclass(field.annotation, Parameters)
+    }
+
+
+def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
+    """Return an input that is a profile of time; with `mark` before each of its lines."""
+    peak = _tidy(variable.nominal)
     lines = [
-        _line(f"# [input.{variable.name}]", f"{variable.unit}, {variable.description}: a profile of time, or"),
-        _line("", f"in [input] {variable.name} = {_some_elements(variable, 1.0)}, held from the start"),
-        _line('# profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
-        _line("# peak = 1.0", variable.unit),
-        _line(f"# duration = {_tidy(100 * step)}", "s"),
+        _line(f"{mark}[input.{variable.name}]", f"{variable.unit}, {variable.description}: a profile of time, or"),
+        _line("", f"in [input] {variable.name} = {_some_elements(variable, variable.nominal)}, held from the start"),
+        _line(f'{mark}profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
+        _line(f"{mark}peak = {peak}", variable.unit),
+        _line(f"{mark}duration = {_tidy(100 * step)}", "s"),
     ]
     if variable.shape:
-        lines.append(_line(f"# pattern = {_some_elements(variable, 1.0)}", "what each element gets of it; left out: all of it"))
+        some = _some_elements(variable, 1.0)
+        lines.append(_line(f"{mark}pattern = {some}", "what each element gets of it; left out: all of it"))
     return lines
 
 
@@ -241,10 +273,13 @@ def _plain(value: Any) -> Any:
 
 
 def example_of(name: str, parameters: dict[str, Any]) -> Component:
-    """Return a component of that type, with the smallest fitting values for the parameters that have no default."""
-    model = catalogue.component_class(name).Parameters
-    needed = {key: _smallest(field) for key, field in model.model_fields.items() if field.is_required()}
-    return catalogue.make(name, **{**needed, **parameters})
+    """Return a component of that type, with examples of the parameters that have no default or give one."""
+    return catalogue.make(name, **{**example_values(catalogue.component_class(name).Parameters), **parameters})
+
+
+def example_values(model: type[BaseModel]) -> dict[str, Any]:
+    """Return examples of the parameters that have no default, or give an example beside it."""
+    return {key: _smallest(field) for key, field in model.model_fields.items() if field.is_required() or field.examples}
 
 
 def _smallest(field: FieldInfo) -> Any:

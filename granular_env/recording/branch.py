@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..components.component import Component
-from ..components.errors import LogError, ParameterError, nearest
+from ..components.errors import ParameterError, nearest
 from ..components.inputs import Held
 from ..components.profiles import Profile
 from .arguments import make_schedule, names_to_record
@@ -19,7 +19,7 @@ from .message_index import Segment
 from .record import note_log_on_error
 from .recorder import Recorder
 from .replay import advance, restore
-from .sampling import Schedule
+from .sampling import schedule_from
 
 if TYPE_CHECKING:
     from ..components.profiles import CompiledProfile
@@ -138,22 +138,13 @@ class Branch:
         component = self.component
         names = names_to_record(component, list(self.parent.variables) if variables is None else variables)
         if every is None:
-            schedule = self._parents_schedule()
+            schedule = schedule_from(self.parent._header.get("options"))
         else:
             schedule = make_schedule(component, every, None, None, None, names)
         # The parent's age counts on: frames fall where the parent's do.
         elapsed = self.parent._elapsed + self.segment.elapsed + self.tick - self.segment.start
         experiment = self.parent._header.get("experiment")
         return Recorder(component, target, create(target, overwrite), names, schedule, experiment, self.facts, elapsed)
-
-    def _parents_schedule(self) -> Schedule:
-        options = self.parent._header.get("options")
-        lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "key_every": 0}
-        if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
-            type(options[name]) is int and options[name] >= low for name, low in lowest.items()
-        ):  # fmt: skip
-            raise LogError("the parent's header does not say when frames were taken", hint="pass every=")
-        return Schedule(**options)
 
     def _go_on(self, given: dict[str, Any], end: int) -> None:
         component = self.component

@@ -125,9 +125,16 @@ def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict
         "state": [v.name for v in component.variables.values() if v.state],
         "balances": [balance_facts(balance) for balance in component.balances()],
         "event_kinds": dict(component.event_kinds),
+        **_event_details(component),
         "drawables": drawables,
     }
     return facts, arrays
+
+
+def _event_details(component: Component) -> dict[str, Any]:
+    """Return units and places of events, where the component says them."""
+    details = {kind: dataclasses.asdict(detail) for kind, detail in component.event_details.items()}
+    return {"event_details": details} if details else {}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

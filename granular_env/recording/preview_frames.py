@@ -10,7 +10,7 @@ import numpy as np
 
 from ..components.component import Component
 from ..components.contract import Variable
-from ..components.drawables import Drawable, drawn_outputs
+from ..components.drawables import Drawable, Links, Points, drawn_outputs
 from .preview import PreviewFacts, PreviewFrame, PreviewMessage, preview_messages
 
 _MOST_FRAMES = 400
@@ -24,6 +24,7 @@ class PreviewFrames:
     Attributes:
         facts: what the preview needs to know beside the frames.
         frames: those kept, in the order of time.
+        capacity: how many it keeps at most.
     """
 
     def __init__(self, facts: PreviewFacts, stride: int = 1) -> None:
@@ -31,7 +32,7 @@ class PreviewFrames:
         self.facts = facts
         self.frames: list[PreviewFrame] = []
         size = 8 * len(facts.units) + sum(4 * count for count in facts.sizes.values())
-        self._capacity = max(8, min(_MOST_FRAMES, _MOST_BYTES // max(size, 1)))
+        self.capacity = max(8, min(_MOST_FRAMES, _MOST_BYTES // max(size, 1)))
         self._stride = stride
 
     @property
@@ -57,7 +58,7 @@ class PreviewFrames:
         """Show it a frame; the arguments are those of `PreviewFrame`."""
         single = {name: np.array(values, dtype=np.float32) for name, values in drawn.items()}
         self.frames.append(PreviewFrame(number, nanoseconds, scalars, single))
-        if len(self.frames) > self._capacity:
+        if len(self.frames) > self.capacity:
             self._stride *= 2
             self.frames = [frame for frame in self.frames if self.wants(frame.number)]
 
@@ -68,6 +69,11 @@ class PreviewFrames:
     def messages(self) -> Iterator[PreviewMessage]:
         """Yield the preview of the frames kept."""
         return preview_messages(self.facts, self.frames)
+
+
+def film_facts_of_frames() -> dict[str, str]:
+    """Return what the end of a log says of a preview that was made from its frames."""
+    return {"source": "frames"}
 
 
 def facts_of(component: Component, title: str | None = None) -> PreviewFacts:
@@ -87,7 +93,10 @@ def preview_facts(
         variables: those that can be had; what shows others is left out.
         units: unit of each scalar, by name.
     """
-    shown = tuple(drawable for drawable in drawables if set(drawn_outputs([drawable])) <= variables.keys())
+    whole = [drawable for drawable in drawables if set(drawn_outputs([drawable])) <= variables.keys()]
+    # Links lie between points, which have to be shown too.
+    points = {drawable.name for drawable in whole if isinstance(drawable, Points)}
+    shown = tuple(drawable for drawable in whole if not isinstance(drawable, Links) or drawable.points in points)
     outputs = {name: variables[name] for name in drawn_outputs(shown)}
     sizes = {name: math.prod(variable.shape) for name, variable in outputs.items()}
     return PreviewFacts(title, shown, {name: variable.unit for name, variable in outputs.items()}, sizes, units)

@@ -11,14 +11,13 @@ import numpy as np
 from ..components.component import Component
 from .log import Log
 from .mcap_reader import RawMessage
-from .message_index import CHUNK, KIND, LAST, SEGMENT
+from .message_index import CHUNK, COUNT, KIND, LAST, SEGMENT
 from .metadata import title_of
-from .preview import PreviewMessage
-from .preview_frames import PreviewFrames, facts_of, preview_facts
+from .preview import PreviewFacts, PreviewMessage
+from .preview_frames import PreviewFrames, facts_of, film_facts_of_frames, preview_facts
 from .records import HEADER, TOPICS, damage
 
 _PICTURES = 400
-_FROM_FRAMES = {"source": "frames"}
 
 
 class PreviewBuilder:
@@ -32,12 +31,13 @@ class PreviewBuilder:
         """Read from the log's end how the film was thinned."""
         self._log, self._number = log, 0
         facts = log._closing.header.get("film") if log._closing is not None else None
-        self._from_frames = facts == _FROM_FRAMES
         stride = facts.get("stride") if isinstance(facts, dict) else None
+        self._stride = stride if type(stride) is int and 1 <= stride < 2**53 else 0
+        self._from_frames = isinstance(facts, dict) and facts.items() >= film_facts_of_frames().items()
         self._track: PreviewFrames | None = None
         self.missing = "" if log._closing is not None else "the film"
-        if type(stride) is int and 1 <= stride < 2**53:
-            self._track = PreviewFrames(facts_of(component, title_of(log._header)), stride)
+        if self._stride and not self._from_frames:
+            self._track = PreviewFrames(facts_of(component, title_of(log._header)), self._stride)
         elif not self._from_frames and not self.missing:
             raise damage("its end does not say how its film was made", "incidents", log.path)
 
@@ -53,7 +53,7 @@ class PreviewBuilder:
         Raises:
             LogError: the file holds records that its index does not name, or at other times.
         """
-        track = film_of_frames(self._log) if self._from_frames else self._track
+        track = self._film_of_frames() if self._from_frames else self._track
         messages = _film_messages(self._log)
         try:
             for mine in track.messages() if track is not None else ():
@@ -62,6 +62,11 @@ class PreviewBuilder:
         except _FilmDiffers as found:
             return str(found)
         return "" if left is None else f"a message under {left.topic!r} too many at {left.nanoseconds} ns"
+
+    def _film_of_frames(self) -> PreviewFrames | None:
+        if not self._stride:
+            return film_of_frames(self._log)
+        return film_of_every(self._log, len(self._log.ticks(next(iter(self._log.variables)))), self._stride)
 
 
 class _FilmDiffers(Exception):  # noqa: N818 - a finding
@@ -80,9 +85,8 @@ def _compare(mine: PreviewMessage, other: RawMessage | None) -> None:
 
 def film_of_frames(log: Log) -> PreviewFrames | None:
     """Return a film of the frames that a log holds; None where they do not suffice for one."""
-    units = {name: variable.unit for name, variable in log.variables.items() if variable.shape == ()}
-    facts = preview_facts(title_of(log._header), log.drawables, log.variables, units)
-    wanted = list(dict.fromkeys([*units, *facts.sizes]))
+    facts = _facts_of_frames(log)
+    units, wanted = facts.units, list(dict.fromkeys([*facts.units, *facts.sizes]))
     if not wanted or not log.segments:
         return None
     track = PreviewFrames(facts)
@@ -94,9 +98,43 @@ def film_of_frames(log: Log) -> PreviewFrames | None:
     return track
 
 
-def film_facts_of_frames() -> dict[str, str]:
-    """Return what the end of a log says of a film that `film_of_frames` made."""
-    return dict(_FROM_FRAMES)
+def film_of_every(log: Log, count: int, stride: int = 1) -> PreviewFrames:
+    """Return the film of the first frames that a log of one segment holds.
+
+    Args:
+        log: all of its variables have the same frames, as far as these.
+        count: how many frames.
+        stride: every so many of them are shown; twice, four times, ... as many where they would not fit.
+    """
+    facts = _facts_of_frames(log)
+    capacity = PreviewFrames(facts).capacity
+    while -(-count // stride) > capacity:
+        stride *= 2
+    track, numbers = PreviewFrames(facts, stride), range(0, count, stride)
+    names = list(dict.fromkeys([*facts.units, *facts.sizes]))
+    shown = zip(*(_frames_at(log, name, numbers) for name in names), strict=True)
+    for number, frames in zip(numbers, shown, strict=True):
+        values = {name: value for name, (_, value) in zip(names, frames, strict=True)}
+        scalars = [float(values[name]) for name in facts.units]
+        track.add(number, log._nanoseconds(frames[0][0]), scalars, {name: values[name] for name in facts.sizes})
+    return track
+
+
+def _frames_at(log: Log, name: str, numbers: range) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield tick and value of the frames of these numbers."""
+    first = 0
+    for row in log._frame_rows(name):
+        last = first + int(row[COUNT])
+        chosen = [number for number in range(first + -first % numbers.step, last, numbers.step) if number in numbers]
+        if chosen:
+            ticks, values = log._frames(row, name)
+            yield from ((int(log._log_tick(row[SEGMENT], ticks[number - first])), values[number - first]) for number in chosen)
+        first = last
+
+
+def _facts_of_frames(log: Log) -> PreviewFacts:
+    units = {name: variable.unit for name, variable in log.variables.items() if variable.shape == ()}
+    return preview_facts(title_of(log._header), log.drawables, log.variables, units)
 
 
 def _common_ticks(log: Log, names: list[str]) -> np.ndarray:

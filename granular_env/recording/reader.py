@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..components.component import refuse_unknown_events
-from ..components.contract import Event, Variable
+from ..components.contract import Event, EventDetail, Variable
 from ..components.drawables import Drawable
 from ..components.errors import GranularError, LogError, ParameterError, nearest, shortened
 from ..components.profiles import CompiledProfile
@@ -204,6 +204,18 @@ class LogReader:
         if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
             raise damage("it does not say what can happen", "header.event_kinds", self.path)
         return dict(kinds)
+
+    @property
+    def event_details(self) -> dict[str, EventDetail]:
+        """Units of some or all of these kinds, and what their indices count; see `contract.EventDetail`."""
+        details = self._header.get("event_details", {})
+        try:
+            found = {kind: EventDetail(**detail) for kind, detail in details.items()}
+        except (AttributeError, TypeError):
+            found = {"": EventDetail(counts=None)}  # type: ignore[arg-type]
+        if not all(isinstance(text, str) for one in found.values() for text in (one.unit, one.counts)):
+            raise damage("it does not say what its events count", "header.event_details", self.path)
+        return found
 
     # -- frames -----------------------------------------------------------------------------------------------------
 

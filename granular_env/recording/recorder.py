@@ -14,7 +14,7 @@ import warnings
 import weakref
 from collections.abc import Mapping
 from time import perf_counter
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -27,10 +27,13 @@ from .header import closing_facts, header_of
 from .log_file import LogFile
 from .log_writer import LogWriter
 from .metadata import metadata_of, title_of
-from .preview_frames import PreviewFrames, facts_of
+from .preview_frames import PreviewFrames, facts_of, film_facts_of_frames
 from .record_batch import Profiles, RecordBatch, hash_row, header_digests, parameter_digests, write_batch
 from .records import CLOSED, END, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
 from .sampling import Agenda, Schedule
+
+if TYPE_CHECKING:
+    from .continuation import Continuation
 
 # Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
 # leaves the writing one too little of the interpreter, and what a kill may cost is promised to be less than 100 ms.
@@ -59,8 +62,9 @@ class Recorder:
         experiment: Any = None,
         parent: Any = None,
         elapsed: int = 0,
+        continuation: Continuation | None = None,
     ) -> None:
-        """Write the header and begin to look; use `record`, which checks its arguments."""
+        """Write the header, or what is kept of a log that goes on, and begin to look; `record` checks its arguments."""
         self.path, self.next_tick = path, 0
         self._component, self._names, self._schedule = component, names, schedule
         self._state = [v.name for v in component.variables.values() if v.state]
@@ -75,6 +79,7 @@ class Recorder:
         self._waiting: list[RecordBatch | tuple[Record, int]] = []
         self._backlog = 0
         self._error: GranularError | None = None
+        self._continuation, self._film_facts = continuation, {}
         self._track = PreviewFrames(facts_of(component, title_of({"experiment": experiment, "component": component.name})))
         self._profiles = Profiles()
         self._batch = self._inside = RecordBatch(-1, 0, 0)
@@ -83,8 +88,11 @@ class Recorder:
         self._parts = self._taken_frames = 0
         self._file, self._sink = file, LogWriter(path, file)
         try:
-            self._write_header(experiment, parent)
-        except GranularError:
+            if continuation is None:
+                self._write_header(experiment, parent)
+            else:
+                continuation.copy_to(self._sink)
+        except BaseException:
             self._sink.abandon()
             raise
         self._due = perf_counter() + _WAIT_SECONDS
@@ -136,7 +144,11 @@ class Recorder:
     def on_reset(self, component: Component) -> None:
         """Begin a new segment; where nothing happened in the last one, begin that one anew."""
         with self._lock:
-            self._begin(component)
+            if self._continuation is not None:
+                self._go_on(component, self._continuation)
+                self._continuation = None
+            else:
+                self._begin(component)
 
     def on_sample(self, component: Component) -> None:
         """Take what is due at this tick; of a long step, hand over the part that is done.
@@ -248,7 +260,7 @@ class Recorder:
             self._inside = RecordBatch(self._batch.segment, 0, 0)
             if self._batch.durations or not self._batch.snapshots:
                 self._batch.snapshots.append((self._expected, END, self._component.save()))
-            film = {"stride": self._track.stride}
+            film = {**self._film_facts, "stride": self._track.stride}
             self._closing_event = {"incident": "closed", "film": film, **closing_facts(self._component)}
 
     # -- inside the stepping thread ---------------------------------------------------------------------------------
@@ -278,6 +290,19 @@ class Recorder:
             self._take_frame(component, self._batch)
         self._taken_frames = self._frames
         self.next_tick = self._agenda.restart(tick, self._age(tick))
+
+    def _go_on(self, component: Component, kept: Continuation) -> None:
+        """Take the place of the recorder that wrote what is kept of a log."""
+        tick, self._segment = component.tick, 0
+        self._start_tick, self._expected, self._events = kept.start, tick, component.event_count
+        self._frames = self._taken_frames = kept.frames
+        # What the preview shows beside the recorded variables is lost with the process that recorded them.
+        self._track, self._film_facts = kept.film(), film_facts_of_frames()
+        self._profiles.count, self._digests = kept.profiles, {}
+        self._batch = RecordBatch(0, tick, self._before - kept.start)
+        self._inside = RecordBatch(0, 0, 0)
+        self._agenda.key = self._schedule.key_after(kept.key, self._age(kept.key))
+        self.next_tick = self._agenda.after(tick, self._age(tick))
 
     def _look(self, component: Component, into: RecordBatch) -> None:
         tick = component.tick

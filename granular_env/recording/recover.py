@@ -14,7 +14,8 @@ from .log import Log, open_log
 from .log_file import create, refuse_unless_log
 from .log_writer import LogWriter, as_path
 from .metadata import metadata_of_log
-from .preview_reconstruction import film_facts_of_frames, film_of_frames
+from .preview_frames import film_facts_of_frames
+from .preview_reconstruction import film_of_frames
 from .records import CLOSED, INCIDENTS, TOPICS, Record, decode
 
 

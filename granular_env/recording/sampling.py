@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+from ..components.errors import LogError
 from ..components.support.roots import round_up_to_125
 
 # Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
@@ -51,6 +53,16 @@ class Schedule:
         """Return the next tick for a key snapshot."""
         interval = self.key_every or max(_KEY_EVERY, elapsed >> 4)
         return tick + interval
+
+
+def schedule_from(options: Any) -> Schedule:
+    """Return the schedule that a log's header holds; `LogError` where it holds none."""
+    lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "key_every": 0}
+    if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
+        type(options[name]) is int and options[name] >= low for name, low in lowest.items()
+    ):  # fmt: skip
+        raise LogError("the log's header does not say when frames were taken")
+    return Schedule(**options)
 
 
 class Agenda:

@@ -7,6 +7,7 @@ from typing import Any
 from .legend import LEGEND
 from .optional_packages import import_optional
 from .plot_groups import Plot, select_plots
+from .profiles import profile_pane
 from .scene import TIMELINE, Scales, whole_camera
 from .scene_data import SceneData
 from .views import Views
@@ -15,6 +16,8 @@ from .views import Views
 _PLAYBACK_SECONDS = 10.0
 # With or without particles: more than so many plots are too small to be read; the others can be added in the viewer.
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
+# The others can be added in the viewer.
+_SHOWN_PROFILES = 4
 
 # A plane less wide than so many heights stands beside the plots, not above them.
 _WIDE = 2.0
@@ -43,6 +46,8 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
         if motion is not None and views is not None:
             shown = [*views.panes(motion, scales), *shown]
             rows += views.rows(motion, scales)
+    if profiles := [profile_pane(rrb, profile) for profile in scene_data.profiles[:_SHOWN_PROFILES]]:
+        rows.append((rrb.Grid(*profiles, grid_columns=2), 4.5))
     if scales is not None and _is_tall(scene_data, scales):
         # Beside each other: a picture as high as it is wide has little room above the plots.
         beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])

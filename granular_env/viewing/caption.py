@@ -34,8 +34,11 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
             for words in views.words(motion, scales):
                 lines += [words, ""]
         lines += _frame_lines(scene_data.shapes[0])
-    elif not scene_data.notes:
+    elif not scene_data.notes and not scene_data.profiles:
         lines += ["This component has no particles; its outputs and its balances are plotted.", ""]
+    if scene_data.profiles:
+        names = ", ".join(plain(one.variable.name.replace("_", " ")) for one in scene_data.profiles)
+        lines += [f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.", ""]
     if any(scene_data.group(balance.entries) for balance in scene_data.balances):
         words = "Balances since the reset. A residual is what a balance cannot account for: the error of the numerics."
         lines += [f"**Plots.** {words}", ""]

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.contract import Variable
-from granular_env.components.drawables import main_points
+from granular_env.components.drawables import Curve, Drawable, main_points
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
 
@@ -30,6 +30,7 @@ class Field:
         every: each `every`-th is shown; 1 shows all.
         total: how many there are.
         cuts: indices of the first frames of later segments.
+        coordinate: where those shown lie, evenly spaced, shape (n,) [m]; None where their numbers say where they are.
     """
 
     variable: Variable
@@ -40,6 +41,19 @@ class Field:
     every: int = 1
     total: int = 0
     cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    coordinate: FloatArray | None = None
+
+    @property
+    def across(self) -> FloatArray | npt.NDArray[np.int64]:
+        """The numbers along the axis of places: their coordinates, or where there are none their numbers."""
+        return np.arange(self.values.shape[1]) * self.every if self.coordinate is None else self.coordinate
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The ends of that axis: where the first place begins, and where the last one ends."""
+        across = self.across
+        half = 0.5 * (float(across[1] - across[0]) if len(across) > 1 else float(self.every))
+        return float(across[0]) - half, float(across[-1]) + half
 
 
 def as_field(shown: Motion | Field) -> Field:
@@ -83,7 +97,10 @@ def load_field(log: Any, name: str, frames: int, progress: Callable[[float], Non
     points = main_points(log.drawables)
     surplus = total - len(points.radius) if points is not None and _is_row(points.reference) else None
     place, axis = _axis(variable, surplus, points.name.removesuffix("s") if points is not None else "")
-    return Field(variable, times, values[:, ::every], place, axis, every, total, cuts_of(log, name, picked))
+    coordinate = _coordinate(log.drawables, name)
+    if coordinate is not None:
+        axis, coordinate = "x [m]", coordinate[::every]
+    return Field(variable, times, values[:, ::every], place, axis, every, total, cuts_of(log, name, picked), coordinate)
 
 
 def require_names(names: Sequence[str] | None, known: Sequence[str]) -> list[str]:
@@ -96,6 +113,16 @@ def require_names(names: Sequence[str] | None, known: Sequence[str]) -> list[str
         if name not in known:
             raise ParameterError(f"{name!r} was not recorded", hint=f"this log holds {_list(known)}", at="variables")
     return list(dict.fromkeys(names))
+
+
+def _coordinate(drawables: Sequence[Drawable], name: str) -> FloatArray | None:
+    """Return the coordinate along which an output is drawn as a curve, where that is evenly spaced [m]."""
+    for one in drawables:
+        if isinstance(one, Curve) and one.field == name and len(one.coordinate) > 1:
+            steps = np.diff(one.coordinate)
+            if steps[0] > 0.0 and np.ptp(steps) < 1e-6 * steps[0]:
+                return one.coordinate
+    return None
 
 
 def _is_row(reference: FloatArray) -> bool:

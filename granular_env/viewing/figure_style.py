@@ -145,10 +145,11 @@ def draw_space_time(
         _evenly_timed(shown.times, shown.values, first, last),
         origin="lower", aspect="auto", interpolation="nearest", vmin=-limit, vmax=limit,
         cmap=colors.LinearSegmentedColormap.from_list("granular", DIVERGING),
-        extent=(-0.5 * shown.every, (shown.values.shape[1] - 0.5) * shown.every, start, end if end > start else start + 1.0),
+        extent=(*shown.ends, start, end if end > start else start + 1.0),
     )  # fmt: skip
     axes.grid(False)
-    axes.xaxis.set_major_locator(import_optional("matplotlib.ticker", "figures").MaxNLocator(integer=True))
+    if shown.coordinate is None:
+        axes.xaxis.set_major_locator(import_optional("matplotlib.ticker", "figures").MaxNLocator(integer=True))
     axes.set(xlabel=place_axis(shown), ylabel=f"time [{unit}]")
     bar = figure.colorbar(image, ax=axes, label=quantity(shown), pad=0.02)
     if shown.values.size and float(np.nanmin(shown.values, initial=0.0)) >= 0.0 and ends is None:
@@ -238,9 +239,10 @@ def place_axis(shown: Field) -> str:
     return shown.axis if shown.every == 1 else f"{shown.axis}; each {shown.every}th is shown"
 
 
-def shown_indices(shown: Field) -> npt.NDArray[np.int64]:
-    """Return the number of each place that is shown."""
-    return np.arange(shown.values.shape[1]) * shown.every
+def name_of_place(shown: Field, column: int) -> str:
+    """Return what a place is called in a legend: its number, and where it lies if that is not the same."""
+    name = f"{shown.place} {column * shown.every}"
+    return name if shown.coordinate is None else f"{name}, x = {shown.coordinate[column]:.4g} m"
 
 
 def span(shown: Field) -> float:

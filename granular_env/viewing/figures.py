@@ -24,11 +24,11 @@ from .figure_style import (
     legend,
     line,
     markers,
+    name_of_place,
     new_figure,
     place_axis,
     png,
     quantity,
-    shown_indices,
     span,
     svg,
     time_unit,
@@ -84,8 +84,8 @@ def headline(motion: Motion | Field, title: str = "") -> Figure:
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 5])
     draw_space_time(figure, below, shown, None)
     values, scale_unit = shown.values[-1], time_unit(span(shown))
-    above.fill_between(shown_indices(shown), values, color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
-    above.plot(shown_indices(shown), values, color=DIVERGING[-1], linewidth=1.2, **markers(shown))
+    above.fill_between(shown.across, values, color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
+    above.plot(shown.across, values, color=DIVERGING[-1], linewidth=1.2, **markers(shown))
     above.set_ylabel(quantity(shown))
     above.text(0.01, 0.95, f"at {span(shown) * scale_unit[0]:.4g} {scale_unit[1]}", transform=above.transAxes, va="top")
     above.set_title(title)
@@ -106,7 +106,7 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Fi
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for panel, time in zip(panels, chosen, strict=True):
         frame = frame_at(shown.times, time)
-        panel.plot(shown_indices(shown), shown.values[frame], color=PALETTE[0], **markers(shown))
+        panel.plot(shown.across, shown.values[frame], color=PALETTE[0], **markers(shown))
         panel.set_title(f"t = {shown.times[frame] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
     figure.supylabel(quantity(shown), fontsize=11)
@@ -129,7 +129,7 @@ def histories(motion: Motion | Field, indices: Sequence[int] | None = None) -> F
     axes = figure.subplots()
     for place, column in enumerate(columns):
         times, values = insert_gaps(shown.times * scale, shown.values[:, column], shown.cuts)
-        axes.plot(times, values, label=f"{shown.place} {column * shown.every}", **line(place))
+        axes.plot(times, values, label=name_of_place(shown, column), **line(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=quantity(shown))
     axes.margins(x=0.0)
     legend(axes)

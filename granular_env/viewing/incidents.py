@@ -1,4 +1,4 @@
-"""Incidents of a run besides its steps, in sentences: failures, interruptions, a recovery."""
+"""Incidents of a run besides its steps, in sentences: failures, interruptions, a recovery, a resumption."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ def _sentence(incident: Mapping[str, Any]) -> str | None:
     kind = incident.get("incident")
     if kind == "recovered":
         return f"Recovered from another log; lost: {_cut(incident.get('lost'))}."
+    if kind == "resumed":
+        return "The run was resumed: its process had been killed or interrupted before."
     if kind not in ("failed", "interrupted"):
         return None
     told = ": ".join(_cut(incident[key]) for key in ("kind", "message") if incident.get(key))

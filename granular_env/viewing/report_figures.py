@@ -130,17 +130,18 @@ def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place 
     sign = "red is positive, blue negative" if field.values.min(initial=0.0) < 0.0 else "the redder the larger"
     if field.variable.unit == "m/s" and field.values.min(initial=0.0) < 0.0:
         sign = "red is to the right, blue to the left"
+    across = f"of every {field.place}" if field.coordinate is None else "along x"
     words = (
-        f"{name.capitalize()} of every {field.place} (across) at every instant (up); {sign}, nearly white is 0. "
+        f"{name.capitalize()} {across} (across) at every instant (up); {sign}, nearly white is 0. "
         "Where there is no frame the diagram is grey."
     )
     heading = "x-t diagram" if is_main else f"{name.capitalize()}"
     drawn, is_asked = {}, choice.times is not None or choice.variables is not None
     if is_asked or drawn_at is None or not drawn_at.fills_plane:
         drawn[f"{stem}space-time"] = Shown(heading, figures.space_time(field), words)
-        if is_main or is_asked:
+        if is_main or is_asked or field.coordinate is not None:
             heading = "Profiles at chosen times" if is_main else f"{name.capitalize()}: profiles"
-            words = f"{name.capitalize()} of every {field.place} at chosen instants."
+            words = f"{name.capitalize()} {across} at chosen instants."
             drawn[f"{stem}profiles"] = Shown(heading, figures.profiles(field, choice.times), words)
     heading = f"Histories of chosen {things}" if is_main else f"{name.capitalize()}: histories"
     which = "" if choice.indices is not None else ", evenly spaced among those that changed; others can be named (indices)"

@@ -5,6 +5,7 @@ scene/spokes_...        how they are turned
 scene/links_..., scene/cracks_...   links that hold, and those that are broken
 scene/cells_..., scene/edges_...    meshes, coloured by a variable
 legend                  what the colours mean
+profiles/...            fields along a line
 scene/..., closeup/...  what the component's domain adds (`views.Views`)
 energy, inputs, ...     scalar plots
 caption                 what is seen, in words: units, factors, limits
@@ -32,6 +33,7 @@ from .links import send_links, send_spokes
 from .meshes import send_mesh, send_triangles
 from .optional_packages import import_optional
 from .plot_groups import plots
+from .profiles import send_profile
 from .scene_data import MeshFrames, Motion, SceneData
 from .shapes import common_exaggeration
 from .views import Views
@@ -159,6 +161,8 @@ def send(recording: Any, scene_data: SceneData, scales: Scales | None, views: Vi
         send_frames(recording, scene_data, scales, views)
         if scene_data.motion is not None and views is not None:
             views.send_pictures(recording, scene_data.motion, scales)
+    for profile in scene_data.profiles:
+        send_profile(recording, profile, time_columns(profile.times, profile.ticks))
     send_curves(recording, scene_data)
 
 

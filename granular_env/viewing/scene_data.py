@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.components import drawables
 from granular_env.components.component import Component
 from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, spatial
@@ -145,6 +146,27 @@ class MeshFrames:
 
 
 @dataclass(frozen=True)
+class ProfileFrames:
+    """A field along a line in some frames of a run.
+
+    Attributes:
+        name: of the drawable.
+        times: shape (frames,) [s].
+        ticks: shape (frames,).
+        coordinate: shape (n,) [m].
+        values: shape (frames, n), in the variable's unit.
+        variable: name, unit and meaning of the field.
+    """
+
+    name: str
+    times: FloatArray
+    ticks: npt.NDArray[np.int64]
+    coordinate: FloatArray
+    values: FloatArray
+    variable: Variable
+
+
+@dataclass(frozen=True)
 class SceneData:
     """A run as it is shown: what moves, and curves.
 
@@ -153,6 +175,7 @@ class SceneData:
         motion: the first particles; None where there are none.
         more: further particles.
         meshes: cells.
+        profiles: fields along a line; of a log only, whose ranges are known.
     """
 
     title: str
@@ -164,6 +187,7 @@ class SceneData:
     """The names of the curves behind each balance; a vector has one curve for each axis."""
     more: tuple[Motion, ...] = ()
     meshes: tuple[MeshFrames, ...] = ()
+    profiles: tuple[ProfileFrames, ...] = ()
 
     @property
     def motions(self) -> tuple[Motion, ...]:
@@ -220,7 +244,8 @@ def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float],
     }
     notes = tuple(_notes(log, motion, meshes))
     balances = _balances_to_show(log.balances, log.variables)
-    return SceneData(title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes)
+    profiles = tuple(_profile(log, one, frames) for one in log.drawables if _is_drawn_along_a_line(log, one))
+    return SceneData(title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes, profiles)
 
 
 def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
@@ -301,6 +326,19 @@ def _mesh(log: Any, cells: Cells, frames: int) -> MeshFrames | None:
         log.variables.get(cells.field) or Variable(cells.field, "output", "", (), cells.field),
         located, is_plane(nodes, log.variables.get(cells.displacement)), not cells.displacement,
     )  # fmt: skip
+
+
+def _is_drawn_along_a_line(log: Any, drawable: Drawable) -> bool:
+    return isinstance(drawable, drawables.Curve) and len(drawable.coordinate) > 1 and _has_frames(log, drawable.field)
+
+
+def _profile(log: Any, curve: drawables.Curve, frames: int) -> ProfileFrames:
+    every = -(-len(curve.coordinate) // MAXIMUM_CURVE_POINTS)
+    x = curve.coordinate[::every]
+    picked = evenly_picked(len(log.times(curve.field)), max(2, min(frames, MAXIMUM_POINTS // len(x))))
+    times, values = sample_frames(log, curve.field, picked)
+    ticks = np.asarray(log.ticks(curve.field))[picked]
+    return ProfileFrames(curve.name, times, ticks, x, values[:, ::every], log.variables[curve.field])
 
 
 def _links_to_show(drawables: Iterable[Drawable], points: Points, is_known: Callable[[str], bool]) -> list[Links]:
@@ -443,8 +481,8 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
 
     scalars = [v for v in component.variables.values() if v.shape == () or v.name in component.balance_names]
     balances = balance_names_from([balance_facts(balance) for balance in component.balances()])
-    drawables = component.drawables()
-    found = [_present_motion(component, points, now, tick) for points in visible_points(drawables)]
+    drawn = component.drawables()
+    found = [_present_motion(component, points, now, tick) for points in visible_points(drawn)]
     return SceneData(
         title or component.name,
         found[0] if found else None,
@@ -454,7 +492,7 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
         more=tuple(found[1:]),
         meshes=tuple(
             _present_mesh(component, cells, now, tick)
-            for cells in drawables
+            for cells in drawn
             if isinstance(cells, Cells) and len(cells.nodes) <= MAXIMUM_SHOWN_NODES
         ),
     )

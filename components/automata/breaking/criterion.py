@@ -19,6 +19,8 @@ class Criterion(Named):
     """Its number in kernels."""
     causes: ClassVar[Mapping[str, str]]
     """Kinds of events, in the order in which the kernel numbers its causes -> what happened."""
+    unit: ClassVar[str] = "Pa"
+    """Unit of what decides and of its limit."""
 
     def constants(self) -> tuple[float, float, float]:
         """Return what the kernel's function takes."""

@@ -16,6 +16,7 @@ class Strain(Criterion):
     tensile: float = field(..., "strain h_max / r0 along a pair that breaks it", "1", gt=0.0)
     shear: float = field(1e300, "shear angle that breaks a pair", "1", gt=0.0)
     code = STRAIN
+    unit = "1"
     causes = {
         "stretch_break": "the strain along a pair reached its limit",
         "angle_break": "the shear angle of a pair reached its limit",

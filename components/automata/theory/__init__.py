@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .collision import restitution
 from .dispersion import lattice_frequencies, leapfrog_frequency, rotation_frequency
 from .speeds import longitudinal_speed, shear_speed
 from .strength import (
@@ -22,6 +23,7 @@ __all__ = [
     "leapfrog_frequency",
     "longitudinal_speed",
     "platen_stress",
+    "restitution",
     "rotation_frequency",
     "shear_speed",
     "splitting_tension",

@@ -230,7 +230,7 @@ def make_confinement(
     * `clock` (2), `hold`, `step_error_reward`, `render_mode`: of `ComponentEnv`.
 
     ## Version history
-    * v2: each episode draws its strengths; a constant of 0.5 and another best drive.
+    * v2: each episode draws its strengths; contacts press from the distance at which their links would rest.
     * v1: one draw of strengths for all.
     """
     row = 0.5 * math.sqrt(3.0) * _DIAMETER

@@ -1,0 +1,85 @@
+"""Links that break or are made anew: their weights fall or rise over several steps, and a contact comes or goes.
+
+What a change of weights takes of the energy of the link, of both volumes and of the contact is counted in the step itself.
+"""
+
+from __future__ import annotations
+
+from ..support.jit import inlined, jit
+from .bonds import opposite_slot, pair_energy, volume_energy
+from .contact import FIRST, SECOND, SLOT, START, contact_energy
+
+# Places in a tally of losses, and what stands for "contacts have to be found anew" in the last one.
+FRACTURE, FRICTION, INELASTIC, DAMPING, LINKING, TRAVEL, LOSSES = 0, 1, 2, 3, 4, 5, 6
+NEVER_FOUND = 1e300
+
+
+@inlined
+def _put_weight(body, bonds, pairs, row, weight):
+    """Write the weight of a link at both of its ends."""
+    i, j, slot = pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT]
+    bonds.weight[i, slot] = weight
+    bonds.weight[j, opposite_slot(body.directions.shape[0], slot)] = weight
+
+
+@inlined
+def _scheduled_weight(pairs, row, tick, release):
+    """Return the weight of a link after an internal step: falling since it broke, rising since it was made anew."""
+    start = pairs[row, START]
+    if start >= 0:
+        return max(0.0, 1.0 - (tick - start + 1) / release)
+    return min(1.0, (tick + start + 2) / release)
+
+
+@jit
+def change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses):
+    """Let the weight of the link of a contact go on, and count the energy that this takes.
+
+    The forces of this step get the mean of the weights before and after it, as the kick belongs to both halves of the step;
+    `settle_weights` then writes the weight after it.
+
+    Args:
+        body: a `Body`.
+        ground: a `Ground`.
+        bonds: `Bonds`, updated in place.
+        law: a `Law`.
+        motion: a `Motion`.
+        half: see `pair.orient`, shape (n, 2).
+        contacts: `Contacts`.
+        row: of the contact.
+        tick: number of the internal step.
+        losses: see FRACTURE, updated in place.
+    """
+    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
+    before, after = bonds.weight[i, slot], _scheduled_weight(contacts.pairs, row, tick, law.release)
+    energy = 0.0
+    for sign in (1.0, -1.0):
+        energy += sign * (volume_energy(body, bonds, motion.displacement, half, i))
+        energy += sign * (volume_energy(body, bonds, motion.displacement, half, j))
+        energy += sign * bonds.weight[i, slot] * pair_energy(body, bonds, motion.displacement, half, i, slot)
+        energy += sign * contact_energy(ground, bonds, motion, contacts, row, 0.0)
+        _put_weight(body, bonds, contacts.pairs, row, after)
+    _put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
+    losses[FRACTURE if contacts.pairs[row, START] >= 0 else LINKING] += energy
+
+
+@jit
+def change_weights(body, ground, bonds, law, motion, half, contacts, count, tick, losses):
+    """Let the weights of all links go on that are between 0 and 1; arguments as for `change_weight`."""
+    for row in range(count):
+        slot = contacts.pairs[row, SLOT]
+        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
+            change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses)
+
+
+@jit
+def settle_weights(body, bonds, law, contacts, count, tick, losses):
+    """Give links whose weights change those after an internal step; arguments as for `change_weight`."""
+    for row in range(count):
+        slot = contacts.pairs[row, SLOT]
+        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
+            weight = _scheduled_weight(contacts.pairs, row, tick, law.release)
+            _put_weight(body, bonds, contacts.pairs, row, weight)
+            if weight == 1.0:
+                # It holds: before the next step its contact goes from the list.
+                losses[TRAVEL] = NEVER_FOUND

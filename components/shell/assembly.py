@@ -1,0 +1,169 @@
+"""The tables of a body for kernels, from its parameters."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..support.arrays import FloatArray
+from .boundaries import Conditions, edge_nodes, make_conditions
+from .geometry.lattice import Lattice
+from .hourglass import make_hourglass
+from .integration import IntegrationPoints, LinePoints, integration_points
+from .layout import Body, Hourglass, IndexArray, IntArray, Solid, Surface
+from .parameters import ShellParameters
+from .stencils import Stencils, make_stencils
+from .zero_modes import RIGID_MOTIONS, zero_mode_count
+
+# Layers, rule, points through the thickness, basis and radius that are known to have no modes without energy.
+_KNOWN = (3, "column", 2, "linear", 1.7)
+
+
+class Assembly(NamedTuple):
+    """The tables that the component builds once.
+
+    Attributes:
+        lattice: the nodes.
+        points: the integration points.
+        stencils: of the points.
+        solid: the tables of the kernels, without step and wall.
+        conditions: what is prescribed.
+    """
+
+    lattice: Lattice
+    points: IntegrationPoints
+    stencils: Stencils
+    solid: Solid
+    conditions: Conditions
+
+
+def assemble(p: ShellParameters) -> Assembly:
+    """Return the tables.
+
+    Raises:
+        ParameterError: the rule has modes without energy, or the neighbours of a point do not span the basis.
+    """
+    refuse_soft_rule(p)
+    lattice, rule, radius = p.body.lattice(), p.rule, p.chosen_radius
+    points = integration_points(lattice, rule.surface, rule.through)
+    try:
+        stencils = make_stencils(lattice, points.lines, (radius, radius, radius), p.basis)
+    except ValueError as error:
+        raise ParameterError(str(error), expected="more", hint="give a larger radius, or more nodes", at="radius") from None
+    conditions = make_conditions(p.body, lattice, p.boundaries)
+    mass = p.material.density * lattice.volumes
+    seen_begin, seen_point, seen_slot = transpose(stencils, lattice.node_count)
+    body = Body(
+        mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, points.volume, points.sine,
+        points.cosine, seen_begin, seen_point, seen_slot, conditions.prescribed, np.zeros(0),
+    )  # fmt: skip
+    solid = Solid(
+        body, chosen_hourglass(p, lattice), inner_surface(lattice), p.material.constants(1.0), False, 1.0,
+        np.zeros(2), lattice.nodes,
+    )  # fmt: skip
+    return Assembly(lattice, points, stencils, solid, conditions)
+
+
+def refuse_soft_rule(p: ShellParameters) -> None:
+    """Raise `ParameterError` where the integration rule has modes without energy besides the rigid motions."""
+    chosen = (p.body.counts[2], p.rule.surface, p.rule.through, p.basis, p.chosen_radius)
+    if chosen == _KNOWN:
+        return
+    try:
+        modes = zero_mode_count(*chosen)
+    except ValueError as error:
+        raise ParameterError(
+            f"got {p.chosen_radius:g} spacings: {error}", expected="a radius within which there are enough nodes",
+            hint="give a larger one, or leave it out", at="radius",
+        ) from None  # fmt: skip
+    if modes != RIGID_MOTIONS:
+        raise ParameterError(
+            f"got {p.rule.surface!r} with {p.rule.through} points through {p.body.counts[2]} layers, basis {p.basis!r}, radius "
+            f"{p.chosen_radius:g}: a free patch has {modes} modes without energy",
+            expected=f"{RIGID_MOTIONS}, the rigid motions",
+            hint="take more points, or surface = 'cell'", at="integration",
+        )  # fmt: skip
+
+
+def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, IndexArray]:
+    """Return for each node where its list begins, the points that see it in ascending order, and which neighbour it is."""
+    begin = stencils.begin.astype(np.int64)
+    order = np.argsort(stencils.nodes, kind="stable")
+    counts = np.bincount(stencils.nodes, minlength=nodes)
+    point = np.repeat(np.arange(len(begin) - 1), np.diff(begin))[order]
+    slot = order - begin[point]
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    return ends.astype(np.uint32), point.astype(np.uint32), slot.astype(np.uint32)
+
+
+def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:
+    """Return the ties between columns, none of a rule that needs none."""
+    if p.rule.surface == "column" and p.hourglass > 0.0:
+        return make_hourglass(lattice, p.rule.through, p.material.young, p.hourglass)
+    return Hourglass(
+        lattice.shape[2], 1, np.zeros(lattice.shape[2]), np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int64), np.zeros((0, 4)),
+        np.zeros((0, 4)),
+    )  # fmt: skip
+
+
+def inner_surface(lattice: Lattice) -> Surface:
+    """Return the surface on which the pressure acts: the inner one of a tube, the lower one of a plate."""
+    n, m, _ = lattice.shape
+    nodes = edge_nodes(lattice, "bottom")
+    station, place = (one.ravel() for one in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
+    return Surface(nodes, station, grid_neighbours(lattice), lattice.nodes[nodes])
+
+
+def grid_neighbours(lattice: Lattice) -> IntArray:
+    """Return for each column the ones before and after it along and across, itself where there is none, shape (n m, 4)."""
+    n, m, _ = lattice.shape
+    along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
+    before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)
+    if lattice.axes[1].closed:
+        left, right = (across - 1) % m, (across + 1) % m
+    else:
+        left, right = np.maximum(across - 1, 0), np.minimum(across + 1, m - 1)
+    found = (before * m + across, after * m + across, along * m + left, along * m + right)
+    return np.stack([one.ravel() for one in found], axis=1)
+
+
+def node_stencils(assembly: Assembly, p: ShellParameters) -> Stencils:
+    """Return the stencils of the nodes themselves, at which displacements are reported."""
+    lines = [LinePoints(np.arange(axis.count, dtype=np.float64), axis.widths) for axis in assembly.lattice.axes]
+    radius = p.chosen_radius
+    return make_stencils(assembly.lattice, (lines[0], lines[1], lines[2]), (radius, radius, radius), p.basis)
+
+
+def surface_quads(lattice: Lattice) -> IntArray:
+    """Return the four columns around each cell of the surface, in order around it, shape (cells, 4)."""
+    n, m, _ = lattice.shape
+    rows = m if lattice.axes[1].closed else m - 1
+    along, across = (one.ravel() for one in np.meshgrid(np.arange(n - 1), np.arange(rows), indexing="ij"))
+    after = (across + 1) % m
+    quads = (along * m + across, (along + 1) * m + across, (along + 1) * m + after, along * m + after)
+    return np.stack(quads, axis=1)
+
+
+def gauge_columns(p: ShellParameters, lattice: Lattice) -> IntArray:
+    """Return the column nearest to each gauge.
+
+    Raises:
+        ParameterError: a gauge does not lie on the body.
+    """
+    found = []
+    for number, place in enumerate(p.gauges):
+        indices = []
+        for axis, value, unit in zip(lattice.axes[:2], place, ("m", "rad" if lattice.bent else "m"), strict=True):
+            low, high = axis.positions[0], axis.positions[-1] + (axis.period - axis.positions[-1] if axis.closed else 0.0)
+            if not low <= value <= high:
+                raise ParameterError(
+                    f"got {value:g} {unit}", expected=f"{low:g} to {high:g} {unit}", at=("gauges", number, len(indices))
+                )
+            distance: FloatArray = np.abs(axis.positions - value)
+            if axis.closed:
+                distance = np.minimum(distance, axis.period - distance)
+            indices.append(int(distance.argmin()))
+        found.append(indices[0] * lattice.shape[1] + indices[1])
+    return np.array(found, dtype=np.int64)

@@ -1,0 +1,383 @@
+"""The solid as a component: thin walls in three dimensions, by moving least squares, in total Lagrangian form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..component import Component
+from ..contract import Balance, Variable
+from ..drawables import Cells, Drawable, Points
+from ..errors import ParameterError, StepError
+from ..snapshot import FloatArray
+from ..support.roots import round_down_to_125
+from . import energies, kernels, layout
+from .assembly import Assembly, assemble, gauge_columns, node_stencils, surface_quads
+from .drive import pattern_of, tick_signals
+from .integration import RuleName
+from .layout import IntArray, Solid, State
+from .parameters import ShellParameters
+from .stability import ALLOWED, SUGGESTED, WALL_STIFFNESS, highest_frequency
+from .stencils import Stencils
+
+_STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
+# What a node, and an integration point, take at most: tables, state, its copy, scratch.
+_BYTES_OF_NODE, _BYTES_OF_POINT = 420, 720
+_POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
+# Status -> what happened, and to which output.
+_FAILURES = {
+    layout.INVERTED: ("the body is inverted, its volume {value:.3g} of that at the start", "stress"),
+    layout.STRAINED: ("a strain of {value:.3g} in one tick, more than {limit:g},", "stress"),
+    layout.FLOWN: ("a plastic strain of {value:.3g}, more than {limit:g},", "plastic_strain"),
+    layout.HEATED: ("{value:.4g} K, more than {limit:g} K,", "temperature"),
+}
+# Part of the energy that hourglass control may hold without a caution.
+_HOURGLASS_PART = 0.05
+
+
+class Shell(Component):
+    """A solid with thin walls, meshfree and in three dimensions: the tube of Gato & Shie (2010).
+
+    Displacements are sums of moving-least-squares functions in material coordinates; weak form, central differences. See
+    `ShellParameters`.
+    """
+
+    name = "shell"
+    Parameters = ShellParameters
+    parameters: ShellParameters
+
+    # -- building ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def memory_needed(cls, parameters: ShellParameters) -> int:
+        """Return what tables, state, its copy and the kernels' scratch take."""
+        along, across, layers = parameters.body.counts
+        points = along * across * parameters.rule.through * _POINTS_OF_CELL[parameters.rule.surface]
+        return _BYTES_OF_NODE * along * across * layers + _BYTES_OF_POINT * points
+
+    def _build(self) -> None:
+        p = self.parameters
+        self._assembly: Assembly = assemble(p)
+        self.nodes: FloatArray = self._assembly.lattice.nodes
+        self.mass: FloatArray = self._assembly.solid.body.mass
+        self.highest_frequency: float = highest_frequency(self._assembly.solid)
+        if self.highest_frequency == 0.0:
+            raise ParameterError("boundaries: no node can move; leave an edge free, or give more nodes")
+        self.step_size = self._suggest_step() if p.step_size is None else p.step_size
+        self._refuse_large_step()
+        self._solid: Solid = self._finish_solid()
+        self._gauges: IntArray = gauge_columns(p, self._assembly.lattice)
+        self._lay_out_state()
+
+    def _suggest_step(self) -> float:
+        return round_down_to_125(SUGGESTED * 2.0 / self.highest_frequency)
+
+    def _refuse_large_step(self) -> None:
+        if self.highest_frequency * self.step_size > 2.0 * ALLOWED:
+            largest = 2.0 / self.highest_frequency
+            raise ParameterError(
+                f"got {self.step_size:g} s",
+                expected=f"at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest stable one",
+                hint="leave it out, or give fewer nodes", at="step_size",
+            )  # fmt: skip
+
+    def _finish_solid(self) -> Solid:
+        """Return the tables with what depends on the step."""
+        p, conditions = self.parameters, self._assembly.conditions
+        stiffness = WALL_STIFFNESS * self.highest_frequency * self.highest_frequency * self.mass
+        body = self._assembly.solid.body._replace(bounce=stiffness if conditions.wall[1] else np.zeros(0))
+        return self._assembly.solid._replace(
+            body=body, law=p.material.constants(self.step_size), plastic=p.material.name != "elastic", step=self.step_size,
+            wall=conditions.wall,
+        )  # fmt: skip
+
+    def _lay_out_state(self) -> None:
+        n, m, s = len(self.nodes), self.point_count, len(self._solid.surface.nodes)
+        plastic = m if self._solid.plastic else 0
+        self._lay_out(
+            displacement=("f8", (n, 3)), velocity=("f8", (n, 3)), force=("f8", (n, 3)), gradient=("f8", (m, 9)),
+            stress=("f8", (m, 6)), plastic_strain=("f8", (plastic,)), temperature=("f8", (plastic,)),
+            plastic_work=("f8", (plastic,)), area=("f8", (s, 3)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
+        )  # fmt: skip
+        self._state = State(*(self._block[name] for name in _STATE))
+        self._scratch = layout.make_scratch(m, len(self._solid.hourglass.partner), s)
+        self._failed = np.zeros(2, dtype=np.int64)
+
+    @property
+    def point_count(self) -> int:
+        """Number of integration points."""
+        return len(self._assembly.points.volume)
+
+    @cached_property
+    def _node_stencils(self) -> Stencils:
+        return node_stencils(self._assembly, self.parameters)
+
+    # -- the contract -----------------------------------------------------------------------------------------------
+
+    def _declare(self) -> Iterable[Variable]:
+        n, m, k, s = len(self.nodes), self.point_count, len(self._gauges), len(self._solid.surface.nodes)
+        stations, nodes, points = self._assembly.lattice.shape[0], ("node", "direction"), ("point",)
+        yield Variable(
+            "pressure", "input", "Pa", (stations,), "pressure on the inner surface (of a plate the lower one) at each plane of "
+            "nodes along the body; it follows the surface", start=0.0, axes=("station",), nominal=1e6,
+        )  # fmt: skip
+        for edge, axis in self._assembly.conditions.moved.items():
+            shape, text = ((3,), "velocity") if axis < 0 else ((), f"velocity along {'xyz'[axis]}")
+            yield Variable(
+                f"{edge}_velocity", "input", "m/s", shape, f"{text} of the {edge} edge", start=0.0,
+                axes=("direction",)[: len(shape)],
+            )  # fmt: skip
+        yield Variable(
+            "nodal_displacement", "output", "m", (n, 3), "parameters u_J of the nodes, which the field does not pass "
+            "through; a start value gives stresses too, elastically, where they have none of their own", state=True, axes=nodes,
+        )  # fmt: skip
+        yield Variable("nodal_velocity", "output", "m/s", (n, 3), "parameters of the velocity", state=True, axes=nodes)
+        yield Variable("displacement", "output", "m", (n, 3), "displacement where the nodes are", axes=nodes)
+        yield Variable("velocity", "output", "m/s", (n, 3), "velocity where the nodes are", axes=nodes)
+        yield Variable(
+            "stress", "output", "Pa", (m, 6), "Kirchhoff stress xx, yy, zz, xy, yz, zx of the integration points, tension "
+            "positive", state=True, axes=("point", "entry"),
+        )  # fmt: skip
+        yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=points)
+        yield Variable(
+            "plastic_strain", "output", "1", (m,), "equivalent plastic strain of the points", minimum=0.0, axes=points,
+            state=self._solid.plastic,
+        )  # fmt: skip
+        yield Variable(
+            "temperature", "output", "K", (m,), "temperature of the points", minimum=0.0, axes=points,
+            state=self._solid.plastic,
+        )  # fmt: skip
+        yield Variable(
+            "node_stress", "output", "Pa", (n,), "mean equivalent stress around each node", minimum=0.0, axes=("node",)
+        )
+        yield Variable(
+            "surface_displacement", "output", "m", (s, 3), "displacement of the outer surface, of a plate the upper one",
+            axes=("surface_node", "direction"),
+        )  # fmt: skip
+        yield Variable(
+            "surface_stress", "output", "Pa", (s,), "mean equivalent stress around the nodes of the outer surface", minimum=0.0,
+            axes=("surface_node",),
+        )  # fmt: skip
+        yield Variable(
+            "surface_plastic_strain", "output", "1", (s,), "mean plastic strain around the nodes of the outer surface",
+            minimum=0.0, axes=("surface_node",),
+        )  # fmt: skip
+        yield Variable(
+            "gauge_strain", "output", "1", (k, 2), "Green-Lagrange strain on the outer surface at the `gauges`: along the "
+            "body, and across or around it (hoop strain)", axes=("gauge", "direction"),
+        )  # fmt: skip
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        state, top = self._state, self.surface_nodes
+        return {
+            "nodal_displacement": lambda: state.displacement,
+            "nodal_velocity": lambda: state.velocity,
+            "displacement": lambda: self._field(state.displacement),
+            "velocity": lambda: self._field(state.velocity),
+            "stress": lambda: state.stress,
+            "equivalent_stress": self._equivalent_stress,
+            "plastic_strain": self._plastic_strain,
+            "temperature": self._temperature,
+            "node_stress": lambda: self._at_nodes(self._equivalent_stress()),
+            "surface_displacement": lambda: self._field(state.displacement)[top],
+            "surface_stress": lambda: self._at_nodes(self._equivalent_stress())[top],
+            "surface_plastic_strain": lambda: self._at_nodes(self._plastic_strain())[top],
+            "gauge_strain": self._gauge_strain,
+        }
+
+    @property
+    def surface_nodes(self) -> IntArray:
+        """Numbers of the nodes of the outer surface, of a plate the upper one."""
+        return self._assembly.lattice.columns()[:, -1]
+
+    def _field(self, parameters: FloatArray) -> FloatArray:
+        """Return a field where the nodes are, from its parameters, shape (n, 3)."""
+        some, out = self._node_stencils, np.zeros_like(parameters)
+        kernels.interpolate(some.begin, some.nodes, some.kind, some.first, some.values, parameters, out)
+        return out
+
+    def _at_nodes(self, values: FloatArray) -> FloatArray:
+        """Return means of a field of the points around each node, shape (n,)."""
+        out = np.zeros(len(self.nodes))
+        kernels.spread_to_nodes(self._solid.body, self._assembly.stencils.values, values, out)
+        return out
+
+    @np.errstate(all="ignore")
+    def _equivalent_stress(self) -> FloatArray:
+        xx, yy, zz, xy, yz, zx = self._state.stress.T
+        spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+        return np.sqrt(0.5 * spread + 3.0 * (xy * xy + yz * yz + zx * zx))
+
+    def _plastic_strain(self) -> FloatArray:
+        return self._state.plastic_strain if self._solid.plastic else np.zeros(self.point_count)
+
+    def _temperature(self) -> FloatArray:
+        at_start = self.parameters.initial_temperature
+        return self._state.temperature if self._solid.plastic else np.full(self.point_count, at_start)
+
+    def _gauge_strain(self) -> FloatArray:
+        """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
+        some, found = self._node_stencils, np.zeros((len(self._gauges), 2))
+        for row, column in enumerate(self._gauges):
+            node = self.surface_nodes[column]
+            first = int(some.first[some.kind[node]])
+            u = self._state.displacement[some.nodes[some.begin[node] : some.begin[node + 1]]]
+            gradients = some.gradients[first : first + len(u)]
+            sine, cosine = self._turn_of_column(int(column))
+            for k, axis in enumerate(([1.0, 0.0, 0.0], [0.0, cosine, -sine])):
+                change = (u * gradients[:, k : k + 1]).sum(axis=0)
+                along = change[0] * axis[0] + change[1] * axis[1] + change[2] * axis[2]
+                found[row, k] = along + 0.5 * (change * change).sum()
+        return found
+
+    def _turn_of_column(self, column: int) -> tuple[float, float]:
+        lattice = self._assembly.lattice
+        place = column % lattice.shape[1]
+        sine, cosine = lattice.turn(lattice.axes[1].positions[place : place + 1])
+        return float(sine[0]), float(cosine[0])
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        state = self._state
+        if self._solid.plastic:
+            state.temperature[:] = values.get("temperature", self.parameters.initial_temperature)
+            state.plastic_strain[:] = values.get("plastic_strain", 0.0)
+            self._refuse_bad_start()
+        if "nodal_displacement" in values:
+            # As if it had happened in one tick.
+            state.displacement[:] = values["nodal_displacement"]
+            self._refuse_held("nodal_displacement", state.displacement)
+        if self._update_forces():
+            raise ParameterError(
+                f"the body would be inverted or strained beyond measure at point {self._failed[0]}",
+                expected="smaller displacements", at=("start", "nodal_displacement"),
+            )  # fmt: skip
+        if "stress" in values:
+            state.stress[:] = values["stress"]
+            self._update_forces()
+        if "nodal_velocity" in values:
+            state.velocity[:] = values["nodal_velocity"]
+            self._refuse_held("nodal_velocity", state.velocity)
+        kernels.measure_wall(self._solid, state, self._block["tally"])
+        kernels.write_areas(self._solid, state)
+        sums = self._sums()
+        self._block["start"][:] = sums["energy"], *sums["momentum"]
+        return {}
+
+    def _update_forces(self) -> int:
+        """Advance stresses elastically to the displacements of now, and write the forces; return 0 or a status."""
+        elastic = self._solid._replace(plastic=False)
+        return int(kernels.update_forces(elastic, self._state, self._scratch, 0, self.point_count, self._failed))
+
+    def _refuse_bad_start(self) -> None:
+        if not (self._state.temperature > 0.0).all():
+            raise ParameterError("got 0 or less", expected="more than 0 everywhere", at=("start", "temperature"))
+        if not (self._state.plastic_strain >= 0.0).all():
+            raise ParameterError("got less than 0", expected="0 or more everywhere", at=("start", "plastic_strain"))
+
+    def _refuse_held(self, name: str, value: FloatArray) -> None:
+        held = self._solid.body.prescribed == 255
+        if (value[held] != 0.0).any():
+            node, direction = (int(one[0]) for one in np.nonzero(held & (value != 0.0)))
+            raise ParameterError(
+                f"got {value[node, direction]:g} where a boundary holds the node",
+                expected="0",
+                at=("start", name, node, direction),
+            )
+
+    def tables(self) -> tuple[Solid, State, layout.Scratch, FloatArray]:
+        """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
+        return self._solid, self._state, self._scratch, self._block["tally"]
+
+    def _advance(self, ticks: int) -> int:
+        signals = tick_signals(self._held, self._assembly.conditions.moved, self._tick, ticks)
+        return int(
+            kernels.advance(
+                self._solid, self._state, self._scratch, signals, pattern_of(self._held["pressure"]), self._block["tally"],
+                self._tick, self._failed,
+            )
+        )  # fmt: skip
+
+    def _explain(self, status: int) -> StepError:
+        point, tick = (int(number) for number in self._failed)
+        time, where = tick * self.step_size, self._place_of(point)
+        value, limit = (float(number) for number in self._scratch.pull[point, :2])
+        what, variable = _FAILURES[status]
+        return StepError(
+            f"{variable}: {what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
+            f"less, or take a smaller step_size (now {self.step_size:g} s)",
+            time=time, variable=variable, index=point, value=value, limit=limit,
+        )  # fmt: skip
+
+    def _place_of(self, point: int) -> str:
+        """Return where an integration point is, in words."""
+        lines = self._assembly.points.lines
+        indices = np.unravel_index(point, [len(line.at) for line in lines])
+        axes = self._assembly.lattice.axes
+        x, y, z = (float(axis.at(line.at[[i]])[0]) for axis, line, i in zip(axes, lines, indices, strict=True))
+        if self._assembly.lattice.bent:
+            return f"x = {x:.4g} m, angle {y:.3g} rad, radius {z:.4g} m"
+        return f"x, y, z = {x:.4g}, {y:.4g}, {z:.4g} m"
+
+    # -- reading ----------------------------------------------------------------------------------------------------
+
+    @np.errstate(all="ignore")
+    def _sums(self) -> dict[str, Any]:
+        """Return energies and momentum as they are."""
+        return energies.measure(self._solid, self._state)
+
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy, momentum, and mass.
+
+        `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass: with it, the energy that the scheme conserves for a
+        linear body. What is left over is of second order in the step.
+        """
+        sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
+        stored = {name: sums[name] for name in energies.STORED}
+        supplied = {"pressure_work": float(tally[layout.PRESSURE_WORK]), "boundary_work": float(tally[layout.BOUNDARY_WORK])}
+        lost = {"plastic_work": sums["plastic_work"]}
+        wall = np.array([tally[layout.WALL_IMPULSE], 0.0, 0.0])
+        impulse = {
+            "pressure_impulse": tally[layout.PRESSURE_IMPULSE : layout.PRESSURE_IMPULSE + 3],
+            "boundary_impulse": tally[layout.BOUNDARY_IMPULSE : layout.BOUNDARY_IMPULSE + 3],
+            "wall_impulse": wall,
+        }
+        mass = float(self.mass.sum())
+        return (
+            Balance("energy", "J", stored, supplied, lost, float(start[0])),
+            Balance("momentum", "kg m/s", {"momentum": sums["momentum"]}, impulse, initial=start[1:4]),
+            Balance("mass", "kg", {"mass": mass}, initial=mass),
+        )
+
+    def report(self) -> dict[str, float]:
+        """Return how close the step is to the largest stable one, and what the body has borne."""
+        sums = self._sums()
+        stored = sums["elastic_energy"] + sums["kinetic_energy"] + sums["plastic_work"]
+        return {
+            "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
+            "largest equivalent stress now, Pa": float(self._equivalent_stress().max()),
+            "largest plastic strain": float(self._plastic_strain().max()),
+            "highest temperature, K": float(self._temperature().max()),
+            "hourglass energy over that of the body": sums["hourglass_energy"] / stored if stored > 0.0 else 0.0,
+        }
+
+    def cautions(self) -> list[str]:
+        """Return a sentence where the hourglass control holds more than it should."""
+        part = self.report()["hourglass energy over that of the body"]
+        if part <= _HOURGLASS_PART:
+            return []
+        return [
+            f"hourglass control holds {part:.1%} of the energy: displacements alternate from column to column; give more "
+            "nodes, or integration = {surface = 'cell'}"
+        ]
+
+    def drawables(self) -> tuple[Drawable, ...]:
+        """Return the outer surface and all nodes, coloured by the equivalent stress."""
+        lattice = self._assembly.lattice
+        size = 0.5 * float(min(axis.slope(np.zeros(1))[0] for axis in lattice.axes[::2]))
+        return (
+            Cells("surface", self.nodes[self.surface_nodes], surface_quads(lattice), "surface_stress", "surface_displacement"),
+            Points("nodes", self.nodes, np.full(len(self.nodes), size), "displacement", "node_stress"),
+        )

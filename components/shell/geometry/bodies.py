@@ -1,0 +1,114 @@
+"""Bodies, by name: a plate, a tube, a rod."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import SerializeAsAny
+
+from ...support.fields import Positive, field
+from ...support.tagged_union import ByName, Named
+from .axis import Axis, closed_axis, even_axis
+from .lattice import Lattice
+
+# The ends of the three axes of a lattice, by name.
+EDGES = {"start": (0, 0), "end": (0, -1), "left": (1, 0), "right": (1, -1), "bottom": (2, 0), "top": (2, -1)}
+
+
+class BodyShape(Named):
+    """A body, chosen by its `name`."""
+
+    open_edges: ClassVar[tuple[str, ...]] = tuple(EDGES)
+
+    def lattice(self) -> Lattice:
+        """Return its nodes."""
+        raise NotImplementedError
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Numbers of nodes along, across and through."""
+        raise NotImplementedError
+
+    @property
+    def edges(self) -> tuple[str, ...]:
+        """Names of the edges that it has."""
+        return tuple(EDGES)
+
+
+class Plate(BodyShape):
+    """A plate from the origin along x, y and z."""
+
+    name: Literal["plate"] = field("plate", "length along x, width along y, thickness along z", "1")
+    length: Positive = field(0.02, "along x", "m")
+    width: Positive = field(0.01, "along y", "m")
+    thickness: Positive = field(0.00089, "along z", "m")
+    along: int = field(21, "planes of nodes along x", "1", ge=3)
+    across: int = field(11, "planes of nodes along y", "1", ge=3)
+    layers: int = field(3, "planes of nodes along z, the two surfaces among them", "1", ge=2)
+
+    def lattice(self) -> Lattice:
+        """Return its nodes."""
+        return Lattice(
+            (even_axis(self.length, self.along), even_axis(self.width, self.across), even_axis(self.thickness, self.layers)),
+            bent=False,
+        )
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Numbers of nodes along, across and through."""
+        return self.along, self.across, self.layers
+
+
+class Rod(BodyShape):
+    """A rod of square cross-section from the origin along x."""
+
+    name: Literal["rod"] = field("rod", "a square rod along x", "1")
+    length: Positive = field(0.03, "along x", "m")
+    side: Positive = field(0.006, "along y and z", "m")
+    along: int = field(31, "planes of nodes along x", "1", ge=3)
+    across: int = field(7, "planes of nodes along y and along z", "1", ge=3)
+
+    def lattice(self) -> Lattice:
+        """Return its nodes."""
+        side = even_axis(self.side, self.across)
+        return Lattice((even_axis(self.length, self.along), side, side), bent=False)
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Numbers of nodes along, across and through."""
+        return self.along, self.across, self.across
+
+
+class Tube(BodyShape):
+    """A tube around the x axis; by default a piece of that of Gato & Shie (2010)."""
+
+    name: Literal["tube"] = field("tube", "a tube around the x axis", "1")
+    length: Positive = field(0.02, "along x", "m")
+    inner_radius: Positive = field(0.01975, "of the inner surface", "m")
+    wall: Positive = field(0.00089, "thickness of the wall", "m")
+    along: int = field(21, "planes of nodes along x", "1", ge=3)
+    around: int = field(96, "planes of nodes around; of a half tube from one plane of symmetry to the other", "1", ge=4)
+    layers: int = field(3, "nodes through the wall, on both surfaces and between", "1", ge=2)
+    half: bool = field(False, "only y >= 0; y = 0 is a plane of symmetry", "1")
+
+    def lattice(self) -> Lattice:
+        """Return its nodes."""
+        ring = even_axis(math.pi, self.around) if self.half else closed_axis(2.0 * math.pi, self.around)
+        part = np.arange(self.layers) / (self.layers - 1)
+        return Lattice((even_axis(self.length, self.along), ring, Axis(self.inner_radius + self.wall * part)), bent=True)
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Numbers of nodes along, around and through."""
+        return self.along, self.around, self.layers
+
+    @property
+    def edges(self) -> tuple[str, ...]:
+        """Names of the edges that it has; those of a half tube across y = 0 are planes of symmetry anyway."""
+        return ("start", "end")
+
+
+BODIES: dict[str, type[BodyShape]] = {"plate": Plate, "tube": Tube, "rod": Rod}
+ChosenBody = Annotated[SerializeAsAny[BodyShape], ByName(BODIES)]

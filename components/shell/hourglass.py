@@ -1,0 +1,157 @@
+"""Hourglass control: ties between neighbouring columns against what integration points at the columns do not see.
+
+The derivative in the middle of three columns is blind to displacements that alternate from column to column. Between columns
+C and D at a distance X the mean displacements through the thickness have to follow the mean of both gradients,
+
+    r = (u_D - u_C) - (H_C + H_D) X / 2,    energy k r^2 / 2,    k = alpha E A / |X|.
+
+r is 0 to the third order of a smooth field, so that bending is not stiffened, and it is twice the amplitude of an alternating
+one. All forces derive from the energy: momentum and angular momentum are kept. Beyond the flow stress times A the force does
+not grow. Source: the idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87, with both gradients.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from ..materials.thermoviscoplastic import flow_stress
+from ..support.jit import jit
+from .geometry.lattice import Lattice
+from .layout import Hourglass, IntArray
+
+
+@jit
+def misfit(solid, state, c, d):
+    """Return r of the tie from column c to column d [m]: x, y, z."""
+    tied, u, h = solid.hourglass, state.displacement, state.gradient
+    dx, dy, dz = (
+        tied.place[d, 0] - tied.place[c, 0], tied.place[d, 1] - tied.place[c, 1], tied.place[d, 2] - tied.place[c, 2]
+    )  # fmt: skip
+    x, y, z = 0.0, 0.0, 0.0
+    for layer in range(tied.layers):
+        a, b, share = c * tied.layers + layer, d * tied.layers + layer, tied.shares[layer]
+        x += share * (u[b, 0] - u[a, 0])
+        y += share * (u[b, 1] - u[a, 1])
+        z += share * (u[b, 2] - u[a, 2])
+    part = 0.5 / tied.points
+    for point in range(tied.points):
+        p, q = c * tied.points + point, d * tied.points + point
+        x -= part * ((h[p, 0] + h[q, 0]) * dx + (h[p, 1] + h[q, 1]) * dy + (h[p, 2] + h[q, 2]) * dz)
+        y -= part * ((h[p, 3] + h[q, 3]) * dx + (h[p, 4] + h[q, 4]) * dy + (h[p, 5] + h[q, 5]) * dz)
+        z -= part * ((h[p, 6] + h[q, 6]) * dx + (h[p, 7] + h[q, 7]) * dy + (h[p, 8] + h[q, 8]) * dz)
+    return x, y, z
+
+
+@jit
+def largest_force(solid, state, c, d, section):
+    """Return what the flow stress lets a tie bear [N]: that of the weaker column."""
+    points = solid.hourglass.points
+    least = np.inf
+    for point in range(points):
+        for p in (c * points + point, d * points + point):
+            least = min(least, flow_stress(solid.law, state.plastic_strain[p], state.temperature[p]))
+    return least * section
+
+
+@jit
+def hold_columns(solid, state, scratch, begin, end):
+    """Write the forces of the ties on some columns, and add to what pulls at their points."""
+    tied, pull, body = solid.hourglass, scratch.pull, solid.body
+    for c in range(begin, end):
+        fx, fy, fz = 0.0, 0.0, 0.0
+        txx, txy, txz, tyx, tyy, tyz, tzx, tzy, tzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for side in range(4):
+            d = tied.partner[c, side]
+            if d >= 0:
+                x, y, z = misfit(solid, state, c, d)
+                scale = tied.stiffness[c, side]
+                if solid.plastic:
+                    size, most = scale * sqrt(x * x + y * y + z * z), tied.section[c, side]
+                    if size > most * solid.law.yield_stress * 1e-3:
+                        most = largest_force(solid, state, c, d, most)
+                        scale = scale * most / size if size > most else scale
+                x, y, z = scale * x, scale * y, scale * z
+                fx, fy, fz = fx + x, fy + y, fz + z
+                dx, dy, dz = (
+                    tied.place[d, 0] - tied.place[c, 0], tied.place[d, 1] - tied.place[c, 1],
+                    tied.place[d, 2] - tied.place[c, 2],
+                )  # fmt: skip
+                txx, txy, txz = txx + dx * x, txy + dx * y, txz + dx * z
+                tyx, tyy, tyz = tyx + dy * x, tyy + dy * y, tyz + dy * z
+                tzx, tzy, tzz = tzx + dz * x, tzy + dz * y, tzz + dz * z
+        scratch.column_force[c, 0], scratch.column_force[c, 1], scratch.column_force[c, 2] = fx, fy, fz
+        part = 0.5 / tied.points
+        for point in range(tied.points):
+            p = c * tied.points + point
+            cosine, sine = part * body.cosine[p], part * body.sine[p]
+            pull[p, 0] -= part * txx
+            pull[p, 1] -= part * txy
+            pull[p, 2] -= part * txz
+            pull[p, 3] -= cosine * tyx - sine * tzx
+            pull[p, 4] -= cosine * tyy - sine * tzy
+            pull[p, 5] -= cosine * tyz - sine * tzz
+            pull[p, 6] -= sine * tyx + cosine * tzx
+            pull[p, 7] -= sine * tyy + cosine * tzy
+            pull[p, 8] -= sine * tyz + cosine * tzz
+
+
+@jit
+def hourglass_energy(solid, state):
+    """Return the energy of all ties [J]; beyond the largest force that of a constant one."""
+    tied = solid.hourglass
+    energy = 0.0
+    for c in range(tied.partner.shape[0]):
+        for side in range(4):
+            d = tied.partner[c, side]
+            if d >= 0:
+                x, y, z = misfit(solid, state, c, d)
+                long, stiffness = sqrt(x * x + y * y + z * z), tied.stiffness[c, side]
+                most = np.inf
+                if solid.plastic:
+                    most = largest_force(solid, state, c, d, tied.section[c, side])
+                if stiffness * long > most:
+                    energy += 0.5 * (most * (long - 0.5 * most / stiffness))
+                else:
+                    energy += 0.25 * stiffness * long * long  # half of the tie: the other column has the rest
+    return energy
+
+
+def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) -> Hourglass:
+    """Return the ties of a body whose points lie at the columns.
+
+    A column at an end of an axis sees its neighbour's derivative one-sided, which is not blind: ties along the axis end before.
+
+    Args:
+        lattice: the body.
+        points: integration points of a column.
+        young: [Pa].
+        alpha: stiffness of the ties over that of the material between the columns; 0 for no ties.
+    """
+    n, m, layers = lattice.shape
+    volumes = lattice.volumes.reshape(n * m, layers)
+    shares = volumes[0] / volumes[0].sum()
+    place = np.einsum("ckd,k->cd", lattice.nodes.reshape(n * m, layers, 3), shares)
+    partner = np.stack([*_partners(lattice, 0), *_partners(lattice, 1)], axis=-1).reshape(n * m, 4)
+    partner = np.where(alpha > 0.0, partner, -1)
+    distance = np.linalg.norm(place[partner] - place[:, None], axis=2)
+    distance = np.where(partner >= 0, distance, 1.0)
+    # Volume of half of both columns over the distance: the section of what lies between them.
+    section = 0.5 * (volumes.sum(axis=1)[:, None] + volumes.sum(axis=1)[partner]) / distance
+    section = np.where(partner >= 0, section, 0.0)
+    return Hourglass(layers, points, shares, place, partner, alpha * young * section / distance, section)
+
+
+def _partners(lattice: Lattice, axis: int) -> tuple[IntArray, IntArray]:
+    """Return the columns before and after each one along an axis, -1 where there is no tie, shape (n, m)."""
+    n, m, _ = lattice.shape
+    columns = np.arange(n * m).reshape(n, m)
+    before, after = np.roll(columns, 1, axis=axis), np.roll(columns, -1, axis=axis)
+    if not lattice.axes[axis].closed:
+        at = np.arange(columns.shape[axis]).reshape((-1, 1) if axis == 0 else (1, -1))
+        last = columns.shape[axis] - 1
+        inner = (at > 0) & (at < last)
+        before = np.where(inner & (at - 1 > 0), before, -1)
+        after = np.where(inner & (at + 1 < last), after, -1)
+    return before, after

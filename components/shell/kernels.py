@@ -1,0 +1,354 @@
+"""The solid over one tick, in total Lagrangian form: drift, strains and stresses at the points, forces at the nodes, kick.
+
+    f_I = -sum_p V_p (dN_I/dX_j)(X_p) P_ji,    P = F^-1 tau,    F = 1 + sum_J u_J (x) dN_J/dX
+
+A tick is a half kick, a drift, new stresses and forces, a half kick (velocity Verlet, which is the central difference of the
+paper with the velocities of whole ticks). Points gather from their neighbours, and nodes from the points that see them, both
+in a fixed order: the bits do not depend on who does which part.
+Source: Gato & Shie (2010), section 2.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from ..materials.finite_strain import nominal_stress, strain_and_spin, turn_stress
+from ..materials.thermoviscoplastic import advance_stress, elastic_moduli
+from ..support.jit import inlined, jit
+from .hourglass import hold_columns
+from .layout import (
+    BOUNDARY_IMPULSE,
+    BOUNDARY_WORK,
+    FLOWN,
+    HEATED,
+    INVERTED,
+    PRESSURE_IMPULSE,
+    PRESSURE_WORK,
+    STRAINED,
+    WALL_FORCE,
+    WALL_IMPULSE,
+)
+
+# A plastic strain, a temperature [K] or a strain in one tick beyond these is absurd.
+LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4, 0.2
+
+
+@jit
+def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed):
+    """Advance by as many ticks as `signals` has rows; return 0 or a status of `layout`.
+
+    Args:
+        solid: `layout.Solid`.
+        state: `layout.State`.
+        scratch: `layout.Scratch`.
+        signals: in the middle of each tick the factor of the pressure, then velocities of edges, shape (ticks, k).
+        pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
+        tally: shape (TALLY,).
+        first_tick: before the first of these ticks.
+        failed: of a failure the point and the tick, shape (2,).
+    """
+    for row in range(signals.shape[0]):
+        failed[1] = first_tick + row + 1
+        drift(solid, state, scratch, signals[row], pressures, tally)
+        status = update_forces(solid, state, scratch, 0, solid.body.volume.size, failed)
+        if status != 0:
+            return status
+        kick(solid, state, scratch, signals[row], pressures, tally)
+    return 0
+
+
+@jit
+def drift(solid, state, scratch, signals, pressures, tally):
+    """Make the first half kick, and move the nodes; tally what prescribed velocities do."""
+    body, surface, step = solid.body, solid.surface, solid.step
+    u, v, f, mass, prescribed = state.displacement, state.velocity, state.force, body.mass, body.prescribed
+    half, factor = 0.5 * step, signals[0]
+    for s in range(surface.nodes.size):
+        j = surface.nodes[s]
+        load = half * factor * pressures[surface.station[s]]
+        for i in range(3):
+            scratch.before[s, i] = v[j, i]
+            impulse = load * state.area[s, i]
+            tally[PRESSURE_IMPULSE + i] += impulse
+            if prescribed[j, i] == 0:
+                v[j, i] += impulse / mass[j]
+            else:
+                tally[BOUNDARY_IMPULSE + i] -= impulse
+    for j in range(mass.size):
+        share = half / mass[j]
+        for i in range(3):
+            if prescribed[j, i] == 0:
+                v[j, i] += share * f[j, i]
+            else:
+                given = signals[prescribed[j, i]] if prescribed[j, i] < 255 else 0.0
+                tally[BOUNDARY_IMPULSE + i] += mass[j] * (given - v[j, i]) - half * f[j, i]
+                tally[BOUNDARY_WORK] += 0.5 * mass[j] * (given * given - v[j, i] * v[j, i]) - half * f[j, i] * given
+                v[j, i] = given
+            u[j, i] += step * v[j, i]
+    tally[WALL_IMPULSE] += half * tally[WALL_FORCE]
+
+
+@jit
+def kick(solid, state, scratch, signals, pressures, tally):
+    """Make the second half kick with the new forces, and tally the work of the pressure."""
+    body, surface, step = solid.body, solid.surface, solid.step
+    v, f, mass, prescribed = state.velocity, state.force, body.mass, body.prescribed
+    half, factor = 0.5 * step, signals[0]
+    for j in range(mass.size):
+        share = half / mass[j]
+        for i in range(3):
+            if prescribed[j, i] == 0:
+                v[j, i] += share * f[j, i]
+            else:
+                tally[BOUNDARY_IMPULSE + i] -= half * f[j, i]
+                tally[BOUNDARY_WORK] -= half * f[j, i] * v[j, i]
+    measure_wall(solid, state, tally)
+    tally[WALL_IMPULSE] += half * tally[WALL_FORCE]
+    work = 0.0
+    for s in range(surface.nodes.size):
+        j = surface.nodes[s]
+        pressure = factor * pressures[surface.station[s]]
+        x, y, z = surface_area(surface, state.displacement, s)
+        for i in range(3):
+            new = x if i == 0 else (y if i == 1 else z)
+            impulse = half * pressure * new
+            tally[PRESSURE_IMPULSE + i] += impulse
+            if prescribed[j, i] == 0:
+                v[j, i] += impulse / mass[j]
+                work += 0.5 * half * pressure * (state.area[s, i] + new) * (scratch.before[s, i] + v[j, i])
+            else:
+                tally[BOUNDARY_IMPULSE + i] -= impulse
+            state.area[s, i] = new
+    tally[PRESSURE_WORK] += work
+
+
+@jit
+def surface_area(surface, u, s):
+    """Return the area of the inner surface on one of its nodes, along its normal into the body [m^2]: x, y, z.
+
+    A quarter of the four triangles to its neighbours, twice: exact for the quarter cells of a plane surface.
+    """
+    before, after, left, right = surface.around[s, 0], surface.around[s, 1], surface.around[s, 2], surface.around[s, 3]
+    ax, ay, az = edge(surface, u, before, after)
+    bx, by, bz = edge(surface, u, left, right)
+    return 0.25 * (ay * bz - az * by), 0.25 * (az * bx - ax * bz), 0.25 * (ax * by - ay * bx)
+
+
+@jit
+def edge(surface, u, first, second):
+    """Return the vector from one node of the surface to another, as they are now [m]."""
+    a, b, x = surface.nodes[first], surface.nodes[second], surface.reference
+    return (
+        (x[second, 0] + u[b, 0]) - (x[first, 0] + u[a, 0]),
+        (x[second, 1] + u[b, 1]) - (x[first, 1] + u[a, 1]),
+        (x[second, 2] + u[b, 2]) - (x[first, 2] + u[a, 2]),
+    )
+
+
+@jit
+def update_forces(solid, state, scratch, begin, end, failed):
+    """Advance stresses to the displacements of now, and write the forces; return 0 or a status of `layout`."""
+    status = update_stresses(solid, state, scratch, begin, end, failed)
+    if status == 0:
+        hold_columns(solid, state, scratch, 0, solid.hourglass.partner.shape[0])
+        gather_forces(solid, state, scratch, 0, solid.body.mass.size)
+    return status
+
+
+@jit
+def update_stresses(solid, state, scratch, begin, end, failed):
+    """Advance the stresses of some points to the displacements of now, and write what pulls on their nodes.
+
+    Returns:
+        0, or a status; then `failed` holds the point, and `scratch.pull` in its row the value that decided and its limit.
+    """
+    body, law, u = solid.body, solid.law, state.displacement
+    starts, nodes, kind, first, gradients = body.begin, body.nodes, body.kind, body.first, body.gradients
+    old, stress, pull = state.gradient, state.stress, scratch.pull
+    lame, shear = elastic_moduli(law, law.reference_temperature)
+    for p in range(begin, end):
+        axx, axy, axz, ayx, ayy, ayz, azx, azy, azz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        row = first[kind[p]]
+        for entry in range(starts[p], starts[p + 1]):
+            j = nodes[entry]
+            ux, uy, uz = u[j, 0], u[j, 1], u[j, 2]
+            gx, gy, gz = gradients[row, 0], gradients[row, 1], gradients[row, 2]
+            row += np.uint32(1)
+            axx += ux * gx
+            axy += ux * gy
+            axz += ux * gz
+            ayx += uy * gx
+            ayy += uy * gy
+            ayz += uy * gz
+            azx += uz * gx
+            azy += uz * gy
+            azz += uz * gz
+        # From the frame of the point to that of the body.
+        c, s = body.cosine[p], body.sine[p]
+        axy, axz = c * axy + s * axz, c * axz - s * axy
+        ayy, ayz = c * ayy + s * ayz, c * ayz - s * ayy
+        azy, azz = c * azy + s * azz, c * azz - s * azy
+        gxx, gyy, gzz = 1.0 + axx, 1.0 + ayy, 1.0 + azz
+        determinant = gxx * (gyy * gzz - ayz * azy) + axy * (ayz * azx - ayx * gzz) + axz * (ayx * azy - gyy * azx)
+        if not (determinant > 0.0 and determinant < 1e300):
+            failed[0], pull[p, 0], pull[p, 1] = p, determinant, 0.0
+            return INVERTED
+        dxx, dyy, dzz, dxy, dyz, dzx, wxy, wyz, wzx = strain_and_spin(
+            1.0 + old[p, 0], old[p, 1], old[p, 2], old[p, 3], 1.0 + old[p, 4], old[p, 5], old[p, 6], old[p, 7],
+            1.0 + old[p, 8], gxx, axy, axz, ayx, gyy, ayz, azx, azy, gzz,
+        )  # fmt: skip
+        largest = max(abs(dxx), abs(dyy), abs(dzz), abs(dxy), abs(dyz), abs(dzx))
+        if not largest < LARGEST_STRAIN_OF_TICK:
+            failed[0], pull[p, 0], pull[p, 1] = p, largest, LARGEST_STRAIN_OF_TICK
+            return STRAINED
+        old[p, 0], old[p, 1], old[p, 2], old[p, 3], old[p, 4] = axx, axy, axz, ayx, ayy
+        old[p, 5], old[p, 6], old[p, 7], old[p, 8] = ayz, azx, azy, azz
+        xx, yy, zz, xy, yz, zx = turn_stress(
+            stress[p, 0], stress[p, 1], stress[p, 2], stress[p, 3], stress[p, 4], stress[p, 5], wxy, wyz, wzx
+        )
+        if solid.plastic:
+            txx, tyy, tzz, txy, tyz, tzx, strain, temperature, work = advance_stress(
+                law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, state.plastic_strain[p], state.temperature[p]
+            )
+            if not strain < LARGEST_PLASTIC_STRAIN:
+                failed[0], pull[p, 0], pull[p, 1] = p, strain, LARGEST_PLASTIC_STRAIN
+                return FLOWN
+            if not temperature < LARGEST_TEMPERATURE:
+                failed[0], pull[p, 0], pull[p, 1] = p, temperature, LARGEST_TEMPERATURE
+                return HEATED
+            if work > 0.0:
+                lame, shear = elastic_moduli(law, state.temperature[p])
+                state.plastic_work[p] += dissipation(
+                    lame, shear, xx, yy, zz, xy, yz, zx, txx, tyy, tzz, txy, tyz, tzx, dxx, dyy, dzz, dxy, dyz, dzx
+                )
+            xx, yy, zz, xy, yz, zx = txx, tyy, tzz, txy, tyz, tzx
+            state.plastic_strain[p], state.temperature[p] = strain, temperature
+        else:
+            volumetric, double = lame * (dxx + dyy + dzz), 2.0 * shear
+            xx, yy, zz = xx + volumetric + double * dxx, yy + volumetric + double * dyy, zz + volumetric + double * dzz
+            xy, yz, zx = xy + double * dxy, yz + double * dyz, zx + double * dzx
+        stress[p, 0], stress[p, 1], stress[p, 2] = xx, yy, zz
+        stress[p, 3], stress[p, 4], stress[p, 5] = xy, yz, zx
+        pxx, pxy, pxz, pyx, pyy, pyz, pzx, pzy, pzz = nominal_stress(
+            gxx, axy, axz, ayx, gyy, ayz, azx, azy, gzz, xx, yy, zz, xy, yz, zx
+        )
+        volume = body.volume[p]
+        c, s = volume * c, volume * s
+        pull[p, 0], pull[p, 1], pull[p, 2] = volume * pxx, volume * pxy, volume * pxz
+        pull[p, 3], pull[p, 4], pull[p, 5] = c * pyx - s * pzx, c * pyy - s * pzy, c * pyz - s * pzz
+        pull[p, 6], pull[p, 7], pull[p, 8] = s * pyx + c * pzx, s * pyy + c * pzy, s * pyz + c * pzz
+    return 0
+
+
+@inlined
+def dissipation(lame, shear, axx, ayy, azz, axy, ayz, azx, bxx, byy, bzz, bxy, byz, bzx, dxx, dyy, dzz, dxy, dyz, dzx):
+    """Return the work of a tick that is not stored, by the mean of both stresses: plastic, and against thermal expansion.
+
+    a is the turned stress before the tick, b that after it [Pa], d the strain of the tick; then Lame's constants [Pa].
+    """
+    mxx, myy, mzz, mxy, myz, mzx = axx + bxx, ayy + byy, azz + bzz, axy + bxy, ayz + byz, azx + bzx
+    work = mxx * dxx + myy * dyy + mzz * dzz + 2.0 * (mxy * dxy + myz * dyz + mzx * dzx)
+    shape = (
+        mxx * (bxx - axx) + myy * (byy - ayy) + mzz * (bzz - azz)
+        + 2.0 * (mxy * (bxy - axy) + myz * (byz - ayz) + mzx * (bzx - azx))
+    )  # fmt: skip
+    trace = (mxx + myy + mzz) * (bxx + byy + bzz - axx - ayy - azz)
+    return 0.5 * (work - (shape - trace * lame / (3.0 * lame + 2.0 * shear)) / (2.0 * shear))
+
+
+@jit
+def gather_forces(solid, state, scratch, begin, end):
+    """Write the forces on some nodes: of the points that see them, of the hourglass control, of a wall."""
+    body, pull, force = solid.body, scratch.pull, state.force
+    starts, points, slots, kind, first = body.seen_begin, body.seen_point, body.seen_slot, body.kind, body.first
+    gradients, layers, shares = body.gradients, solid.hourglass.layers, solid.hourglass.shares
+    held, has_wall = solid.hourglass.partner.shape[0] > 0, body.bounce.size > 0
+    for j in range(begin, end):
+        x, y, z = 0.0, 0.0, 0.0
+        for entry in range(starts[j], starts[j + 1]):
+            p = points[entry]
+            row = first[kind[p]] + slots[entry]
+            gx, gy, gz = gradients[row, 0], gradients[row, 1], gradients[row, 2]
+            x -= gx * pull[p, 0] + gy * pull[p, 3] + gz * pull[p, 6]
+            y -= gx * pull[p, 1] + gy * pull[p, 4] + gz * pull[p, 7]
+            z -= gx * pull[p, 2] + gy * pull[p, 5] + gz * pull[p, 8]
+        if held:
+            column, share = j // layers, shares[j % layers]
+            x += share * scratch.column_force[column, 0]
+            y += share * scratch.column_force[column, 1]
+            z += share * scratch.column_force[column, 2]
+        if has_wall:
+            depth = wall_depth(solid, state, j)
+            x += solid.wall[1] * body.bounce[j] * depth
+        force[j, 0], force[j, 1], force[j, 2] = x, y, z
+
+
+@jit
+def wall_depth(solid, state, j):
+    """Return how far a node is behind the wall [m]."""
+    depth = solid.wall[1] * (solid.wall[0] - (solid.reference[j, 0] + state.displacement[j, 0]))
+    return depth if depth > 0.0 else 0.0
+
+
+@jit
+def measure_wall(solid, state, tally):
+    """Write the force of the wall on the body now [N]."""
+    force = 0.0
+    for j in range(solid.body.bounce.size):
+        force += solid.wall[1] * solid.body.bounce[j] * wall_depth(solid, state, j)
+    tally[WALL_FORCE] = force
+
+
+@jit
+def write_areas(solid, state):
+    """Write the area of the inner surface on each of its nodes."""
+    for s in range(solid.surface.nodes.size):
+        state.area[s, 0], state.area[s, 1], state.area[s, 2] = surface_area(solid.surface, state.displacement, s)
+
+
+@jit
+def norm_ratio(image, vector, mass):
+    """Return |image| / |vector| in the norm that weighs nodes with their masses; both of shape (n, 3)."""
+    above, below = 0.0, 0.0
+    for j in range(mass.size):
+        for i in range(3):
+            above += mass[j] * image[j, i] * image[j, i]
+            below += mass[j] * vector[j, i] * vector[j, i]
+    return sqrt(above / below)
+
+
+@jit
+def interpolate(begin, nodes, kind, first, values, field, out):
+    """Write a field at points, from its parameters at the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J."""
+    for p in range(out.shape[0]):
+        x, y, z = 0.0, 0.0, 0.0
+        row = first[kind[p]]
+        for entry in range(begin[p], begin[p + 1]):
+            j, value = nodes[entry], values[row]
+            row += np.uint32(1)
+            x += value * field[j, 0]
+            y += value * field[j, 1]
+            z += value * field[j, 2]
+        out[p, 0], out[p, 1], out[p, 2] = x, y, z
+
+
+@jit
+def spread_to_nodes(body, values, weights, out):
+    """Write at each node the mean of a field over the points that see it, each with its volume and how much it sees.
+
+    Args:
+        body: `layout.Body`.
+        values: shape functions, shape (rows,).
+        weights: the field at the points, shape (m,).
+        out: shape (n,).
+    """
+    for j in range(out.size):
+        total, field = 0.0, 0.0
+        for entry in range(body.seen_begin[j], body.seen_begin[j + 1]):
+            p = body.seen_point[entry]
+            share = abs(values[body.first[body.kind[p]] + body.seen_slot[entry]]) * body.volume[p]
+            total += share
+            field += share * weights[p]
+        out[j] = field / total

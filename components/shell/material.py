@@ -1,0 +1,33 @@
+"""Materials of the solid, by name: elastic, or that of Gato & Shie (2010), which flows, hardens, heats itself and softens."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import SerializeAsAny
+
+from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
+from ..support.fields import field
+from ..support.tagged_union import ByName, Named
+
+
+class LinearElastic(Named):
+    """Hooke's law for the Jaumann rate of the Kirchhoff stress."""
+
+    name: Literal["elastic"] = field("elastic", "a material that never yields", "1")
+    young: float = field(69e9, "Young's modulus", "Pa", gt=0.0)
+    poisson: float = field(0.33, "Poisson's ratio", "1", gt=-1.0, le=0.49)
+    density: float = field(2719.0, "mass density", "kg/m^3", gt=0.0)
+
+    def constants(self, step_size: float) -> FlowConstants:
+        """Return what kernels want to know, for ticks of this length [s]; nothing of the flow."""
+        law = Thermoviscoplastic(
+            young=self.young, poisson=self.poisson, density=self.density, temperature_dependent=False, softening=0.0
+        )
+        return law.constants(step_size)
+
+
+SolidMaterial = LinearElastic | Thermoviscoplastic
+ChosenMaterial = Annotated[
+    SerializeAsAny[SolidMaterial], ByName({"elastic": LinearElastic, "thermoviscoplastic": Thermoviscoplastic})
+]

@@ -1,0 +1,101 @@
+"""Parameters of the solid."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from ..support.fields import NotNegative, Pair, Positive, field
+from ..support.validation import Parameters
+from .boundaries import BoundaryName, EdgeName
+from .geometry.bodies import BodyShape, ChosenBody, Rod, Tube
+from .integration import RuleName
+from .material import ChosenMaterial, LinearElastic, SolidMaterial
+from .shape_functions import BasisName
+
+# Radius within which a point sees nodes, in spacings: with each basis the smallest that is sound.
+_RADII = {"linear": 1.7, "quadratic": 2.7}
+
+
+class Integration(Parameters):
+    """The points at which stresses are computed."""
+
+    surface: RuleName = Field(
+        "column", description="column: a point at each column of nodes; cell: 2 x 2 between columns",
+        json_schema_extra={"unit": "1"},
+    )  # fmt: skip
+    through: int = field(2, "Gauss points through the thickness, at least the layers less one", "1", ge=1, le=8)
+
+
+class ShellParameters(Parameters):
+    """A solid of thin walls, in three dimensions and without a mesh; by default a ring of the tube of Gato & Shie (2010)."""
+
+    body: ChosenBody = field(Tube(), "plate, tube or rod, with its measures and numbers of nodes", "1")
+    material: ChosenMaterial = field(
+        LinearElastic(), "elastic {young, poisson, density} or thermoviscoplastic (Gato & Shie 2010)", "1"
+    )
+    boundaries: dict[EdgeName, BoundaryName] = field(
+        {},
+        "edge (start, end, left, right, bottom, top) -> clamped, symmetry, moved (its velocity is an input), platen (the same, "
+        "along its normal and without friction), or wall (start or end: a rigid wall that may be left); else free",
+        "1",
+    )
+    basis: BasisName = field("linear", "what the shape functions reproduce: linear or quadratic fields", "1")
+    radius: Positive | None = field(
+        None, "within which a point sees nodes, in spacings; default: 1.7, with the quadratic basis 2.7", "1", le=6.0
+    )
+    integration: Integration | None = field(
+        None, "{surface, through}; default: columns with a point less than there are layers, of a rod cells", "1"
+    )
+    hourglass: NotNegative = field(
+        0.05, "stiffness against displacements that alternate from column to column, over that of the material", "1", le=1.0
+    )
+    gauges: list[Pair] = field(
+        [], "places on the outer surface whose strain has outputs: x and, of a tube, the angle from z to y [rad], or y", "m"
+    )
+    initial_temperature: Positive = field(293.0, "temperature at the start", "K")
+    step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
+
+    @property
+    def shape(self) -> BodyShape:
+        """The body."""
+        return self.body
+
+    @property
+    def solid_material(self) -> SolidMaterial:
+        """The material."""
+        return self.material
+
+    @property
+    def chosen_radius(self) -> float:
+        """Radius within which a point sees nodes, in spacings."""
+        return _RADII[self.basis] if self.radius is None else self.radius
+
+    @property
+    def rule(self) -> Integration:
+        """The integration rule."""
+        if self.integration is not None:
+            return self.integration
+        layers = self.body.counts[2]
+        return Integration(surface="cell" if isinstance(self.body, Rod) else "column", through=max(layers - 1, 2))
+
+    @model_validator(mode="after")
+    def _validate_boundaries(self) -> ShellParameters:
+        edges = self.body.edges
+        for edge, kind in self.boundaries.items():
+            if edge not in edges:
+                raise ValueError(f"boundaries: got {edge!r}, expected an edge of the {self.body.name}: {', '.join(edges)}")
+            if kind == "wall" and edge not in ("start", "end"):
+                raise ValueError(f"boundaries.{edge}: got 'wall', expected it at start or end")
+        if [*self.boundaries.values()].count("wall") > 1:
+            raise ValueError("boundaries: got two walls, expected at most one")
+        return self
+
+    @model_validator(mode="after")
+    def _validate_rule(self) -> ShellParameters:
+        layers, through = self.body.counts[2], self.rule.through
+        if through < layers - 1:
+            raise ValueError(
+                f"integration.through: got {through} points through {layers} layers of nodes, expected at least {layers - 1}: "
+                "fewer leave modes without energy"
+            )
+        return self

@@ -1,0 +1,120 @@
+"""Moving least squares: shape functions and their full derivatives, for many points at a time.
+
+N_J = p(0)^T A^-1 p_J W_J, A = sum p_J p_J^T W_J, with the basis p in coordinates relative to the point, and
+
+    N_J,k = (p_,k - A_,k A^-1 p(0))^T A^-1 p_J W_J + p(0)^T A^-1 p_J W_J,k.
+
+Sums go over the neighbours one by one, and the moment matrix is decomposed without a library: the same bits on every machine.
+The functions reproduce what the basis spans, and do not interpolate: the field at a node is not that node's parameter.
+Source: Gato & Shie (2010), after (2).
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from ..support.arrays import FloatArray
+
+BasisName = Literal["linear", "quadratic"]
+# A pivot of the moment matrix that is so much smaller than what it came from is rounding: its point sees too few nodes.
+_SMALLEST_PIVOT = 1e-10
+
+
+def quartic_spline(s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return W = 1 - 6 s^2 + 8 s^3 - 3 s^4 for |s| < 1 and its derivative, 0 beyond."""
+    a = np.abs(s)
+    inside = a < 1.0
+    value = 1.0 + a * a * (-6.0 + a * (8.0 - 3.0 * a))
+    slope = s * (-12.0 + a * (24.0 - 12.0 * a))
+    return np.where(inside, value, 0.0), np.where(inside, slope, 0.0)
+
+
+def basis_at(offsets: FloatArray, basis: BasisName) -> list[FloatArray]:
+    """Return the basis at offsets (..., 3): 1, the three coordinates, and their six products where it is quadratic."""
+    x, y, z = offsets[..., 0], offsets[..., 1], offsets[..., 2]
+    linear = [np.ones_like(x), x, y, z]
+    return linear if basis == "linear" else [*linear, x * x, y * y, z * z, y * z, z * x, x * y]
+
+
+def moving_least_squares(
+    offsets: FloatArray, weights: FloatArray, slopes: FloatArray, basis: BasisName
+) -> tuple[FloatArray, FloatArray]:
+    """Return shape functions (k, s) and their gradients (k, s, 3) [1/m] at s points of k neighbours each.
+
+    Args:
+        offsets: of the neighbours from the point, shape (k, s, 3) [m].
+        weights: of the neighbours, 0 for such as are none, shape (k, s).
+        slopes: gradients of the weights with respect to the point, shape (k, s, 3) [1/m].
+        basis: what is reproduced.
+
+    Raises:
+        ValueError: the neighbours of a point do not span the basis; its number is the argument.
+    """
+    length = np.abs(np.where(weights[..., None] > 0.0, offsets, 0.0)).max(axis=(0, 2))
+    p = basis_at(offsets / length[:, None], basis)
+    lower, pivots = decompose(_moments(p, weights))
+    unit = [np.ones_like(length), *[np.zeros_like(length) for _ in p[1:]]]
+    at_point = solve(lower, pivots, unit)
+    spread = _combine(p, at_point)
+    gradients = np.empty_like(offsets)
+    for k in range(3):
+        change = [-(one * spread * slopes[..., k]).sum(axis=0) for one in p]
+        change[1 + k] = change[1 + k] + 1.0 / length
+        gradients[..., k] = _combine(p, solve(lower, pivots, change)) * weights + spread * slopes[..., k]
+    return spread * weights, gradients
+
+
+def _combine(p: list[FloatArray], factors: list[FloatArray]) -> FloatArray:
+    """Return the sum of the basis functions at the neighbours, each times a factor of the point, shape (k, s)."""
+    total = p[0] * factors[0]
+    for one, factor in zip(p[1:], factors[1:], strict=True):
+        total = total + one * factor
+    return total
+
+
+def _moments(p: list[FloatArray], weights: FloatArray) -> list[list[FloatArray]]:
+    """Return the lower triangle of the moment matrix, row by row, each entry of shape (s,)."""
+    return [[(p[row] * p[column] * weights).sum(axis=0) for column in range(row + 1)] for row in range(len(p))]
+
+
+def decompose(matrix: list[list[FloatArray]]) -> tuple[list[list[FloatArray]], list[FloatArray]]:
+    """Return L and D of A = L D L^T for many symmetric matrices, whose lower triangle is given; L without its diagonal.
+
+    Raises:
+        ValueError: one is singular to working precision; its number is the argument.
+    """
+    lower: list[list[FloatArray]] = []
+    pivots: list[FloatArray] = []
+    for row, entries in enumerate(matrix):
+        scaled: list[FloatArray] = []
+        for column in range(row):
+            entry = entries[column]
+            for k in range(column):
+                entry = entry - scaled[k] * lower[column][k]
+            scaled.append(entry)
+        factors = [entry / pivots[column] for column, entry in enumerate(scaled)]
+        pivot = entries[row]
+        for factor, entry in zip(factors, scaled, strict=True):
+            pivot = pivot - factor * entry
+        poor = ~(pivot > _SMALLEST_PIVOT * entries[row])
+        if poor.any():
+            raise ValueError(int(np.argmax(poor)))
+        lower.append(factors)
+        pivots.append(pivot)
+    return lower, pivots
+
+
+def solve(lower: list[list[FloatArray]], pivots: list[FloatArray], right: list[FloatArray]) -> list[FloatArray]:
+    """Return x of L D L^T x = right."""
+    found: list[FloatArray] = []
+    for row, entry in enumerate(right):
+        for k in range(row):
+            entry = entry - lower[row][k] * found[k]
+        found.append(entry)
+    found = [entry / pivot for entry, pivot in zip(found, pivots, strict=True)]
+    for row in reversed(range(len(found))):
+        for k in range(row + 1, len(found)):
+            found[row] = found[row] - lower[k][row] * found[k]
+    return found

@@ -1,0 +1,69 @@
+"""The highest frequency of the body at rest, which bounds the step: 2 / omega is the largest that leapfrog bears."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..support.counter_random import uniform
+from ..support.recent import Recent
+from . import kernels
+from .layout import Solid, State, make_scratch
+
+# Displacements, over the size of the stencils, that leave the geometry as it is.
+_SMALL = 1e-7
+_ITERATIONS = 60
+_SETTLED = 1e-4
+# The part of the largest stable step that is allowed, and the part that is suggested.
+ALLOWED, SUGGESTED = 0.9, 0.8
+# Stiffness of a wall against a node over mass times the highest frequency squared: the step is hardly smaller for it, and a
+# node that bounces loses no energy to the step (with ten times as much 1 % of an impact would be lost).
+WALL_STIFFNESS = 0.05
+_found = Recent()
+
+
+def highest_frequency(solid: Solid) -> float:
+    """Return the highest angular frequency of the body at rest [rad/s], by power iteration; 0 where nothing can move.
+
+    Args:
+        solid: without a wall; its material counts as elastic.
+    """
+    body = solid.body
+    tied = solid.hourglass
+    inputs = (
+        body.mass, body.nodes, body.gradients, body.volume, body.prescribed > 0, tied.stiffness, solid.law.young,
+        solid.law.poisson,
+    )  # fmt: skip
+    return _found.get(inputs, lambda: _compute_frequency(solid))
+
+
+def _compute_frequency(solid: Solid) -> float:
+    body = solid.body
+    n, m = len(body.mass), len(body.volume)
+    nothing = np.zeros(0)
+    state = State(
+        np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((m, 9)), np.zeros((m, 6)), nothing, nothing, nothing,
+        np.zeros((0, 3)),
+    )  # fmt: skip
+    scratch, failed = make_scratch(m, len(solid.hourglass.partner), 0), np.zeros(2, dtype=np.int64)
+    held = body.prescribed > 0
+    size = _SMALL / float(np.abs(body.gradients).max())
+    shape = uniform(1, 0, 3 * n).reshape(n, 3) - 0.5
+    square = 0.0
+    for _ in range(_ITERATIONS):
+        shape[held] = 0.0
+        largest = float(np.abs(shape).max())
+        if largest == 0.0:
+            return 0.0
+        state.displacement[:] = shape * (size / largest)
+        state.gradient[:] = 0.0
+        state.stress[:] = 0.0
+        kernels.update_forces(solid._replace(plastic=False), state, scratch, 0, m, failed)
+        state.force[held] = 0.0
+        shape = state.force / (-body.mass[:, np.newaxis])
+        # |K x| / |M x| in the norm of the masses: between Rayleigh's quotient and the highest one.
+        before, square = square, kernels.norm_ratio(shape, state.displacement, body.mass)
+        if abs(square - before) <= _SETTLED * square:
+            break
+    return math.sqrt(square)

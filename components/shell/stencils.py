@@ -1,0 +1,177 @@
+"""Stencils: the nodes that each point sees and their weights, shared by all points whose neighbourhoods look alike.
+
+In its own frame (along, around, through the thickness) a point of an even tube sees what all others in its row see: the
+gradients of the shape functions are kept once for each kind of neighbourhood, and turned by the angle of the point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..support.arrays import FloatArray
+from .geometry.axis import Axis, IntArray
+from .geometry.lattice import Lattice
+from .integration import LinePoints
+from .shape_functions import BasisName, moving_least_squares, quartic_spline
+
+
+class Stencils(NamedTuple):
+    """Neighbours of m points, and their shape functions; s kinds of neighbourhood.
+
+    Attributes:
+        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
+        nodes: the neighbours, shape (entries,).
+        kind: number of each point's stencil, shape (m,).
+        first: where each stencil begins in the two tables, and the end of the last, shape (s + 1,).
+        values: shape functions, shape (rows,).
+        gradients: their gradients in the frame of the point, shape (rows, 3) [1/m].
+    """
+
+    begin: npt.NDArray[np.uint32]
+    nodes: npt.NDArray[np.uint32]
+    kind: npt.NDArray[np.uint32]
+    first: npt.NDArray[np.uint32]
+    values: FloatArray
+    gradients: FloatArray
+
+
+class _Line(NamedTuple):
+    """The planes that points along one axis see; k at most.
+
+    Attributes:
+        planes: shape (m, k); beyond the number of neighbours a copy of the first.
+        present: shape (m, k).
+        kinds: number of the kind of each point, shape (m,).
+        kept: a point of each kind, shape (kinds,).
+        at: fractional indices of the points, shape (m,).
+    """
+
+    planes: IntArray
+    present: npt.NDArray[np.bool_]
+    kinds: IntArray
+    kept: IntArray
+    at: FloatArray
+
+
+def _line(axis: Axis, index: FloatArray, radius: float, shared: bool) -> _Line:
+    found = [axis.neighbours(float(one), radius) for one in index]
+    most = max(map(len, found))
+    planes = np.array([[*some, *[some[0]] * (most - len(some))] for some in found], dtype=np.int64)
+    present = np.array([[number < len(some) for number in range(most)] for some in found])
+    # Planes that look alike from two points, to rounding, make one kind; nothing does through the thickness of a bent body.
+    scale = float(np.abs(axis.slope(index)).min())
+    seen = np.concatenate([axis.at_any(planes) - axis.at(index)[:, None], axis.slope(index)[:, None]], axis=1)
+    rounded = np.rint(np.concatenate([seen / scale, planes - index[:, None], present], axis=1) * 1e9)
+    if not shared:
+        rounded = np.concatenate([rounded, np.arange(len(index))[:, None]], axis=1)
+    _, kept, kinds = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    return _Line(planes, present, kinds.ravel(), kept, index)
+
+
+def make_stencils(
+    lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radii: tuple[float, float, float], basis: BasisName
+) -> Stencils:
+    """Return the stencils of points that are the product of points along the axes.
+
+    Args:
+        lattice: the nodes.
+        lines: points along each axis.
+        radii: within which a point sees nodes along each axis, in spacings.
+        basis: of the shape functions.
+
+    Raises:
+        ValueError: the neighbours of a point do not span the basis.
+    """
+    rows = tuple(
+        _line(axis, line.at, radius, not (lattice.bent and place == 2))
+        for place, (axis, line, radius) in enumerate(zip(lattice.axes, lines, radii, strict=True))
+    )
+    offsets, weights, slopes, present = _neighbourhoods(lattice, rows, radii)
+    try:
+        values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+    except ValueError as error:
+        along, across, through = np.unravel_index(int(str(error)), [len(row.kept) for row in rows])
+        numbers = zip(lattice.axes, rows, (along, across, through), strict=True)
+        place = ", ".join(f"{float(axis.at(row.at[row.kept[number]])):.4g}" for axis, row, number in numbers)
+        raise ValueError(f"the point at {place} sees too few nodes for the basis {basis!r}") from None
+    kind = np.ravel_multi_index(
+        np.meshgrid(*(row.kinds for row in rows), indexing="ij"), [len(row.kept) for row in rows]
+    ).ravel()
+    counts = present.sum(axis=1)
+    nodes, there = _neighbours(lattice, rows)
+    return Stencils(
+        begin=_ends(there.sum(axis=1)),
+        nodes=nodes[there].astype(np.uint32),
+        kind=kind.astype(np.uint32),
+        first=_ends(counts),
+        values=values.T[present],
+        gradients=gradients.swapaxes(0, 1)[present],
+    )
+
+
+def _ends(counts: IntArray) -> npt.NDArray[np.uint32]:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
+
+
+def _product(rows: Sequence[_Line], picks: list[IntArray]) -> list[IntArray]:
+    """Return the planes along each axis that points of the product see, each of shape (points, neighbours)."""
+    shape = [len(pick) for pick in picks] + [row.planes.shape[1] for row in rows]
+    spread = []
+    for place, (row, pick) in enumerate(zip(rows, picks, strict=True)):
+        form = [1] * 6
+        form[place], form[3 + place] = len(pick), row.planes.shape[1]
+        spread.append(np.broadcast_to(row.planes[pick].reshape(form), shape).reshape(shape[0] * shape[1] * shape[2], -1))
+    return spread
+
+
+def _presence(rows: Sequence[_Line], picks: list[IntArray]) -> npt.NDArray[np.bool_]:
+    marked = tuple(row._replace(planes=row.present.astype(np.int64)) for row in rows)
+    first, second, third = _product(marked, picks)
+    return (first & second & third).astype(bool)
+
+
+def _neighbours(lattice: Lattice, rows: Sequence[_Line]) -> tuple[IntArray, npt.NDArray[np.bool_]]:
+    """Return the neighbours of all points, and which of them there are, shape (m, k)."""
+    picks = [np.arange(len(row.at)) for row in rows]
+    return lattice.number(*_product(rows, picks)), _presence(rows, picks)
+
+
+def _neighbourhoods(
+    lattice: Lattice, rows: Sequence[_Line], radii: tuple[float, float, float]
+) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.bool_]]:
+    """Return offsets, weights, gradients of the weights, and which there are, of a point of each kind."""
+    picks = [row.kept for row in rows]
+    seen, present = _product(rows, picks), _presence(rows, picks)
+    points = np.meshgrid(*(row.at[row.kept] for row in rows), indexing="ij")
+    own = [one.ravel()[:, None] for one in points]
+    parts = [quartic_spline((own[k] - seen[k]) / radii[k]) for k in range(3)]
+    there = present.astype(np.float64)
+    weights = parts[0][0] * parts[1][0] * parts[2][0] * there
+    by_index = [parts[k][1] * parts[(k + 1) % 3][0] * parts[(k + 2) % 3][0] * there / radii[k] for k in range(3)]
+    stretch = [axis.slope(one) for axis, one in zip(lattice.axes, own, strict=True)]
+    at_planes = [axis.at_any(planes) for axis, planes in zip(lattice.axes, seen, strict=True)]
+    at_point = [axis.at(one) for axis, one in zip(lattice.axes, own, strict=True)]
+    if lattice.bent:
+        stretch[1] = stretch[1] * at_point[2]
+    offsets = local_offsets(lattice, at_planes, at_point)
+    slopes = np.stack([one / along for one, along in zip(by_index, stretch, strict=True)], axis=-1)
+    return offsets, weights, slopes, present
+
+
+def local_offsets(lattice: Lattice, seen: list[FloatArray], own: list[FloatArray]) -> FloatArray:
+    """Return where nodes lie in the frames of the points that see them, shape (m, k, 3) [m].
+
+    Args:
+        lattice: straight or bent.
+        seen: coordinates of the nodes along each axis, shape (m, k).
+        own: coordinates of the points, shape (m, 1).
+    """
+    along = seen[0] - own[0]
+    if not lattice.bent:
+        return np.stack([along, seen[1] - own[1], seen[2] - own[2]], axis=-1)
+    sine, cosine = lattice.turn(seen[1] - own[1])
+    return np.stack([along, seen[2] * sine, seen[2] * cosine - own[2]], axis=-1)

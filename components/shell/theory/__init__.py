@@ -1,0 +1,16 @@
+"""Exact and classical solutions for thin walls: beams, bars, rings, tubes under pressure."""
+
+from __future__ import annotations
+
+from .beams import cantilever_frequency, cantilever_shape, clamped_bar_frequency
+from .tubes import breathing_frequency, critical_speed, lame_displacement, static_hoop_stress
+
+__all__ = [
+    "breathing_frequency",
+    "cantilever_frequency",
+    "cantilever_shape",
+    "clamped_bar_frequency",
+    "critical_speed",
+    "lame_displacement",
+    "static_hoop_stress",
+]

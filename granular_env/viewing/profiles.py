@@ -1,0 +1,71 @@
+"""The panes of a rerun scene that show a field along a line: a curve over its coordinate; the title says both ranges."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from granular_env.colours import PALETTE, rgb
+from granular_env.components.support.arrays import FloatArray
+
+from .optional_packages import import_optional
+from .scene_data import ProfileFrames
+from .units import label_with_unit
+
+# Width and height of the frame, and the room around it, in pixels of the pane.
+_WIDTH, _HEIGHT, _ROOM = 1000.0, 120.0, 8.0
+_FRAME = (90, 95, 98)
+# Room above the largest value, as a part of the height.
+_HEADROOM = 0.05
+
+
+def profile_entity(profile: ProfileFrames) -> str:
+    """Return the path under which a profile lies."""
+    return f"profiles/{profile.name}"
+
+
+def profile_pane(rrb: Any, profile: ProfileFrames) -> Any:
+    """Return the pane of a profile."""
+    bounds = rrb.VisualBounds2D(x_range=[-_ROOM, _WIDTH + _ROOM], y_range=[-_ROOM, _HEIGHT + _ROOM])
+    quantity, values, x = label_with_unit(profile.variable.name, profile.variable.unit), profile.values, profile.coordinate
+    name = f"{quantity}, {values.min():.3g} to {values.max():.3g}, along x from {x[0]:.3g} to {x[-1]:.3g} m"
+    return rrb.Spatial2DView(origin=profile_entity(profile), name=name, background=[13, 16, 17], visual_bounds=bounds)
+
+
+def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> None:
+    """Send the frame, which stays, and the curve of each instant.
+
+    Args:
+        recording: rerun's recording.
+        profile: the curves.
+        when: rerun's time columns.
+    """
+    rr = import_optional("rerun", "the viewer")
+    low, high = _limits(profile.values)
+    entity = profile_entity(profile)
+    corners = np.array([[0.0, 0.0], [_WIDTH, 0.0], [_WIDTH, _HEIGHT], [0.0, _HEIGHT], [0.0, 0.0]])
+    zero = _heights(np.zeros(2), low, high)
+    lines = [corners, np.column_stack([[0.0, _WIDTH], zero])]
+    recording.log(f"{entity}/frame", rr.LineStrips2D(lines, colors=_FRAME, radii=rr.Radius.ui_points(0.5)), static=True)
+    x = profile.coordinate
+    across = _WIDTH * (x - x[0]) / (x[-1] - x[0])
+    curves = np.stack([np.broadcast_to(across, profile.values.shape), _heights(profile.values, low, high)], axis=2)
+    shown = rr.LineStrips2D.columns(
+        strips=curves.astype(np.float32),
+        colors=np.broadcast_to(np.array(rgb(PALETTE[0]), np.uint8), (len(curves), 3)),
+        radii=np.full(len(curves), rr.Radius.ui_points(1.2), np.float32),
+    )
+    recording.send_columns(f"{entity}/curve", when, shown.partition(np.ones(len(curves), np.int64)))
+
+
+def _limits(values: FloatArray) -> tuple[float, float]:
+    """Return lowest and highest value of the frame; zero lies between."""
+    low, high = min(float(values.min()), 0.0), max(float(values.max()), 0.0)
+    room = _HEADROOM * (high - low) or 1.0
+    return (low - room if low < 0.0 else 0.0), (high + room if high > 0.0 else room)
+
+
+def _heights(values: FloatArray, low: float, high: float) -> FloatArray:
+    """Return where values stand in the frame, downwards from its top."""
+    return _HEIGHT * (high - values) / (high - low)

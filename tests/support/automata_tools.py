@@ -1,0 +1,20 @@
+"""Specimens of automata for tests: density, shear modulus and lambda are 1, and so is the diameter."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import granular_env as ge
+from granular_env.components.automata import Automata
+
+ROW = 0.5 * math.sqrt(3.0)
+SOLID = ge.Material(density=1.0, young=2.5, poisson=0.25)
+BOTH = pytest.mark.parametrize("packing", ["square", "hexagonal"])
+
+
+def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters: object) -> Automata:
+    """Return a rectangle of automata."""
+    shape = {"name": "rectangle", "width": float(columns), "height": rows * (ROW if packing == "hexagonal" else 1.0)}
+    return Automata(**{"shape": shape, "diameter": 1.0, "packing": packing, "material": SOLID, **parameters})

@@ -1,0 +1,42 @@
+"""Small solids for tests, and how often something goes up and down."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import granular_env as ge
+
+ALUMINIUM = {"young": 69e9, "poisson": 0.33, "density": 2719.0}
+RADIUS, WALL = 0.01975, 0.00089
+
+
+def ring(**changes: Any) -> Any:
+    """Return a piece of the paper's tube whose length is held."""
+    body = {"name": "tube", "length": 0.002, "along": 3, "around": 96}
+    return ge.make("shell", **{"body": body, "boundaries": {"start": "symmetry", "end": "symmetry"}, **changes})
+
+
+def strip(poisson: float, **changes: Any) -> Any:
+    """Return a strip of the thickness of the paper's wall that is clamped at one end."""
+    body = {"name": "plate", "length": 0.02, "width": 0.003, "along": 21, "across": 4}
+    material = {"name": "elastic", **ALUMINIUM, "poisson": poisson}
+    return ge.make("shell", **{"body": body, "material": material, "boundaries": {"start": "clamped"}, **changes})
+
+
+def frequency(values: np.ndarray, step: float) -> float:
+    """Return the frequency of an oscillation around the mean of its extremes, from its first and last passage upwards."""
+    centred = values - 0.5 * (values.max() + values.min())
+    before = np.flatnonzero((centred[:-1] <= 0.0) & (centred[1:] > 0.0))
+    at = before - centred[before] / (centred[before + 1] - centred[before])
+    return (len(at) - 1) / ((at[-1] - at[0]) * step)
+
+
+def follow(solid: Any, node: int, direction: int, steps: int, ticks: int = 1, **inputs: Any) -> np.ndarray:
+    """Return the displacement of a node's parameter over so many steps."""
+    found = []
+    for _ in range(steps):
+        solid.step(ticks * solid.step_size, **inputs)
+        found.append(solid.peek("nodal_displacement")[node, direction])
+    return np.array(found)

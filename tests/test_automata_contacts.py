@@ -1,0 +1,216 @@
+"""Contacts of automata: what they take over from links that flowed, dashpots, and contacts that become links again."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.automata_tools import BOTH, block
+
+import granular_env as ge
+from granular_env.components.automata import Automata, theory
+from granular_env.components.errors import ParameterError
+
+# -- no contact begins with an energy that nothing gave -----------------------------------------------------------------------
+
+RESPONSES = [
+    {"name": "plastic", "yield_stress": 5e-3, "hardening": 0.05},
+    {"name": "plastic", "yield_stress": 5e-3},
+    {"name": "plastic_degrading", "yield_stress": 5e-3, "hardening": 0.05},
+]
+
+
+@BOTH
+@pytest.mark.parametrize("response", RESPONSES, ids=["hardening", "ideal", "degrading"])
+def test_what_flowed_together_and_breaks_gives_no_energy_away(packing: str, response: dict[str, Any]) -> None:
+    """Compression with some shear: links flow, then break by their shear angle under pressure."""
+    limits = {"name": "strain", "tensile": 4e-3, "shear": 0.01}
+    edges = {"bottom": "fixed", "top": "velocity"}
+    automata = block(packing, 10, 16, boundaries=edges, response=response, criterion=limits, friction=0.5)
+    taken = [0.0]
+    for _ in range(20):
+        automata.step(5.0, top_velocity=[1e-3, -1e-2])
+        taken.append(automata.get("fracture_energy"))
+    work = automata.get("boundary_work")
+    assert automata.get("broken_links") > 30 and automata.get("inelastic_energy") > 0.1 * work
+    assert min(taken) >= 0.0 and taken[-1] > 0.0
+    assert abs(automata.get("energy_residual")) <= 0.01 * work
+
+
+@pytest.mark.parametrize(
+    ("response", "overlap"),
+    [
+        ({"name": "linear"}, 1.0),
+        # The mean stress K theta, K = 5/3, is left, and of the energy (G / 9 + lambda / 4) e^2: what half of 2.5 o^2 holds.
+        ({"name": "plastic", "yield_stress": 1e-9}, math.sqrt(2.0 * (1.0 / 9.0 + 0.25) / 2.5)),
+    ],
+    ids=["elastic", "flowed"],
+)
+def test_a_contact_is_at_rest_where_its_link_would_be(response: dict[str, Any], overlap: float) -> None:
+    """In uniaxial compression the contact of an elastic link has a whole diameter, that of one which flowed has less."""
+    edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
+    automata = block(columns=4, rows=4, boundaries=edges, response=response, criterion={"name": "strain", "tensile": 1.0})
+    automata.step(2000.0, top_velocity=[0.0, -4e-6])
+    steps: Any = automata.steps
+    steps.judgement.stress[:] = automata.get("stress")
+    steps.judgement.mark[5, 1] = 1.0
+    strain = 1.0 - (automata.get("displacement")[9, 1] - automata.get("displacement")[5, 1] + 1.0)
+    steps.change_links(automata.tick)
+    assert automata._block["contacts"].tolist() == [[5, 9, 1, automata.tick]]
+    assert automata._block["rest"][0] == pytest.approx(1.0 - strain + overlap * strain, abs=0.01 * strain)
+
+
+@BOTH
+def test_a_specimen_sheared_under_pressure_closes_its_energy(packing: str) -> None:
+    """Contacts begin where links are sheared by more than 30 degrees, nearer than a diameter: none of them pushes at once."""
+    edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
+    strong = {"name": "mohr_coulomb", "cohesion": 0.0083, "internal_friction": 1.0, "tensile": 0.0042}
+    automata = block(packing, 16, 12, boundaries=edges, criterion=strong, step_size=0.1)
+    automata.step(40.0, top_velocity=[0.03, -0.012])
+    automata.step(60.0, top_velocity=[0.03, 0.0])
+    work = automata.get("boundary_work")
+    assert automata.get("touching") > 50.0
+    assert abs(automata.get("energy_residual")) <= 0.01 * work
+    assert automata.get("fracture_energy") > 0.0
+
+
+# -- dashpots --------------------------------------------------------------------------------------------------------------
+
+
+def loose_pair(step: float, **parameters: Any) -> tuple[Automata, int, int]:
+    """Return two whole automata that are linked to nothing, far from the others; the second right of the first."""
+    law = {"name": "strain", "tensile": 10.0}
+    automata = block(columns=6, rows=6, criterion=law, step_size=step, **parameters)
+    first, second = (automata.packing.nearest(x, 3.0) for x in (2.0, 4.0))
+    automata.reset(displacement={first: (0.0, 20.0), second: (-0.9, 20.0)})
+    automata._block["weight"][:] = 0.0  # nothing holds anything
+    return automata, first, second
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.2, 0.5])
+def test_a_collision_has_the_restitution_of_its_dashpot(ratio: float) -> None:
+    automata, first, second = loose_pair(0.01, contact_damping=ratio)
+    automata._block["velocity"][first] = (0.01, 0.0)
+    automata._block["start"][:] = automata._sums()[3], *automata._sums()[:3]
+    automata.step(120.0)
+    velocity = automata.get("velocity")
+    found = (velocity[second, 0] - velocity[first, 0]) / 0.01
+    assert found == pytest.approx(theory.restitution(ratio), abs=0.01)
+    assert automata.get("damping_energy") == pytest.approx(0.25 * 1e-4 * (1.0 - found**2), rel=1e-3)
+    assert abs(automata.get("energy_residual")) <= 1e-3 * automata.get("damping_energy")
+    assert abs(automata.get("momentum_residual")[0]) <= 1e-14
+
+
+def test_restitution_falls_from_1() -> None:
+    found = [theory.restitution(ratio) for ratio in (0.0, 0.1, 0.5, 0.9)]
+    assert found[0] == 1.0 and found == sorted(found, reverse=True)
+    # Of the half of a damped period after which a spring that may pull lets go: shorter, so less is lost.
+    assert found[1] > math.exp(-math.pi * 0.1 / math.sqrt(1.0 - 0.01))
+    with pytest.raises(ValueError, match="damping_ratio: got 1, expected at least 0 and less than 1"):
+        theory.restitution(1.0)
+
+
+def crushed(packing: str, **parameters: Any) -> Automata:
+    """Return a specimen between two walls that was crushed between plates, which then stand."""
+    edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
+    law = {"name": "strain", "tensile": 5e-3}
+    automata = block(packing, boundaries=edges, criterion=law, strength_scatter=0.3, step_size=0.1, **parameters)
+    automata.step(40.0, top_velocity=[0.0, 0.004])
+    automata.step(80.0, top_velocity=[0.004, -0.006])
+    return automata
+
+
+@BOTH
+def test_fragments_come_to_rest(packing: str) -> None:
+    moving = {}
+    for ratio in (0.0, 0.3):
+        automata = crushed(packing, contact_damping=ratio)
+        automata.step(400.0, top_velocity=0.0)
+        moving[ratio] = automata.get("kinetic_energy") + automata.get("rotational_energy")
+        assert abs(automata.get("energy_residual")) <= 0.01 * automata.get("boundary_work")
+    assert automata.get("damping_energy") > 0.0 and automata.get("broken_links") > 10
+    assert moving[0.3] < 0.1 * moving[0.0]
+
+
+def test_a_dashpot_that_the_step_does_not_bear_is_refused() -> None:
+    law = {"name": "strain", "tensile": 0.01}
+    with pytest.raises(ParameterError, match=r"contact_damping: got 1, expected at most 0.\d+ with steps of 0.2 s"):
+        block(criterion=law, contact_damping=1.0)
+    assert block(criterion=law, contact_damping=1.0, step_size=0.05).parameters.contact_damping == 1.0
+
+
+# -- linked again ----------------------------------------------------------------------------------------------------------
+
+
+def strip(packing: str = "square", **parameters: Any) -> Automata:
+    """Return a strip that breaks in tension and is welded by pressure."""
+    given: dict[str, Any] = {
+        "boundaries": {"left": "fixed", "right": "velocity"}, "criterion": {"name": "strain", "tensile": 0.01},
+        "relinking": {"name": "cold_welding", "pressure": 0.02, "slip_speed": 0.01}, "contact_damping": 0.2, **parameters,
+    }  # fmt: skip
+    return block(packing, 6, 2, **given)
+
+
+def tear_and_press(automata: Automata, until: int = 0) -> None:
+    """Pull a strip apart, and press it until so many broken links are left."""
+    automata.step(160.0, right_velocity=[5e-4, 0.0])
+    assert automata.get("broken_links") >= 3
+    while automata.get("broken_links") > until and automata.time < 700.0:
+        automata.step(10.0, right_velocity=[-5e-4, 0.0])
+
+
+@BOTH
+def test_a_broken_strip_is_welded_by_pressure_and_pulls_again(packing: str) -> None:
+    automata = strip(packing)
+    tear_and_press(automata)
+    broken = [event for event in automata.events() if event.kind == "stretch_break"]
+    linked = [event for event in automata.events() if event.kind == "linked"]
+    assert automata.get("broken_links") == 0.0 and {event.index for event in linked} == {event.index for event in broken}
+    assert all(event.limit == 0.02 and event.value >= 0.02 for event in linked)
+    work = automata.get("boundary_work")
+    # The contact carried what the link carries: hardly any energy goes or comes.
+    assert abs(automata.get("linking_energy")) <= 0.02 * work
+    assert abs(automata.get("energy_residual")) <= 0.01 * work
+    # It bears tension, and breaks once more at the same strain.
+    automata.step(150.0, right_velocity=[5e-4, 0.0])
+    while automata.get("broken_links") == 0.0 and automata.time < 1200.0:
+        automata.step(1.0, right_velocity=[5e-4, 0.0])
+    assert automata.get("broken_links") > 0.0
+    supplied = automata.get("boundary_work") + automata.get("fracture_energy")
+    assert abs(automata.get("energy_residual")) <= 0.01 * supplied
+
+
+def test_a_slipping_or_a_loose_contact_is_not_linked() -> None:
+    automata = strip(relinking={"name": "cold_welding", "pressure": 0.02, "slip_speed": 1e-4}, friction=0.0)
+    automata.step(160.0, right_velocity=[5e-4, 0.0])
+    automata.step(280.0, right_velocity=[-5e-4, 3e-3])
+    assert automata.get("touching") > 0.0 and all(event.kind != "linked" for event in automata.events())
+    automata = strip()
+    automata.step(160.0, right_velocity=[5e-4, 0.0])
+    automata.step(200.0, right_velocity=0.0)
+    assert automata.get("broken_links") > 0.0 and automata.get("linking_energy") == 0.0
+
+
+def test_a_run_that_links_again_goes_on_from_anywhere_with_the_same_bits(tmp_path: Path) -> None:
+    whole, pieces = strip(), strip()
+    with ge.record(whole, tmp_path / "a.mcap", every=20.0):
+        tear_and_press(whole)
+    pieces.step(160.0, right_velocity=[5e-4, 0.0])
+    while pieces.tick < whole.tick:
+        again = strip()
+        again.restore(ge.Snapshot.from_bytes(pieces.save().to_bytes()))
+        again.step(7 * again.step_size if whole.tick - again.tick >= 7 else again.step_size, right_velocity=[-5e-4, 0.0])
+        pieces = again
+    assert pieces.save().to_bytes() == whole.save().to_bytes() and pieces.events() == whole.events()
+    assert ge.verify(tmp_path / "a.mcap").identical
+    with ge.open_log(tmp_path / "a.mcap") as log:
+        assert log.events("linked") == [event for event in whole.events() if event.kind == "linked"]
+
+
+def test_what_cannot_break_cannot_be_linked_again() -> None:
+    with pytest.raises(ParameterError, match="relinking: links what has broken, and nothing breaks; choose a criterion"):
+        strip(criterion="none")
+    with pytest.raises(ParameterError, match="pressure: missing"):
+        strip(relinking="cold_welding")
