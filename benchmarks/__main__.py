@@ -25,6 +25,7 @@ from . import (
     recording,
     replay,
     scipy_peer,
+    shell,
     sweeps,
 )
 from .facts import facts
@@ -43,6 +44,7 @@ OURS: dict[str, Benchmark] = {
     "automata": automata.measure,
     "coupled": coupled.measure,
     "detonation": detonation.measure,
+    "shell": shell.measure,
     "environments": environments.measure,
     "recording": recording.measure,
     "mcap": mcap_peer.measure,

@@ -121,7 +121,7 @@ class Event:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EventDetail:
-    """What a kind of events says beside its name.
+    """The unit of a kind of events, and what their indices count.
 
     Attributes:
         unit: of value and limit; "" where it is not said.

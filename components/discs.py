@@ -14,7 +14,7 @@ from pydantic import Field
 from .component import Component
 from .contract import Balance, Variable
 from .drawables import Drawable, Links, Points
-from .errors import StepError
+from .errors import ParameterError, StepError
 from .profiles import CompiledProfile
 from .snapshot import EVENT_ROWS, FloatArray
 from .support.validation import Parameters
@@ -81,6 +81,11 @@ class Discs(Component):
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         given = super()._start(seed, values)
+        for pair in np.flatnonzero(self._pairs()[1] < 1e-9 * self.diameter)[:1]:
+            one, other = int(self.first[pair]), int(self.second[pair])
+            raise ParameterError(
+                f"puts disc {other} where disc {one} is", hint="move one of them", at=("start", "displacement", other)
+            )
         self._block["start"][:] = sum(self._energies()), *self._moments(self.mass * self._block["velocity"])
         return given
 

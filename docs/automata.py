@@ -44,5 +44,15 @@ def failures() -> None:
     appearance.save(figure, IMAGES / "automata.png", colours=64)
 
 
+@figure_style.with_style
+def welding() -> None:
+    """Draw the bar that is torn, welded and torn once more."""
+    figure = figure_style.new_figure(9.6, 2.4)
+    for axes, time in zip(figure.subplots(2, 2).flat, (4.5e-5, 8.0e-5, 1.4e-4, 2.4e-4), strict=True):
+        show(axes, ge.run("psakhie-2003/cold-welding", overrides={"duration": time}).component)
+    appearance.save(figure, IMAGES / "automata-welding.png", colours=64)
+
+
 if __name__ == "__main__":
     failures()
+    welding()

@@ -26,8 +26,9 @@ FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
 SIZE = (720, 270)  # pixels
 ENVIRONMENTS = environments()
 PUSH = "a push of 2.4 m/s for 18 us"
-# What is shown: the seed of the episode, and which baseline plays; Piston-v1 has none but this drive, `PUSH`.
-PLAYS = {
+# What is shown: the seed of the episode, and which baseline plays, where that is not the last one under the seed 0. Piston-v1
+# has no baseline that moves, but this drive, `PUSH`.
+PLAYS: dict[str, tuple[int, str | OpenLoop]] = {
     "Piston-v1": (0, OpenLoop([0.24] * 12)),
     "PulseForming-v1": (0, "best"),
     "Protection-v1": (0, "best"),
@@ -179,24 +180,31 @@ def chain_rows(env: ChainEnv) -> Iterator[tuple[int, int, str, str]]:
     assert place == env.observation_space.shape[0] and grains > 0
 
 
+def play_of(short: str) -> tuple[int, str | OpenLoop]:
+    """Return the seed of the episode that is shown, and which baseline or drive plays."""
+    if short in PLAYS:
+        return PLAYS[short]
+    return 0, list(gymnasium.make(f"granular_env/{short}").unwrapped.task.baselines())[-1]  # type: ignore[attr-defined]
+
+
 def caption(short: str) -> str:
     """Return what a moving picture shows."""
-    policy = PLAYS[short][1]
+    policy = play_of(short)[1]
     words = {"best": "the best known drive", "theory": "the baseline of theory", "nothing": "without any action"}
-    who = words[policy] if isinstance(policy, str) else PUSH
+    who = words.get(policy, f"the baseline {policy!r}") if isinstance(policy, str) else PUSH
     return f"{short}: {who}"
 
 
 def known(short: str) -> str:
     """Return what a reward threshold is the return of."""
-    return "theory" if isinstance(PLAYS[short][1], str) else PUSH
+    return "theory" if isinstance(play_of(short)[1], str) else PUSH
 
 
 def write_picture(name: str, path: Path) -> None:
     """Play an episode and write it as a GIF."""
     from PIL import Image
 
-    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), PLAYS[name.rpartition("/")[2]]
+    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), play_of(name.rpartition("/")[2])
     player = env.unwrapped.task.baselines()[policy] if isinstance(policy, str) else policy
     player.reset()
     observation, info = env.reset(seed=seed)

@@ -107,7 +107,7 @@ def _experiment_of(log: Log, where: str) -> Experiment:
 
 def _refuse_other(program: Experiment, wanted: Experiment, where: str) -> None:
     if program.name != wanted.name:
-        raise LogError(f"it is of the experiment {program.name!r}, not of this {wanted.name!r}", source=where)
+        raise LogError(f"it is of the experiment {program.name!r}", expected=f"this one, {wanted.name!r}", source=where)
     mine, other = program.to_dict(), wanted.to_dict()
     keys = [key for key in {**mine, **other} if mine.get(key) != other.get(key)]
     if keys:
@@ -120,7 +120,11 @@ def _refuse_ended(log: Log, where: str) -> None:
     incidents = log.metadata["incidents"]
     failed = next((one for one in incidents if one.get("incident") == "failed"), None)
     if failed is not None and log.complete:
-        raise LogError(f"it is complete: its run ended with {failed.get('kind')}: {failed.get('message')}", source=where)
+        raise LogError(
+            f"it is complete: its run ended with {failed.get('kind')}: {failed.get('message')}",
+            hint="it would do so again; change the experiment, and run it anew",
+            source=where,
+        )
 
 
 def _tell_of_versions(log: Log, where: str) -> None:

@@ -349,10 +349,10 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
 
 
 def _tell_size(ready: Prepared, at_once: bool) -> None:
-    """Say how large the log may become where that is a lot: at once on the terminal, else as a warning of the run."""
-    from granular_env.experiments.cost import size_note
+    """Say how large the log may become: at once on the terminal, else where that is a lot as a warning of the run."""
+    from granular_env.experiments.cost import LARGE_LOG, TOLD_LOG, size_note
 
-    note = size_note(ready)
+    note = size_note(ready, TOLD_LOG if at_once else LARGE_LOG)
     if note and at_once:
         print(f"note: {note}", file=sys.stderr)
     elif note:

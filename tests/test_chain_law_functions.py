@@ -15,6 +15,7 @@ from granular_env.components.chain import kernels, quantities
 from granular_env.components.chain.adjoint import evaluate, parameter_gradient, value_and_adjoint
 from granular_env.components.chain.adjoint.gradient import has_gradient
 from granular_env.components.chain.laws import LAWS, Dissipative, Hertz, Law, Power, functions
+from granular_env.components.chain.laws.hertz import HertzRest
 from granular_env.components.chain.laws.law import lacks
 from granular_env.components.chain.layout import (
     LAW_CONSTANTS,
@@ -91,6 +92,19 @@ def test_forces_are_those_of_the_formulas(name: str) -> None:
         assert chain.get("contact_force") == pytest.approx(np.array(expected), rel=1e-12)
     else:
         np.testing.assert_allclose(chain.get("contact_force"), expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_chain_begins_with_the_load_that_it_carries(name: str) -> None:
+    chain = ge.Chain(grains=5, left="plane", right="plane", precompression=30.0, gravity=9.81, **CASES[name])
+    loads = 30.0 + 9.81 * np.concatenate([[0.0], np.cumsum(chain.geometry.mass)])
+    np.testing.assert_allclose(chain.get("contact_force"), loads, rtol=1e-9)
+
+
+def test_a_law_with_too_many_constants_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Hertz, "contact_constants", lambda self, *_: np.ones((2, 4)))
+    with pytest.raises(ParameterError, match="law: 'hertz' has 4 constants of each contact.*expected at most 3"):
+        ge.Chain(grains=3)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -232,7 +246,7 @@ class Unfinished(Law):
     name: Literal["unfinished"] = "unfinished"
 
 
-class Forgetful(Dissipative):
+class Forgetful(HertzRest, Dissipative):
     """A law with a history and a dissipation."""
 
     exponent: ClassVar[float] = 1.0
@@ -249,7 +263,7 @@ class Forgetful(Dissipative):
 
 def test_a_law_that_lacks_a_function_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
-    with pytest.raises(ParameterError, match=r"law 'unfinished' lacks energy in .*test_chain_law_functions"):
+    with pytest.raises(ParameterError, match=r"law 'unfinished' lacks overlap_at, energy in .*test_chain_law_functions"):
         ge.Chain(grains=3, law="unfinished")
 
 

@@ -13,7 +13,7 @@ from granular_env.components.errors import MissingExtraError
 
 def test_without_cantera_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cantera", None)
-    with pytest.raises(MissingExtraError, match="pip install cantera"):
+    with pytest.raises(MissingExtraError, match=r"pip install 'granular-env\[mixtures\]'"):
         equilibrium_gas("C2H4:1, O2:3", 1e5, 295.0)
 
 

@@ -314,6 +314,15 @@ def test_a_wrong_link_costs_a_whole_return() -> None:
     assert info["wrong_links"] >= 1.0 and value == pytest.approx(info["closeness"] - info["wrong_links"], rel=1e-9)
 
 
+def test_two_discs_at_one_place_are_refused_by_name_and_nothing_has_moved() -> None:
+    discs = ge.make("discs")
+    discs.step(1e-4, force=np.ones((8, 2)))
+    before = discs.save().to_bytes()
+    with pytest.raises(ParameterError, match=r"start.displacement\[1\]: puts disc 1 where disc 0 is; move one of them"):
+        discs.reset(displacement={1: [-0.02, 0.0]})
+    assert discs.save().to_bytes() == before
+
+
 def test_splitting_refuses_what_is_no_link() -> None:
     for target in (9, -1, True, 1.0):
         with pytest.raises(ParameterError, match="expected a link of a single row, 0 to 8"):

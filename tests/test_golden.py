@@ -28,12 +28,13 @@ FINAL = {
     "grid-edges": "9853c4e40d8306ddbb0d00a532f1da73",
     "grid-yielding": "9279b8c98056286681e30b4c7cede4e9",
     "automata-linked": "7994301f9223d555ef41ed91db47e679",
-    "automata-cracking": "6c5ec0a43fe25f5402758a1a3934d820",
+    "automata-cracking": "240980fd92a841b01c29af566514d543",
     "coupled-inclusion": "c55bc3f16e71390e4976eee83402110d",
     "coupled-layers": "0cbf99528e5eda1e8c7b9ad1bcc1751f",
-    "coupled-cracking": "caf5cf0153da4a16fb95bf0fc529fd53",
+    "coupled-cracking": "47b65671f93d1fd7ad6ade329debd72d",
     "detonation-bursting": "47123689fe89b486a8ccad203ba9f941",
     "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
+    "shell-bulging": "0ae9f80d992e128bc77fed6e035c43a0",
 }
 
 

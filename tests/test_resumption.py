@@ -297,7 +297,7 @@ def test_a_complete_log_is_refused(swing: Path) -> None:
 
 
 def test_a_log_of_another_experiment_is_refused(swing: Path) -> None:
-    with pytest.raises(LogError, match="is of the experiment 'swing', not of this 'oscillator/pushed'"):
+    with pytest.raises(LogError, match="is of the experiment 'swing', expected this one, 'oscillator/pushed'"):
         resume(swing, experiment="oscillator/pushed")
     with pytest.raises(LogError, match="is of the experiment 'swing' with other keys than this one: duration"):
         resume(swing, experiment=SWING, overrides={"duration": 20.0})

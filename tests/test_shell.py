@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support.golden_logs import final_hash, played
 from support.solid_tools import ALUMINIUM, RADIUS, WALL, follow, frequency, ring, strip
 
 import granular_env as ge
@@ -22,6 +27,7 @@ from granular_env.components.shell.theory import (
     static_hoop_stress,
 )
 
+ROOT = Path(__file__).resolve().parent.parent
 MIDDLE = RADIUS + 0.5 * WALL
 
 
@@ -94,7 +100,7 @@ def test_stress_turns_with_the_body() -> None:
         angle = 0.5 * math.pi * tick / 1000
         turn = np.array([[math.cos(angle), -math.sin(angle), 0.0], [math.sin(angle), math.cos(angle), 0.0], [0.0, 0.0, 1.0]])
         state.displacement[:] = (solid.nodes + stretched) @ turn.T - solid.nodes
-        assert kernels.update_forces(tables, state, scratch, 0, solid.point_count, np.zeros(2, dtype=np.int64)) == 0
+        assert kernels.update_forces(tables, state, scratch, np.zeros(2, dtype=np.int64)) == 0
     turned = before[:, [1, 0, 2, 3, 5, 4]]  # xx and yy change places, as yz and zx
     np.testing.assert_allclose(state.stress[:, :3], turned[:, :3], rtol=0.0, atol=1e-10 * np.abs(before).max())
     assert np.abs(state.stress[:, 3:]).max() < 1e-10 * np.abs(before).max()
@@ -230,6 +236,8 @@ def test_other_bases_and_rules_bend_as_well() -> None:
         ({"body": "plate", "boundaries": {"left": "wall"}}, r"boundaries.left: got 'wall', expected it at start or end"),
         ({"boundaries": {"start": "wall", "end": "wall"}}, r"boundaries: got two walls"),
         ({"body": {"name": "plate", "along": 2}}, r"body.along: got 2"),
+        ({"body": {"name": "tube", "around": 6}, "radius": 3.5}, r"body.around: got 6, expected more than 7"),
+        ({"body": {"name": "plate", "layers": 2}, "basis": "quadratic"}, r"body.layers: got 2, expected at least 3"),
         ({"material": "wood"}, r"material: got 'wood', expected a known name"),
         ({"body": {"name": "tube", "along": 40_000, "around": 40_000}}, r"needs at least .* GB of memory"),
     ],
@@ -259,3 +267,23 @@ def test_a_load_beyond_measure_stops_the_run_where_it_is_and_keeps_the_last_good
         solid.step(5e-6, pressure=1e12)
     np.testing.assert_array_equal(solid.get("stress"), before)
     assert solid.time == pytest.approx(1e-6)
+
+
+def test_the_bits_are_those_of_the_kernels_as_plain_python() -> None:
+    code = (
+        "import sys; sys.path.insert(0, 'tests')\nfrom support.golden_logs import final_hash, played\n"
+        "print(final_hash(played('shell-bulging')))"
+    )
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    found = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == final_hash(played("shell-bulging"))
+
+
+def test_a_parent_makes_the_ticks_of_a_step_itself() -> None:
+    alone, driven = ring(), ring()
+    alone.step(50 * alone.step_size, pressure=1e6)
+    solid, state, scratch, tally = driven.tables()
+    failed, pressures = np.zeros(2, dtype=np.int64), np.full(3, 1e6)
+    for tick in range(50):
+        assert kernels.advance(solid, state, scratch, np.ones((1, 1)), pressures, tally, tick, failed) == 0
+    assert bytes(driven.state_view()) == bytes(alone.state_view())

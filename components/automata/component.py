@@ -112,8 +112,10 @@ class Automata(Component):
             return round_down_to_125(DEFAULT_PART * limit)
         if given > ALLOWED_PART * limit:
             raise ParameterError(
-                f"step_size: got {given:g} s, expected at most {ALLOWED_PART * limit:.6g} s, {ALLOWED_PART:g} x 2 / omega_max "
-                f"of this packing; use {round_down_to_125(ALLOWED_PART * limit):g} s, or larger automata"
+                f"got {given:g} s",
+                expected=f"at most {ALLOWED_PART * limit:.6g} s, {ALLOWED_PART:g} x 2 / omega_max of this packing",
+                hint=f"use {round_down_to_125(ALLOWED_PART * limit):g} s, or larger automata",
+                at="step_size",
             )
         return given
 

@@ -142,10 +142,12 @@ def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray
     found: list[int] = []
     for index, place in enumerate(places):
         if isinstance(place, int) and place >= count:
-            raise ParameterError(f"forced_automata[{index}]: got automaton {place}, expected 0 to {count - 1}")
+            raise ParameterError(f"got automaton {place}", expected=f"0 to {count - 1}", at=f"forced_automata[{index}]")
         found.append(place if isinstance(place, int) else _automaton_near(f"forced_automata[{index}]", place, packing))
         if found[-1] in found[:-1]:
-            raise ParameterError(f"forced_automata[{index}]: automaton {found[-1]} is there already; give each automaton once")
+            raise ParameterError(
+                f"automaton {found[-1]} is there already", hint="give each automaton once", at=f"forced_automata[{index}]"
+            )
     return np.array(found, np.int64)
 
 

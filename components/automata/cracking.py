@@ -61,20 +61,20 @@ def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tic
         tick: number of the step.
 
     Returns:
-        Whether links have to break, or it is time to look which are made anew.
+        Whether links have to break, are being made anew, or it is time to look which may be.
     """
     body, ground, bonds, law = medium.body, medium.ground, medium.bonds, medium.law
     automata = body.kind.size
     orient(motion.rotation, scratch.half, 0, automata)
     u = motion.displacement
-    change_weights(body, ground, bonds, law, motion, scratch.half, contacts, count, tick, losses)
+    rising = change_weights(body, ground, bonds, law, motion, scratch.half, contacts, count, tick, losses)
     bond_dilations(body, bonds, u, scratch.half, scratch.dilation, 0, automata)
     if law.elastic and not law.criterion:
-        return False
+        return rising
     bond_stresses(body, bonds, u, scratch.half, scratch.dilation, judgement.stress, 0, automata)
     marked, lost = update_bonds(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, judgement.mark)
     losses[INELASTIC] += lost
-    return marked > 0 or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
+    return marked > 0 or rising or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
 
 
 @jit

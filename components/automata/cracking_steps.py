@@ -14,7 +14,7 @@ from .bonds import Bonds, Law, bond_dilations, bond_energy, bond_stresses, crite
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
 from .cracking import Judgement, Medium
 from .linked_steps import LinkedSteps
-from .linking import count_linkable, link_contacts
+from .linking import count_linkable, link_contacts, raise_weights
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
 from .pair import orient
@@ -75,8 +75,12 @@ class CrackingSteps(LinkedSteps):
         limit = ALLOWED_PART * damping_limit(self.packing.lattice.slots, self._ground.normal, whole, self.step_size)
         if given > limit:
             raise ParameterError(
-                f"contact_damping: got {given:g}, expected at most {max(limit, 0.0):.3g} with steps of {self.step_size:g} s, "
-                "beyond which dashpots are not stable; use a smaller step_size"
+                f"got {given:g}",
+                expected=(
+                    f"at most {max(limit, 0.0):.3g} with steps of {self.step_size:g} s, beyond which dashpots are not stable"
+                ),
+                hint="use a smaller step_size",
+                at="contact_damping",
             )
 
     def bind(self, block: Block) -> None:
@@ -128,8 +132,11 @@ class CrackingSteps(LinkedSteps):
         marked = int(np.count_nonzero(self.judgement.mark))
         if marked:
             self._break_links(marked, tick)
-        if self._law.linking_ticks and tick % self._law.linking_ticks == 0:
-            self._link_contacts(tick)
+        if self._law.linking_ticks:
+            if tick % self._law.linking_ticks == 0:
+                self._link_contacts(tick)
+            contacts, count = self.contacts(), self.count_contacts()
+            raise_weights(self.medium, self.motion, self.scratch, contacts, count, self.losses, tick)
 
     def _break_links(self, marked: int, tick: int) -> None:
         contacts, events = self.contacts(marked), self._block.room("events", marked)
@@ -146,8 +153,8 @@ class CrackingSteps(LinkedSteps):
         if linkable:
             events, kind = self._block.room("events", linkable), len(self.event_kinds) - 1
             known = link_contacts(
-                self.medium, self.motion, self.scratch, self._numbers, contacts, count, kind, events,
-                self._block.count("events"), self.losses, tick,
+                self.medium, self.motion, self.scratch.half, self._numbers, contacts, count, kind, events,
+                self._block.count("events"), tick,
             )  # fmt: skip
             self._block.set_count("events", known)
 
@@ -264,8 +271,9 @@ def _refuse_double_links(packing: Packing) -> None:
     ends = np.sort(packing.pairs()[:, :2], axis=1)
     if len(np.unique(ends, axis=0)) < len(ends):
         raise ParameterError(
-            "shape: two automata of this periodic specimen are neighbours on two sides, expected at least 3 diameters across "
-            "where links may break"
+            "two automata of this periodic specimen are neighbours on two sides",
+            expected="at least 3 diameters across where links may break",
+            at="shape",
         )
 
 
@@ -277,7 +285,9 @@ def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> Flo
     for number, region in enumerate(parameters.strength_regions):
         inside = region.area.contains(middles.reshape(-1, 2)).reshape(factors.shape)
         if not inside.any():
-            raise ParameterError(f"strength_regions[{number}]: contains the middle of no pair; make it larger, or leave it out")
+            raise ParameterError(
+                "contains the middle of no pair", hint="make it larger, or leave it out", at=("strength_regions", number)
+            )
         factors[inside] = region.factor
     return factors
 

@@ -8,7 +8,7 @@ from ..support.jit import inlined, jit
 from .bonds import bond_dilation, condensation, opposite_slot, pair_strains
 from .contact import FIRST, SECOND, SLOT, START, contact_part, separation, sliding_speed
 from .pair import turned
-from .release import change_weight
+from .release import LINKING, pair_and_volumes, put_weight, scheduled_weight
 
 
 @inlined
@@ -44,49 +44,74 @@ def count_linkable(medium, motion, half, contacts, count):
 
 
 @jit
-def link_contacts(medium, motion, scratch, numbers, contacts, count, kind, events, known, losses, tick):
-    """Link pairs that press hard enough and hardly slide; there must be room for their events.
+def link_contacts(medium, motion, half, numbers, contacts, count, kind, events, known, tick):
+    """Begin to link pairs that press hard enough and hardly slide; there must be room for their events.
 
     Args:
-        medium: a `Medium`; its bonds are updated in place.
+        medium: a `Medium`.
         motion: a `Motion`.
-        scratch: a `Scratch`; its dilations are updated.
+        half: see `pair.orient`, shape (n, 2).
         numbers: of the links, for events, shape (n, slots / 2).
         contacts: `Contacts`, updated in place.
         count: how many contacts there are.
         kind: number of the kind of events.
         events: rows as `snapshot.EVENT_ROWS` says, written from row `known` on.
         known: how many events there are.
-        losses: see `release.FRACTURE`, updated in place.
         tick: number of the step.
 
     Returns:
         How many events there are now.
     """
-    body, ground, bonds, law = medium.body, medium.ground, medium.bonds, medium.law
-    slots, half = body.directions.shape[0], scratch.half
+    slots = medium.body.directions.shape[0]
     for row in range(count):
         pressure = linking_pressure(medium, motion, half, contacts, row)
-        if not pressure >= law.linking[0]:
+        if not pressure >= medium.law.linking[0]:
             continue
         i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
         number = numbers[i, slot] if slot < slots // 2 else numbers[j, opposite_slot(slots, slot)]
         contacts.pairs[row, START] = -1 - tick
-        make_link(body, ground, bonds, motion, half, scratch.dilation, contacts, row)
-        change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses)
-        for one in (i, j):
-            scratch.dilation[one] = bond_dilation(body, bonds, motion.displacement, half, one)
         event = events[known]
-        event[0], event[1], event[2], event[3], event[4] = tick + 1, kind, number, pressure, law.linking[0]
+        event[0], event[1], event[2], event[3], event[4] = tick + 1, kind, number, pressure, medium.law.linking[0]
         known += 1
     return known
 
 
 @jit
-def make_link(body, ground, bonds, motion, half, dilation, contacts, row):
-    """Make the link of a contact anew, of weight 0 still: the two strains of it carry what the contact carries.
+def raise_weights(medium, motion, scratch, contacts, count, losses, tick):
+    """Raise the weights of links that are made anew, and count the energy that this takes.
 
-    Where the link is stiffer or softer than the contact it carries less, so that it has no more energy than the contact.
+    In each step such a link gets the strains at which it carries what its contact carries: no motion in the meantime strains
+    it, so that linking makes no energy.
+
+    Args:
+        medium: a `Medium`; its bonds are updated in place.
+        motion: a `Motion`.
+        scratch: a `Scratch`; its dilations are updated.
+        contacts: `Contacts`.
+        count: how many contacts there are.
+        losses: see `release.FRACTURE`, updated in place.
+        tick: number of the step.
+    """
+    body, ground, bonds, half = medium.body, medium.ground, medium.bonds, scratch.half
+    for row in range(count):
+        i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
+        if slot < 0 or contacts.pairs[row, START] >= 0 or bonds.weight[i, slot] == 1.0:
+            continue
+        before, after = bonds.weight[i, slot], scheduled_weight(contacts.pairs, row, tick, medium.law.release)
+        losses[LINKING] += pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
+        strain_link(body, ground, bonds, motion, half, contacts, row, after)
+        losses[LINKING] -= pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
+        put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
+        for one in (i, j):
+            scratch.dilation[one] = bond_dilation(body, bonds, motion.displacement, half, one)
+
+
+@inlined
+def strain_link(body, ground, bonds, motion, half, contacts, row, weight):
+    """Give a link a weight, and the strains at which it carries what its contact would carry alone.
+
+    Its history goes on: what is left of its stiffness, and the strains that have flowed, which its free faces kept. Where the
+    link is softer than the contact it carries less, so that it has no more energy than the contact.
 
     Args:
         body: a `Body`.
@@ -94,31 +119,35 @@ def make_link(body, ground, bonds, motion, half, dilation, contacts, row):
         bonds: `Bonds`, updated in place.
         motion: a `Motion`.
         half: see `pair.orient`, shape (n, 2).
-        dilation: see `bonds.bond_dilations`, shape (n,).
         contacts: `Contacts`.
-        row: of the contact, which presses.
+        row: of the contact.
+        weight: of the link.
     """
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    back, twice = opposite_slot(body.directions.shape[0], slot), 2.0 * body.shear
+    back = opposite_slot(body.directions.shape[0], slot)
+    twice = 2.0 * body.shear * (1.0 + bonds.stiffness[i, slot])
     eps, gamma, less, sine = pair_strains(body, motion.displacement, half, i, slot)
     nx, ny = turned(1.0, 0.0, body.directions[slot, 0], body.directions[slot, 1], less, sine)
     x, y, r = separation(ground, motion.displacement, i, j)
-    part, overlap = contact_part(ground, i, j), contacts.rest[row] - r
-    push, drag = part * ground.normal * overlap, part * ground.tangential * contacts.slid[row]
+    part, overlap = contact_part(ground, i, j), max(contacts.rest[row] - r, 0.0)
+    slid = contacts.slid[row] if overlap > 0.0 else 0.0
+    push, drag = part * ground.normal * overlap, part * ground.tangential * slid
     fx, fy = (-push * x - drag * y) / r, (-push * y + drag * x) / r
     along, across = fx * nx + fy * ny, fy * nx - fx * ny
-    # The volumetric strains of both automata for a strain along the link: others + slope x strain.
+    # Without elastic strain of the link, and with its new weight: the volumetric part of its traction, and what a strain adds.
+    for one, own in ((i, slot), (j, back)):
+        bonds.origin[one, own, 0], bonds.origin[one, own, 1] = (
+            eps - bonds.plastic[one, own, 0],
+            gamma - bonds.plastic[one, own, 1],
+        )
+    put_weight(body, bonds, contacts.pairs, row, weight)
     area, others, slope = body.face[body.kind[i], slot], 0.0, 0.0
     for one, own in ((i, slot), (j, back)):
-        share, whole = body.share[body.kind[one], own], condensation(body, bonds, one)
-        held = whole - share * body.lame / twice
-        others += 0.5 * body.lame * dilation[one] * whole / held
-        slope += 0.5 * body.lame * share / held
-    has = push * overlap + drag * contacts.slid[row]
+        others += 0.5 * body.lame * bond_dilation(body, bonds, motion.displacement, half, one)
+        slope += 0.5 * body.lame * weight * body.share[body.kind[one], own] / condensation(body, bonds, one)
+    has = push * overlap + drag * slid
     needs = body.diameter * (along * along / (area * (twice + slope)) + across * across / (area * twice))
-    factor = min(1.0, np.sqrt(has / needs))
-    strain = (factor * along / area - others) / (twice + slope)
+    factor = np.sqrt(has / needs) if needs > has else 1.0
     for one, own in ((i, slot), (j, back)):
-        bonds.origin[one, own, 0], bonds.origin[one, own, 1] = eps - strain, gamma - factor * across / (area * twice)
-        bonds.plastic[one, own, 0] = bonds.plastic[one, own, 1] = 0.0
-        bonds.stiffness[one, own] = bonds.inelastic[one, own] = 0.0
+        bonds.origin[one, own, 0] -= (factor * along / area - others) / (twice + slope)
+        bonds.origin[one, own, 1] -= factor * across / (area * twice)

@@ -148,8 +148,9 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
     kept: npt.NDArray[np.bool_] = np.any(face > 0.0, axis=1)
     if not kept.any():
         raise ParameterError(
-            f"shape: a {shape.name} that holds no two automata of diameter {diameter:g} m; expected a larger shape, or a "
-            "smaller diameter"
+            f"a {shape.name} that holds no two automata of diameter {diameter:g} m",
+            expected="a larger shape, or a smaller diameter",
+            at="shape",
         )
     if not kept.all():
         number = np.cumsum(kept) - 1
@@ -187,7 +188,9 @@ def _refuse_idle_holes(lattice: Lattice, shape: Shape, diameter: float) -> None:
     points = points[shape.surrounds(points, 0.0)]
     for number, hole in enumerate(shape.holes):
         if not hole.contains(points, ON_THE_OUTLINE * diameter).any():
-            raise ParameterError(f"shape.holes[{number}]: contains no centre of an automaton; make it larger, or leave it out")
+            raise ParameterError(
+                "contains no centre of an automaton", hint="make it larger, or leave it out", at=("shape", "holes", number)
+            )
 
 
 def _places_inside(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> npt.NDArray[np.int64]:

@@ -24,7 +24,7 @@ Place = Index | Pair
 
 
 class StrengthRegion(Parameters):
-    """Where pairs are weaker or stronger."""
+    """A region in which pairs are weaker or stronger."""
 
     area: ChosenArea = field(..., "pairs whose middle lies in this area: a box or a disc", "1")
     factor: float = field(..., "of their strengths", "1", gt=0.0)

@@ -15,7 +15,7 @@ NEVER_FOUND = 1e300
 
 
 @inlined
-def _put_weight(body, bonds, pairs, row, weight):
+def put_weight(body, bonds, pairs, row, weight):
     """Write the weight of a link at both of its ends."""
     i, j, slot = pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT]
     bonds.weight[i, slot] = weight
@@ -23,7 +23,7 @@ def _put_weight(body, bonds, pairs, row, weight):
 
 
 @inlined
-def _scheduled_weight(pairs, row, tick, release):
+def scheduled_weight(pairs, row, tick, release):
     """Return the weight of a link after an internal step: falling since it broke, rising since it was made anew."""
     start = pairs[row, START]
     if start >= 0:
@@ -32,8 +32,17 @@ def _scheduled_weight(pairs, row, tick, release):
 
 
 @jit
+def pair_and_volumes(body, ground, bonds, motion, half, contacts, row):
+    """Return the energy of a contact, of its link, and of both volumes [J]; arguments as for `change_weight`."""
+    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
+    energy = volume_energy(body, bonds, motion.displacement, half, i) + volume_energy(body, bonds, motion.displacement, half, j)
+    energy += bonds.weight[i, slot] * pair_energy(body, bonds, motion.displacement, half, i, slot)
+    return energy + contact_energy(ground, bonds, motion, contacts, row, 0.0)
+
+
+@jit
 def change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses):
-    """Let the weight of the link of a contact go on, and count the energy that this takes.
+    """Lower the weight of the broken link of a contact, and count the energy that this takes.
 
     The forces of this step get the mean of the weights before and after it, as the kick belongs to both halves of the step;
     `settle_weights` then writes the weight after it.
@@ -50,26 +59,30 @@ def change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, l
         tick: number of the internal step.
         losses: see FRACTURE, updated in place.
     """
-    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    before, after = bonds.weight[i, slot], _scheduled_weight(contacts.pairs, row, tick, law.release)
-    energy = 0.0
-    for sign in (1.0, -1.0):
-        energy += sign * (volume_energy(body, bonds, motion.displacement, half, i))
-        energy += sign * (volume_energy(body, bonds, motion.displacement, half, j))
-        energy += sign * bonds.weight[i, slot] * pair_energy(body, bonds, motion.displacement, half, i, slot)
-        energy += sign * contact_energy(ground, bonds, motion, contacts, row, 0.0)
-        _put_weight(body, bonds, contacts.pairs, row, after)
-    _put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
-    losses[FRACTURE if contacts.pairs[row, START] >= 0 else LINKING] += energy
+    before = bonds.weight[contacts.pairs[row, FIRST], contacts.pairs[row, SLOT]]
+    after = scheduled_weight(contacts.pairs, row, tick, law.release)
+    losses[FRACTURE] += pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
+    put_weight(body, bonds, contacts.pairs, row, after)
+    losses[FRACTURE] -= pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
+    put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
 
 
 @jit
 def change_weights(body, ground, bonds, law, motion, half, contacts, count, tick, losses):
-    """Let the weights of all links go on that are between 0 and 1; arguments as for `change_weight`."""
+    """Lower the weights of all links that are being released; arguments as for `change_weight`.
+
+    Returns:
+        Whether weights of others rise: see `linking.raise_weights`.
+    """
+    rising = False
     for row in range(count):
         slot = contacts.pairs[row, SLOT]
         if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
-            change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses)
+            if contacts.pairs[row, START] >= 0:
+                change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses)
+            else:
+                rising = True
+    return rising
 
 
 @jit
@@ -78,8 +91,8 @@ def settle_weights(body, bonds, law, contacts, count, tick, losses):
     for row in range(count):
         slot = contacts.pairs[row, SLOT]
         if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
-            weight = _scheduled_weight(contacts.pairs, row, tick, law.release)
-            _put_weight(body, bonds, contacts.pairs, row, weight)
+            weight = scheduled_weight(contacts.pairs, row, tick, law.release)
+            put_weight(body, bonds, contacts.pairs, row, weight)
             if weight == 1.0:
                 # It holds: before the next step its contact goes from the list.
                 losses[TRAVEL] = NEVER_FOUND

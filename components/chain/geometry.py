@@ -15,6 +15,7 @@ from ..support.roots import fifth_root, round_down_to_125
 from .arrangements.random_radii import draw_radii
 from .equilibrium import static_forces
 from .laws import Dissipative
+from .layout import MOST_LAW_CONSTANTS
 from .parameters import WALLS, ChainParameters, UniformRadii
 from .theory.collisions import duration_times_frequency
 
@@ -87,6 +88,11 @@ def geometry(parameters: ChainParameters) -> Geometry:
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
     law, rest_overlap = parameters.law, np.zeros(count + 1)
     constants = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
+    if constants.shape[1] > MOST_LAW_CONSTANTS:
+        raise ParameterError(
+            f"{law.name!r} has {constants.shape[1]} constants of each contact beside its stiffness",
+            expected=f"at most {MOST_LAW_CONSTANTS}", hint="`contact_constants` gives a column for each", at="law",
+        )  # fmt: skip
     law_constants = np.zeros((count + 1, constants.shape[1]))
     law_constants[real] = constants
     steepest = np.zeros(count + 1)

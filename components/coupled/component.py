@@ -122,9 +122,13 @@ class Coupled(Component):
         largest = min(allowed * limits[0], _ALLOWED * self.micro_steps * limits[1])
         if self.step_size > largest:
             raise ParameterError(
-                f"step_size: got {self.step_size:g} s with {self._told_micro_steps()}, expected at most {largest:.6g} s: "
-                f"{allowed:g} of the largest stable one of the grid, {limits[0]:.6g} s, and {_ALLOWED:g} of that of the "
-                f"automata in each micro-step, {limits[1]:.6g} s; leave it out, or change micro_steps"
+                f"got {self.step_size:g} s with {self._told_micro_steps()}",
+                expected=(
+                    f"at most {largest:.6g} s: {allowed:g} of the largest stable one of the grid, {limits[0]:.6g} s, and "
+                    f"{_ALLOWED:g} of that of the automata in each micro-step, {limits[1]:.6g} s"
+                ),
+                hint="leave it out, or change micro_steps",
+                at="step_size",
             )
 
     def _told_micro_steps(self) -> str:
@@ -231,9 +235,10 @@ class Coupled(Component):
                     if held & bit and not conditions.prescribed[row_of[node], k]:
                         x, y = self.grid.mesh.nodes[node]
                         raise ParameterError(
-                            f"automata: number {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and "
-                            f"belongs to the interface, but node {node} of the grid is free there; give the edge of the grid "
-                            "that ends there the same condition"
+                            f"automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and belongs "
+                            f"to the interface, but node {node} of the grid is free there",
+                            hint="give the edge of the grid that ends there the same condition",
+                            at="automata",
                         )
 
     # -- description ------------------------------------------------------------------------------------------------

@@ -116,8 +116,9 @@ def find_interface(
             known = hanging.setdefault(automaton, (first, second, part if 0.0 < part < 1.0 else 0.0))
             if leader[known[0]] != leader[first] and leader[known[0]] != leader[second]:
                 raise ParameterError(
-                    f"automata: automaton {automaton} meets the nodes {known[0]} and {first} of the grid, which move on their "
-                    "own; join them by periodic edges, or close the automata on themselves nowhere"
+                    f"automaton {automaton} meets the nodes {known[0]} and {first} of the grid, which move on their own",
+                    hint="join them by periodic edges, or close the automata on themselves nowhere",
+                    at="automata",
                 )
     _refuse_touching(mesh, places, hanging)
     return _make_interface(hanging, joined, mass)
@@ -128,8 +129,9 @@ def _refuse_overlap(mesh: Mesh, shape: Shape, origin: FloatArray) -> None:
     if len(inside):
         x, y = mesh.centres[inside[0]]
         raise ParameterError(
-            f"automata: cell {inside[0]} of the grid, about ({x:.9g}, {y:.9g}) m, lies among the automata; leave a hole in the "
-            "mesh there, or move `origin`"
+            f"cell {inside[0]} of the grid, about ({x:.9g}, {y:.9g}) m, lies among the automata",
+            hint="leave a hole in the mesh there, or move `origin`",
+            at="automata",
         )
 
 
@@ -144,9 +146,13 @@ def _refuse_gap(mesh: Mesh, packing: Packing, origin: FloatArray) -> None:
     (x, y), (u, v) = mesh.nodes[nodes[place]].tolist(), centres[nearest[place]].tolist()
     apart = f"({x - u:.6g}, {y - v:.6g}) m" if distance[place] > ON_THE_OUTLINE * packing.diameter else "a point alone"
     raise ParameterError(
-        f"automata: no side of a cell lies on the outline of the automata; nearest are node {nodes[place]} at ({x:.9g}, "
-        f"{y:.9g}) m and automaton {nearest[place]} at ({u:.9g}, {v:.9g}) m, which is off by {apart}; move `origin`, or leave "
-        "a hole in the mesh that the automata fill"
+        "no side of a cell lies on the outline of the automata",
+        hint=(
+            f"nearest are node {nodes[place]} at ({x:.9g}, {y:.9g}) m and automaton {nearest[place]} at ({u:.9g}, "
+            f"{v:.9g}) m, which is off by {apart}; move `origin`, or leave a hole in the mesh that the automata "
+            "fill"
+        ),
+        at="automata",
     )
 
 
@@ -210,7 +216,7 @@ def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) 
         unit = f"diameters of {packing.diameter:g} m"
         if apart != packing.diameter:
             unit = f"times sqrt(3) diameters ({apart:.9g} m, two rows of the hexagonal packing)"
-        raise ParameterError(f"automata.diameter: the {where}, is {count:.9g} {unit} long, expected a whole number")
+        raise ParameterError(f"the {where}, is {count:.9g} {unit} long", expected="a whole number", at="automata.diameter")
     parts = np.arange(round(count) + 1) / round(count)
     points = start + parts[:, None] * way
     automata, distance = places.find(points)
@@ -218,8 +224,9 @@ def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) 
     if len(off):
         x, y = points[off[0]]
         raise ParameterError(
-            f"automata: on the {where}, an automaton is expected at ({x:.9g}, {y:.9g}) m; the nearest one is "
-            f"{distance[off[0]]:.6g} m away; move `origin`, or change the shape"
+            f"on the {where}, an automaton is expected at ({x:.9g}, {y:.9g}) m",
+            hint=f"the nearest one is {distance[off[0]]:.6g} m away; move `origin`, or change the shape",
+            at="automata",
         )
     return list(zip(automata.tolist(), parts.tolist(), strict=True))
 
@@ -232,7 +239,9 @@ def _refuse_touching(mesh: Mesh, places: Places, hanging: dict[int, tuple[int, i
         if automaton not in hanging:
             x, y = mesh.nodes[node]
             raise ParameterError(
-                f"automata: the two parts touch in a point, node {node} at ({x:.9g}, {y:.9g}) m; expected a side of a cell"
+                f"the two parts touch in a point, node {node} at ({x:.9g}, {y:.9g}) m",
+                expected="a side of a cell",
+                at="automata",
             )
 
 

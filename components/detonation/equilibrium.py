@@ -34,7 +34,9 @@ def equilibrium_gas(composition: str, pressure: float, temperature: float, mecha
     try:
         import cantera  # type: ignore[import-not-found]
     except ImportError as error:
-        raise MissingExtraError("equilibrium_gas needs the package cantera", hint="pip install cantera") from error
+        raise MissingExtraError(
+            "equilibrium_gas needs the package cantera", hint="pip install 'granular-env[mixtures]'"
+        ) from error
     gas: Any = cantera.Solution(mechanism)
     gas.TPX = temperature, pressure, composition
     density, enthalpy = float(gas.density), float(gas.enthalpy_mass)

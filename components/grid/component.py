@@ -56,7 +56,7 @@ class Grid(Component):
         try:
             self.mesh: Mesh = p.mesh.build()
         except ValueError as error:
-            raise ParameterError(f"component 'grid': {error}") from None
+            raise ParameterError(str(error), source="component 'grid'") from None
         self.cell_material: IntArray = self._materials_of_cells()
         self._materials: list[Material] = [material(one) for one in p.materials]
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
@@ -73,13 +73,15 @@ class Grid(Component):
         p, count = self.parameters, len(self.mesh.cells)
         if p.cell_material is not None:
             if len(p.cell_material) != count:
-                raise ParameterError(f"cell_material: got {len(p.cell_material)} numbers, expected {count}, one for each cell")
+                raise ParameterError(
+                    f"got {len(p.cell_material)} numbers", expected=f"{count}, one for each cell", at="cell_material"
+                )
             return np.array(p.cell_material, dtype=np.int64)
         numbers = np.zeros(count, dtype=np.int64)
         for place, region in enumerate(p.regions):
             inside = region.area.contains(self.mesh.centres)
             if not inside.any():
-                raise ParameterError(f"regions[{place}]: contains the middle of no cell")
+                raise ParameterError("contains the middle of no cell", at=f"regions[{place}]")
             numbers[inside] = region.material
         return numbers
 
@@ -88,10 +90,10 @@ class Grid(Component):
         found = []
         for index, place in enumerate(places):
             if isinstance(place, int) and place >= len(self.mesh.nodes):
-                raise ParameterError(f"{name}[{index}]: got node {place}, expected 0 to {len(self.mesh.nodes) - 1}")
+                raise ParameterError(f"got node {place}", expected=f"0 to {len(self.mesh.nodes) - 1}", at=f"{name}[{index}]")
             found.append(place if isinstance(place, int) else self._node_near(f"{name}[{index}]", place))
             if found[-1] in found[:-1]:
-                raise ParameterError(f"{name}[{index}]: node {found[-1]} is there already; give each node once")
+                raise ParameterError(f"node {found[-1]} is there already", hint="give each node once", at=f"{name}[{index}]")
         return np.array(found, dtype=np.int64)
 
     def _node_near(self, where: str, point: Sequence[float]) -> int:
@@ -127,7 +129,7 @@ class Grid(Component):
                 forced=self._forced.tolist(), hourglass=p.hourglass, parts=parts, attached=attached,
             )  # fmt: skip
         except ValueError as error:
-            raise ParameterError(f"component 'grid': {error}") from None
+            raise ParameterError(f"{error}", source="component 'grid'") from None
 
     def _parts(self) -> int:
         """Return in how many parts threads can advance the grid: yielding cells note events, in the order of cells."""
@@ -135,15 +137,19 @@ class Grid(Component):
 
     def _suggest_step(self) -> float:
         if self.highest_frequency == 0.0:
-            raise ParameterError("boundaries: no node can move; leave an edge free, or make the mesh finer")
+            raise ParameterError("no node can move", hint="leave an edge free, or make the mesh finer", at="boundaries")
         return round_down_to_125(SUGGESTED * 2.0 / self.highest_frequency)
 
     def _refuse_large_step(self) -> None:
         if self.highest_frequency * self.step_size > 2.0 * ALLOWED:
             largest = 2.0 / self.highest_frequency
             raise ParameterError(
-                f"step_size: got {self.step_size:g} s, expected at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest "
-                f"stable one, 2 / omega = {largest:.4g} s; leave it out, or make the cells larger"
+                f"got {self.step_size:g} s",
+                expected=(
+                    f"at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest stable one, 2 / omega = {largest:.4g} s"
+                ),
+                hint="leave it out, or make the cells larger",
+                at="step_size",
             )
 
     def _lay_out_state(self) -> None:
@@ -247,12 +253,12 @@ class Grid(Component):
             members = group[group >= 0]
             if (value[members] != value[members[0]]).any():
                 raise ParameterError(
-                    f"start.{name}: the nodes {members.tolist()} are joined by periodic edges; give them one value"
+                    f"the nodes {members.tolist()} are joined by periodic edges", hint="give them one value", at=f"start.{name}"
                 )
 
     def _refuse_inverted_start(self, cell: int) -> None:
         if cell >= 0:
-            raise ParameterError(f"start.displacement: cell {cell} would be inverted; give smaller displacements")
+            raise ParameterError(f"cell {cell} would be inverted", hint="give smaller displacements", at="start.displacement")
 
     @property
     def joined(self) -> IntArray:

@@ -24,8 +24,8 @@ from .stability import ALLOWED, SUGGESTED, WALL_STIFFNESS, highest_frequency
 from .stencils import Stencils
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
-# What a node, and an integration point, take at most: tables, state, its copy, scratch.
-_BYTES_OF_NODE, _BYTES_OF_POINT = 420, 720
+# What a node, and an integration point, take: tables, state, its copy, scratch, and the stencils by which fields are read.
+_BYTES_OF_NODE, _BYTES_OF_POINT = 500, 590
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
 _FAILURES = {
@@ -65,7 +65,7 @@ class Shell(Component):
         self.mass: FloatArray = self._assembly.solid.body.mass
         self.highest_frequency: float = highest_frequency(self._assembly.solid)
         if self.highest_frequency == 0.0:
-            raise ParameterError("boundaries: no node can move; leave an edge free, or give more nodes")
+            raise ParameterError("no node can move", hint="leave an edge free, or give more nodes", at="boundaries")
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
         self._refuse_large_step()
         self._solid: Solid = self._finish_solid()
@@ -181,6 +181,7 @@ class Shell(Component):
             "equivalent_stress": self._equivalent_stress,
             "plastic_strain": self._plastic_strain,
             "temperature": self._temperature,
+            **({"fracture_ratio": self._fracture_ratio} if self._solid.plastic else {}),
             "node_stress": lambda: self._at_nodes(self._equivalent_stress()),
             "surface_displacement": lambda: self._field(state.displacement)[top],
             "surface_stress": lambda: self._at_nodes(self._equivalent_stress())[top],
@@ -210,6 +211,12 @@ class Shell(Component):
         xx, yy, zz, xy, yz, zx = self._state.stress.T
         spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
         return np.sqrt(0.5 * spread + 3.0 * (xy * xy + yz * yz + zx * zx))
+
+    def _fracture_ratio(self) -> FloatArray:
+        """Return how near each point is to parting, shape (m,)."""
+        out = np.zeros(self.point_count)
+        energies.write_largest_principal(self._state.stress, out)
+        return out / (self.parameters.fracture_factor * self._solid.law.yield_stress)
 
     def _plastic_strain(self) -> FloatArray:
         return self._state.plastic_strain if self._solid.plastic else np.zeros(self.point_count)
@@ -269,7 +276,7 @@ class Shell(Component):
     def _update_forces(self) -> int:
         """Advance stresses elastically to the displacements of now, and write the forces; return 0 or a status."""
         elastic = self._solid._replace(plastic=False)
-        return int(kernels.update_forces(elastic, self._state, self._scratch, 0, self.point_count, self._failed))
+        return int(kernels.update_forces(elastic, self._state, self._scratch, self._failed))
 
     def _refuse_bad_start(self) -> None:
         if not (self._state.temperature > 0.0).all():
@@ -355,28 +362,52 @@ class Shell(Component):
         """Return how close the step is to the largest stable one, and what the body has borne."""
         sums = self._sums()
         stored = sums["elastic_energy"] + sums["kinetic_energy"] + sums["plastic_work"]
-        return {
+        found = {
             "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
+            "step over the largest stable one, as compressed as it is": self._compressed_step(),
             "largest equivalent stress now, Pa": float(self._equivalent_stress().max()),
-            "largest plastic strain": float(self._plastic_strain().max()),
-            "highest temperature, K": float(self._temperature().max()),
             "hourglass energy over that of the body": sums["hourglass_energy"] / stored if stored > 0.0 else 0.0,
         }
+        if self._solid.plastic:
+            ratio = self._fracture_ratio()
+            nearest = int(ratio.argmax())
+            across, through = (len(line.at) for line in self._assembly.points.lines[1:])
+            along = self._assembly.points.lines[0].at[nearest // (across * through)]
+            found |= {
+                "largest plastic strain": float(self._state.plastic_strain.max()),
+                "highest temperature, K": float(self._state.temperature.max()),
+                "largest fracture ratio now": float(ratio[nearest]),
+                "where along the body, m": float(self._assembly.lattice.axes[0].at(along)),
+            }
+        return found
 
     def cautions(self) -> list[str]:
-        """Return a sentence where the hourglass control holds more than it should."""
-        part = self.report()["hourglass energy over that of the body"]
-        if part <= _HOURGLASS_PART:
-            return []
-        return [
-            f"hourglass control holds {part:.1%} of the energy: displacements alternate from column to column; give more "
-            "nodes, or integration = {surface = 'cell'}"
-        ]
+        """Return a sentence where hourglass control holds too much, and where the body is compressed too far for the step."""
+        found, report = [], self.report()
+        part, step = report["hourglass energy over that of the body"], self._compressed_step()
+        if part > _HOURGLASS_PART:
+            found.append(
+                f"hourglass control holds {part:.1%} of the energy: displacements alternate from column to column; give more "
+                "nodes, or integration = {surface = 'cell'}"
+            )
+        if step > 1.0:
+            found.append(
+                f"where the body is compressed most, the step (now {self.step_size:g} s) is {step:.2g} of the largest stable "
+                "one; take a smaller step_size"
+            )
+        return found
+
+    def _compressed_step(self) -> float:
+        """Return the step over the largest stable one where the body is compressed most, and its frequencies are highest."""
+        gradient = self._state.gradient.reshape(-1, 3, 3) + np.eye(3)
+        squares = np.linalg.eigvalsh(np.einsum("pij,pik->pjk", gradient, gradient))
+        shortest = float(np.sqrt(max(squares.min(), 1e-12)))
+        return 0.5 * self.highest_frequency * self.step_size / shortest
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the outer surface and all nodes, coloured by the equivalent stress."""
         lattice = self._assembly.lattice
-        size = 0.5 * float(min(axis.slope(np.zeros(1))[0] for axis in lattice.axes[::2]))
+        size = 0.15 * float(min(axis.slope(np.zeros(1))[0] for axis in lattice.axes[::2]))
         return (
             Cells("surface", self.nodes[self.surface_nodes], surface_quads(lattice), "surface_stress", "surface_displacement"),
             Points("nodes", self.nodes, np.full(len(self.nodes), size), "displacement", "node_stress"),

@@ -1,4 +1,4 @@
-"""Energies and momentum of the solid as it is."""
+"""Energies, momentum and principal stresses of the solid as it is."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..materials.stress_invariants import elastic_energy_density
+from ..materials.stress_invariants import elastic_energy_density, largest_principal
 from ..materials.thermoviscoplastic import elastic_moduli
 from ..support.jit import jit
 from .hourglass import hourglass_energy
@@ -55,6 +55,14 @@ def wall_energy(solid, state):
         depth = wall_depth(solid, state, j)
         energy += 0.5 * solid.body.bounce[j] * depth * depth
     return energy
+
+
+@jit
+def write_largest_principal(stress, out):
+    """Write the largest principal stress of each point [Pa]."""
+    for p in range(out.size):
+        xx, yy, zz, xy, yz, zx = stress[p, 0], stress[p, 1], stress[p, 2], stress[p, 3], stress[p, 4], stress[p, 5]
+        out[p], _, _, _ = largest_principal(xx, yy, zz, xy, yz, zx)
 
 
 def measure(solid: Solid, state: State) -> dict[str, Any]:

@@ -132,10 +132,11 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     n, m, layers = lattice.shape
     volumes = lattice.volumes.reshape(n * m, layers)
     shares = volumes[0] / volumes[0].sum()
-    place = np.einsum("ckd,k->cd", lattice.nodes.reshape(n * m, layers, 3), shares)
+    place = (lattice.nodes.reshape(n * m, layers, 3) * shares[:, None]).sum(axis=1)
     partner = np.stack([*_partners(lattice, 0), *_partners(lattice, 1)], axis=-1).reshape(n * m, 4)
     partner = np.where(alpha > 0.0, partner, -1)
-    distance = np.linalg.norm(place[partner] - place[:, None], axis=2)
+    apart = place[partner] - place[:, None]
+    distance = np.sqrt(apart[..., 0] ** 2 + apart[..., 1] ** 2 + apart[..., 2] ** 2)
     distance = np.where(partner >= 0, distance, 1.0)
     # Volume of half of both columns over the distance: the section of what lies between them.
     section = 0.5 * (volumes.sum(axis=1)[:, None] + volumes.sum(axis=1)[partner]) / distance

@@ -52,9 +52,11 @@ def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed
     for row in range(signals.shape[0]):
         failed[1] = first_tick + row + 1
         drift(solid, state, scratch, signals[row], pressures, tally)
-        status = update_forces(solid, state, scratch, 0, solid.body.volume.size, failed)
+        status = update_stresses(solid, state, scratch, 0, solid.body.volume.size, failed)
         if status != 0:
             return status
+        hold_columns(solid, state, scratch, 0, solid.hourglass.partner.shape[0])
+        gather_forces(solid, state, scratch, 0, solid.body.mass.size)
         kick(solid, state, scratch, signals[row], pressures, tally)
     return 0
 
@@ -147,10 +149,12 @@ def edge(surface, u, first, second):
     )
 
 
-@jit
-def update_forces(solid, state, scratch, begin, end, failed):
-    """Advance stresses to the displacements of now, and write the forces; return 0 or a status of `layout`."""
-    status = update_stresses(solid, state, scratch, begin, end, failed)
+def update_forces(solid, state, scratch, failed):
+    """Advance stresses to the displacements of now, and write the forces; return 0 or a status of `layout`.
+
+    For callers outside of `advance`. It is not compiled: a kernel that calls kernels holds their machine code once more.
+    """
+    status = update_stresses(solid, state, scratch, 0, solid.body.volume.size, failed)
     if status == 0:
         hold_columns(solid, state, scratch, 0, solid.hourglass.partner.shape[0])
         gather_forces(solid, state, scratch, 0, solid.body.mass.size)

@@ -7,9 +7,9 @@ from pydantic import Field, model_validator
 from ..support.fields import NotNegative, Pair, Positive, field
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
-from .geometry.bodies import BodyShape, ChosenBody, Rod, Tube
+from .geometry.bodies import ChosenBody, Rod, Tube
 from .integration import RuleName
-from .material import ChosenMaterial, LinearElastic, SolidMaterial
+from .material import ChosenMaterial, LinearElastic
 from .shape_functions import BasisName
 
 # Radius within which a point sees nodes, in spacings: with each basis the smallest that is sound.
@@ -52,18 +52,11 @@ class ShellParameters(Parameters):
     gauges: list[Pair] = field(
         [], "places on the outer surface whose strain has outputs: x and, of a tube, the angle from z to y [rad], or y", "m"
     )
+    fracture_factor: Positive = field(
+        3.0, "largest principal stress over the yield stress at which the material would part; for `fracture_ratio`", "1"
+    )
     initial_temperature: Positive = field(293.0, "temperature at the start", "K")
     step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
-
-    @property
-    def shape(self) -> BodyShape:
-        """The body."""
-        return self.body
-
-    @property
-    def solid_material(self) -> SolidMaterial:
-        """The material."""
-        return self.material
 
     @property
     def chosen_radius(self) -> float:
@@ -88,6 +81,19 @@ class ShellParameters(Parameters):
                 raise ValueError(f"boundaries.{edge}: got 'wall', expected it at start or end")
         if [*self.boundaries.values()].count("wall") > 1:
             raise ValueError("boundaries: got two walls, expected at most one")
+        return self
+
+    @model_validator(mode="after")
+    def _validate_neighbourhoods(self) -> ShellParameters:
+        _, across, layers = self.body.counts
+        if self.basis == "quadratic" and layers < 3:
+            raise ValueError(f"body.layers: got {layers}, expected at least 3 with the basis 'quadratic'")
+        closed = isinstance(self.body, Tube) and not self.body.half
+        if closed and across <= 2.0 * self.chosen_radius:
+            raise ValueError(
+                f"body.around: got {across}, expected more than {2.0 * self.chosen_radius:g}, twice the radius within which a "
+                "point sees nodes: it would see some of them from both sides"
+            )
         return self
 
     @model_validator(mode="after")

@@ -32,8 +32,8 @@ def highest_frequency(solid: Solid) -> float:
     body = solid.body
     tied = solid.hourglass
     inputs = (
-        body.mass, body.nodes, body.gradients, body.volume, body.prescribed > 0, tied.stiffness, solid.law.young,
-        solid.law.poisson,
+        *body._replace(prescribed=body.prescribed > 0, bounce=np.zeros(0)), tied.place, tied.partner, tied.stiffness,
+        tied.shares, solid.law.young, solid.law.poisson,
     )  # fmt: skip
     return _found.get(inputs, lambda: _compute_frequency(solid))
 
@@ -59,7 +59,7 @@ def _compute_frequency(solid: Solid) -> float:
         state.displacement[:] = shape * (size / largest)
         state.gradient[:] = 0.0
         state.stress[:] = 0.0
-        kernels.update_forces(solid._replace(plastic=False), state, scratch, 0, m, failed)
+        kernels.update_forces(solid._replace(plastic=False), state, scratch, failed)
         state.force[held] = 0.0
         shape = state.force / (-body.mass[:, np.newaxis])
         # |K x| / |M x| in the norm of the masses: between Rayleigh's quotient and the highest one.

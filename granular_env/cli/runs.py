@@ -6,7 +6,7 @@ from contextlib import nullcontext
 
 import click
 
-from granular_env.cli.command import Overrides, command, exclusive, output_options, overwrite_option, set_option
+from granular_env.cli.command import Overrides, command, exclusive, large_option, output_options, overwrite_option, set_option
 from granular_env.cli.completion import files, names
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.log_paths import log_target
@@ -39,6 +39,7 @@ from granular_env.cli.results import print_result, silence_own_warnings
     type=float,
     help="With --live: how long the run takes to watch (default: 10; 0: no longer than needed).",
 )
+@large_option("With --resume: lift the limits on sizes that a log may declare.")
 @output_options("log")
 @exclusive("log", "no_log")
 @exclusive("resumed", "no_log")
@@ -54,6 +55,7 @@ def run(
     hash_every: int | None,
     live: bool,
     pace: float | None,
+    allow_large: bool,
     quiet: bool,
     for_programs: bool,
 ) -> int:
@@ -62,7 +64,7 @@ def run(
     With --resume LOG alone the experiment is the log's; with an EXPERIMENT too, a log of another one is refused.
     """
     if resumed is not None:
-        return _resume(resumed, experiment, overrides, log, overwrite, quiet, for_programs)
+        return _resume(resumed, experiment, overrides, log, overwrite, allow_large, quiet, for_programs)
     if experiment is None:
         raise click.UsageError("Missing argument 'EXPERIMENT'.")
     from granular_env.documents import parse_assignments
@@ -85,6 +87,7 @@ def _resume(
     overrides: Overrides,
     log: str | None,
     overwrite: bool,
+    allow_large: bool,
     quiet: bool,
     for_programs: bool,
 ) -> int:
@@ -94,5 +97,13 @@ def _resume(
         raise click.UsageError("--set goes with an EXPERIMENT; --resume alone takes the experiment of the log as it is.")
     show = not quiet and not for_programs
     with silence_own_warnings():
-        result = resume(path, log=log, experiment=experiment, overrides=overrides, progress=show, overwrite=overwrite)
+        result = resume(
+            path,
+            log=log,
+            experiment=experiment,
+            overrides=overrides,
+            progress=show,
+            overwrite=overwrite,
+            allow_large=allow_large,
+        )
     return print_result(result, quiet, for_programs)

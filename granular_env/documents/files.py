@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError, shortened
 from granular_env.components.files import read_bounded
 from granular_env.package_contents import shipped_files
@@ -51,6 +52,17 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
         )
     advice = nearest_names(str(source), shipped)
     raise ExperimentError(f"got {shortened(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
+
+
+def read_data(path: Path, hint: str = "paths are relative to the experiment file") -> bytes:
+    """Return the bytes of a CSV file that a document names; `ExperimentError` with a hint where it cannot be read."""
+    try:
+        return read_bounded(path, LARGEST_FILE, "thin the samples out", ExperimentError)
+    except (OSError, ValueError) as error:
+        if isinstance(error, ExperimentError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise ExperimentError(f"the CSV file cannot be read: {reason}", hint=hint, source=str(path)) from None
 
 
 def begins_as_log(path: Path) -> bool:

@@ -10,8 +10,8 @@ from granular_env.recording.estimate import estimated_bytes
 
 from .preparation import Prepared
 
-# What lasts longer, or writes more, is told of.
-_LONG, LARGE_LOG = 60.0, 200_000_000  # s, bytes
+# What lasts longer, or writes more, is told of; on a terminal the size of smaller logs too.
+_LONG, LARGE_LOG, TOLD_LOG = 60.0, 200_000_000, 10_000_000  # s, bytes
 _MEASURED = 0.02  # s of stepping that the speed is read off
 _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
@@ -37,15 +37,15 @@ def _seconds_per_tick(ready: Prepared) -> float:
     return (perf_counter() - begin) / max(component.tick - first, 1)
 
 
-def size_note(ready: Prepared) -> str:
-    """Return a sentence on the size of the log where that is large; "" else."""
+def size_note(ready: Prepared, least: int) -> str:
+    """Return a sentence on the size of the log where that is so many bytes, "" else; and what to do where it is large."""
     size = recorded_bytes(ready)
-    if size < LARGE_LOG:
+    if size < least:
         return ""
-    return (
-        f"the log takes up to {readable_bytes(size)} before compression; record less often (record.every) or fewer variables "
-        "(record.variables) for a smaller one"
-    )
+    note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk a fifth to two thirds of that"
+    if size < LARGE_LOG:
+        return note
+    return f"{note}; record less often (record.every) or fewer variables (record.variables) for a smaller one"
 
 
 def recorded_bytes(ready: Prepared) -> int:

@@ -14,12 +14,10 @@ from pydantic.fields import FieldInfo
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.contract import Variable
-from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError, Fault, Option
-from granular_env.components.files import read_bounded
 from granular_env.components.support.validation import Parameters, tables
 from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
-from granular_env.documents.files import nearest_names
+from granular_env.documents.files import nearest_names, read_data
 from granular_env.output_files import write_files
 from granular_env.package_contents import first_sentence, shipped_names
 
@@ -66,7 +64,7 @@ def write(name: str, target: Path, force: bool = False) -> list[Path]:
     text = template(name, target.stem)
     copies = {} if name in catalogue.names() else _data_files(name, target.parent)
     _refuse_existing((target, *copies), force)
-    contents = {copied: _content(original) for copied, original in copies.items()}
+    contents = {copied: read_data(original, "copy it by hand") for copied, original in copies.items()}
     write_files({**contents, target: text.encode("utf-8")}, ExperimentError)
     return [target, *copies]
 
@@ -105,19 +103,6 @@ def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
         if os.path.lexists(path) and not force:
             hint = ("choose another name, or pass ", Option("force"))
             raise ExperimentError(Fault(received=f"{path} exists", hint=hint))
-
-
-def _content(original: Path) -> bytes:
-    try:
-        return read_bounded(original, LARGEST_FILE, "copy it by hand", ExperimentError)
-    except (OSError, ValueError) as error:
-        if isinstance(error, ExperimentError):
-            raise
-        raise ExperimentError(
-            f"the CSV file cannot be read: {getattr(error, 'strerror', None) or error}",
-            hint="copy it by hand",
-            source=str(original),
-        ) from None
 
 
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:

@@ -47,12 +47,11 @@ def make_schedule(
     ):
         raise ParameterError(f"got {hash_every!r}", expected="a whole number of ticks, at least 1", at="hash_every")
     duration = experiment.get("duration") if isinstance(experiment, Mapping) else None
-    frame_every = 0
+    frame_every, values = 0, sum(math.prod(component.variables[name].shape) for name in names)
     if every is not None:
         frame_every = component.ticks_in(every, "every")
     elif isinstance(duration, (int, float)) and duration > 0.0:
-        frame_every = frames_for(round(duration / component.step_size))
-    values = sum(math.prod(component.variables[name].shape) for name in names)
+        frame_every = frames_for(round(duration / component.step_size), values, component.state_bytes // 8)
     key_ticks = 0 if key_every is None else component.ticks_in(key_every, "key_every")
     return Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), key_ticks)
 

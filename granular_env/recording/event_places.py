@@ -12,7 +12,7 @@ from ..components.snapshot import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class EventPlace:
-    """Where an event took place.
+    """The elements that an event concerns, and their place.
 
     Attributes:
         elements: what it concerns, such as "automata 12 and 13" for a link.

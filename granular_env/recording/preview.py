@@ -41,7 +41,7 @@ from .displacement_scale import choose_exaggeration
 _SHOWN_SECONDS = 10.0
 _SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 # Bounds of what is drawn: moving pictures, particles of the preview, those drawn as spheres or with columns.
-_MOST_PICTURES = 100
+MOST_PICTURES = 100
 _MOST_PARTICLES, _MOST_SPHERES = 500, 200
 # Parts of the picture's length: how far the preview is lifted beside the true particles, the highest column. With less,
 # the camera that rerun chooses stands so near that it sees half the chain.
@@ -139,7 +139,7 @@ def preview_messages(facts: PreviewFacts, frames: Sequence[PreviewFrame]) -> Ite
     scalars = _Scalars.of(facts, frames)
     scene, others = Scene.of(facts, frames), Others.of(facts, frames)
     yield _about(facts, clock, scene, scalars)
-    pictures = set(_evenly(len(frames), _MOST_PICTURES))
+    pictures = set(_evenly(len(frames), MOST_PICTURES))
     for place, frame in enumerate(frames):
         times = clock.at(frame.nanoseconds), frame.nanoseconds
         for topic, encoded in scalars.topics:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..components.errors import LogError
-from ..components.support.roots import round_up_to_125
+from ..components.support.roots import round_down_to_125, round_up_to_125
+from .records import damage
 
 # Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
 HASH_EVERY = 4096
@@ -16,6 +16,10 @@ _FRAMES = 400
 # Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
 _FRAMES_A_DOUBLING, _LARGE_FRAMES_A_DOUBLING = 64, 16
 _LARGE_FRAME = 8192
+# Frames of more numbers than this cost more than the ticks between them: on a grid of a million nodes (2 cores, a state of
+# 104 MB) a tick takes 0.04 s and a frame of 72 MB 0.8 s. 500 ticks for each frame as large as the state keep it to a twentieth.
+_HUGE_FRAME, _HUGE_FRAMES_A_DOUBLING = 1_000_000, 4
+_TICKS_A_FRAME, _FEWEST_FRAMES = 500, 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +65,7 @@ def schedule_from(options: Any) -> Schedule:
     if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
         type(options[name]) is int and options[name] >= low for name, low in lowest.items()
     ):  # fmt: skip
-        raise LogError("the log's header does not say when frames were taken")
+        raise damage("it does not say when frames were taken", "header.options")
     return Schedule(**options)
 
 
@@ -92,11 +96,25 @@ class Agenda:
         return min(self.frame, self.hash, self.key)
 
 
-def frames_for(ticks: int) -> int:
-    """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks."""
-    return int(round_up_to_125(max(ticks / _FRAMES, 1.0)))
+def frames_for(ticks: int, values: int, state: int) -> int:
+    """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks.
+
+    Where frames are huge there are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks.
+
+    Args:
+        ticks: of the run.
+        values: numbers of a frame.
+        state: numbers of the state.
+    """
+    interval = round_up_to_125(max(ticks / _FRAMES, 1.0))
+    if values > _HUGE_FRAME:
+        wanted = min(_TICKS_A_FRAME * values / state, ticks / _FEWEST_FRAMES)
+        interval = max(interval, round_down_to_125(max(wanted, 1.0)))
+    return int(interval)
 
 
 def doubling_for(values: int) -> int:
     """Frames per doubling for frames of so many numbers."""
+    if values > _HUGE_FRAME:
+        return _HUGE_FRAMES_A_DOUBLING
     return _LARGE_FRAMES_A_DOUBLING if values > _LARGE_FRAME else _FRAMES_A_DOUBLING

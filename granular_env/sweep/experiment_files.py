@@ -8,9 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.csv_history import LARGEST_FILE
-from granular_env.components.errors import ExperimentError
-from granular_env.components.files import read_bounded
+from granular_env.documents.files import read_data
 
 
 def names_a_file(key: str, value: Any) -> bool:
@@ -40,7 +38,7 @@ def gather_files(
 
     def name_by_content(path: str) -> str:
         if path not in names:
-            data = _read(folder / path)
+            data = read_data(folder / path)
             names[path] = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
             contents[names[path]] = data
         return names[path]
@@ -70,16 +68,3 @@ def _csv_tables(node: Any) -> Iterator[dict[str, Any]]:
     elif isinstance(node, list):
         for part in node:
             yield from _csv_tables(part)
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return read_bounded(path, LARGEST_FILE, "thin the samples out", ExperimentError)
-    except (OSError, ValueError) as error:
-        if isinstance(error, ExperimentError):
-            raise
-        raise ExperimentError(
-            f"the CSV file cannot be read: {getattr(error, 'strerror', None) or error}",
-            hint="paths are relative to the experiment file",
-            source=str(path),
-        ) from None

@@ -127,6 +127,7 @@ AUTOMATA_CRUSHED = {
     "boundaries": {"bottom": "fixed", "top": "velocity"},
     "response": {"name": "plastic_degrading", "yield_stress": 2e7, "hardening": 5e9},
     "strength_scatter": 0.2, "criterion": {"name": "drucker_prager", "compressive": 4e7, "tensile": 1e7},
+    "contact_damping": 0.1, "relinking": {"name": "cold_welding", "pressure": 2e7, "slip_speed": 2.0},
 }  # fmt: skip
 
 
@@ -138,7 +139,7 @@ def pulled_automata(component: ge.Component) -> None:
 
 
 def crushed_automata(component: ge.Component) -> None:
-    """Automata that are crushed and sheared until they yield, break and rub, and are pulled apart again."""
+    """Automata that are crushed and sheared until they yield, break, rub and are welded, and are pulled apart."""
     component.step(3e-5, top_velocity=[3.0, -4.0])
     component.step(3e-5, top_velocity=[-2.0, 5.0])
 
@@ -247,6 +248,23 @@ def driven_nozzle(component: ge.Component) -> None:
     component.step(2e-5, left_pressure=ge.Profile.triangle(5e5, 1e-5))
 
 
+# A half tube whose metal flows, one end on a wall, the other moved.
+BULGING = {
+    "body": {"name": "tube", "length": 0.002, "inner_radius": 0.003, "wall": 8e-4, "along": 3, "around": 4, "half": True},
+    "material": "thermoviscoplastic",
+    "boundaries": {"start": "wall", "end": "moved"},
+    "gauges": [[0.001, 1.5]],
+    "step_size": 2.5e-8,
+}
+
+
+def bulging_tube(tube: ge.Component) -> None:
+    """Press the tube from inside and towards the wall."""
+    tube.reset(nodal_velocity={index: (-20.0, 0.0, 0.0) for index in range(0, 24)})
+    tube.step(1e-6, pressure=[8e7, 6e7, 2e7], end_velocity=[-20.0, 0.0, 0.0])
+    tube.step(1e-6, pressure=ge.Profile.half_sine(6e7, 1e-6) * [1.0, 0.5, 0.25])
+
+
 # Name -> (component, what is done, seconds between frames).
 CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "piston": (make("chain", grains=40, left="piston", **PAPER), plain(2.5e-4, velocity={0: 5.0}), 1e-5),
@@ -325,6 +343,7 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "coupled-cracking": (make("coupled", **COUPLED_CRACKING), sheared_core, 5e-5),
     "detonation-bursting": (make("detonation", **BURSTING), bursting_tube, 1e-5),
     "detonation-nozzle": (make("detonation", **NOZZLE), driven_nozzle, 1e-5),
+    "shell-bulging": (make("shell", **BULGING), bulging_tube, 5e-7),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")

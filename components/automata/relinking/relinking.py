@@ -21,6 +21,6 @@ class Relinking(Named):
 
 
 class Never(Relinking):
-    """What has broken stays broken."""
+    """No law: pairs stay broken."""
 
     name: Literal["none"] = field("none", "which law", "1")

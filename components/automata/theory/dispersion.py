@@ -33,7 +33,7 @@ def lattice_frequencies(
         diameter: of the automata [m].
     """
     if packing not in LATTICES:
-        raise ParameterError(f"packing: got {packing!r}, expected one of {', '.join(LATTICES)}")
+        raise ParameterError(f"got {packing!r}", expected=f"one of {', '.join(LATTICES)}", at="packing")
     lattice, k = LATTICES[packing], np.asarray(wave_vector, dtype=np.float64)
     face, volume = lattice.face * diameter, lattice.volume * diameter**2
     stiffness, dilation = np.zeros((3, 3), complex), np.zeros(3, complex)
@@ -62,5 +62,5 @@ def leapfrog_frequency(frequency: float, step: float) -> float:
         step: h, below 2 / W [s].
     """
     if not 0.0 < frequency * step < 2.0:
-        raise ParameterError(f"step: got {step:g} s, expected less than 2 / frequency = {2.0 / frequency:g} s")
+        raise ParameterError(f"got {step:g} s", expected=f"less than 2 / frequency = {2.0 / frequency:g} s", at="step")
     return 2.0 / step * math.asin(0.5 * frequency * step)

@@ -14,11 +14,20 @@ from typing import ClassVar, Literal
 
 from ...support.fields import field
 from ...support.jit import inlined
+from ...support.roots import two_thirds_power
 from ..layout import SMALLEST_OVERLAP, STIFFNESS
-from .law import Law
+from .law import FloatArray, Law
 
 
-class Hertz(Law):
+class HertzRest:
+    """The rest of contacts whose spring is Hertz's."""
+
+    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+        """Return (F / k)^(2/3)."""
+        return two_thirds_power(force / stiffness)
+
+
+class Hertz(HertzRest, Law):
     """F = k d^1.5: elastic spheres. k follows from radii and materials, unless `contact_stiffness` is given."""
 
     exponent: ClassVar[float] = 1.5

@@ -14,7 +14,7 @@ import numpy as np
 from ...support.fields import NotNegative, field
 from ...support.jit import inlined
 from ..layout import LAW_CONSTANTS
-from .hertz import energy, energy_pullback, energy_root, energy_root_pullback, force, force_slopes
+from .hertz import HertzRest, energy, energy_pullback, energy_root, energy_root_pullback, force, force_slopes
 from .law import Dissipative, FloatArray
 
 __all__ = [
@@ -23,7 +23,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-class KuwabaraKono(Dissipative):
+class KuwabaraKono(HertzRest, Dissipative):
     """F = k d^1.5 + dissipation x sqrt(d) dd/dt while d > 0, cut off at 0."""
 
     exponent: ClassVar[float] = 1.5

@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...support.arrays import FloatArray
-from ...support.roots import two_thirds_power
 from ...support.tagged_union import Named
 from ..layout import MOST_HISTORY_ROWS
 from . import functions
@@ -41,7 +40,7 @@ class Law(Named):
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
     ) -> FloatArray:
-        """Return what the law wants to know of each contact beside its stiffness, shape (contacts, k).
+        """Return what the law wants to know of each contact beside its stiffness, shape (contacts, k) with k up to 3.
 
         Args:
             stiffness: of each place, shape (n + 1,), as the other arrays.
@@ -52,8 +51,11 @@ class Law(Named):
         return np.zeros((contacts.stop - contacts.start, 0))
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """Return the overlap at which a contact that was never loaded before carries a force, shape (contacts,) [m]."""
-        return two_thirds_power(force / stiffness)
+        """Return the overlap at which a contact that was never loaded before carries a force, shape (contacts,) [m].
+
+        Every law has its own: a chain that is pressed, or a column that carries its weight, begins with it.
+        """
+        raise NotImplementedError
 
     def steepest(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return the k of F = k d^p where contacts are stiffest, which the step has to resolve, shape (contacts,)."""
@@ -104,7 +106,8 @@ def missing_functions(law: type[Law], *, gradient: bool = False) -> tuple[str, .
         needed += functions.DISSIPATIVE + (functions.DISSIPATIVE_GRADIENT if gradient else ())
     if law.history_rows:
         needed += functions.HISTORY
-    return lacks(law, needed)
+    own = () if law.overlap_at is not Law.overlap_at else ("overlap_at",)
+    return own + lacks(law, needed)
 
 
 def lacks(law: type[Law], names: tuple[str, ...]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 from ...support.fields import NotNegative, field
 from ...support.jit import inlined
 from ..layout import LAW_CONSTANTS
-from .hertz import energy, energy_pullback, energy_root, energy_root_pullback, force, force_slopes
+from .hertz import HertzRest, energy, energy_pullback, energy_root, energy_root_pullback, force, force_slopes
 from .law import Dissipative, FloatArray
 
 __all__ = [
@@ -22,7 +22,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-class Viscous(Dissipative):
+class Viscous(HertzRest, Dissipative):
     """F = k d^1.5 + dissipation x dd/dt while d > 0, cut off at 0."""
 
     exponent: ClassVar[float] = 1.5

@@ -1,0 +1,55 @@
+"""The shipped experiments on the solid, against theory."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.solid_tools import RADIUS, WALL, frequency
+
+import granular_env as ge
+from granular_env.components.shell.theory import breathing_frequency, lame_displacement
+
+
+def test_the_tube_breathes_and_its_log_replays(tmp_path: Path) -> None:
+    """On a third of its length: nothing depends on the place along the tube."""
+    path = tmp_path / "tube.mcap"
+    overrides = {"component.body.length": 0.02, "component.body.along": 9, "component.gauges": [[0.01, 1.0]], "duration": 6e-5}
+    ge.run("gato-shie-2010/breathing-mode", log=path, overrides=overrides)
+    time, strain = ge.open_log(path).series("gauge_strain")
+    hoop = strain[:, 0, 1]
+    outer = RADIUS + WALL
+    static = lame_displacement(69e9, 0.33, RADIUS, WALL, 3e6, outer) / outer
+    assert hoop.max() / static == pytest.approx(2.0, abs=0.02)
+    exact = breathing_frequency(69e9, 0.33, 2719.0, RADIUS + 0.5 * WALL)
+    assert frequency(hoop, float(time[1] - time[0])) / exact == pytest.approx(1.0, abs=3e-3)
+    assert np.abs(strain[:, 0, 0]).max() < 0.005 * hoop.max()
+    assert ge.verify(path).identical
+
+
+def test_a_rod_that_hits_a_wall_mushrooms() -> None:
+    """On a coarser rod, until it has come to rest; symmetric as it began."""
+    overrides = {"component.body.along": 16, "component.body.across": 4, "component.step_size": 1e-7, "duration": 4e-5}
+    rod: Any = ge.run("gato-shie-2010/taylor-rod", overrides=overrides).component
+    place = rod.nodes + rod.get("displacement")
+    length = float(np.ptp(place[:, 0]))
+    # exp(-rho v^2 / 2 sigma) of Wilkins & Guinan (1973), who leave hardening out: between the flow stress at 1e4/s before any
+    # strain, 1.17 sigma_0, and that after a strain of one, 1.9 sigma_0.
+    least, most = (math.exp(-2719.0 * 200.0**2 / (2.0 * factor * 275e6)) for factor in (1.17, 1.9))
+    assert least < length / 0.03 < most
+    face = place[rod.nodes[:, 0] == 0.0]
+    assert np.ptp(face[:, 1]) > 1.3 * 0.006
+    for axis in (1, 2):
+        mirrored = rod.nodes.copy()
+        mirrored[:, axis] = 0.006 - mirrored[:, axis]
+        order, twin = np.lexsort(np.round(rod.nodes, 9).T), np.lexsort(np.round(mirrored, 9).T)
+        reflected = place[twin].copy()
+        reflected[:, axis] = 0.006 - reflected[:, axis]
+        np.testing.assert_allclose(reflected, place[order], rtol=0.0, atol=1e-8)
+    assert rod.get("temperature").max() > 350.0
+    energy, momentum, _ = rod.balances()
+    assert abs(energy.residual) < 0.01 * energy.initial
+    assert momentum.entries["wall_impulse"][0] > -momentum.initial[0]  # type: ignore[index]
