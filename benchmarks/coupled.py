@@ -15,6 +15,8 @@ from .timing import interleaved, ratio, repeats_for
 
 # Part of a tick that may be spent on the interface, and on what the parts alone do in fewer passes.
 MOST_SHARE = 0.15
+# What a second thread has to give a large body; where it is used first it must not make a body slower.
+LEAST_GAIN, SMALLEST = 1.3, 158
 _SAMPLE_SECONDS = 0.2
 
 
@@ -26,7 +28,7 @@ def parts(side: int, n: int) -> dict[str, dict[str, Any]]:
     return {"grid": {"mesh": mesh, "material": MEDIUM}, "automata": automata}
 
 
-def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
+def measure(side: int = 300, rounds: int = 11, smallest: int = SMALLEST) -> Iterator[Figure]:
     """Lockstep with automata of the cells' size, and two micro-steps with those of half of it."""
     random = np.random.default_rng(1)
     for n, micro in ((1, 1), (2, 2)):
@@ -46,8 +48,8 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
                 "grid": lambda one=grid, t=ticks: one._advance(t),
                 "automata": lambda one=automata, t=ticks * micro: one._advance(t),
             },
-            rounds,
-        )
+            rounds, wall=True,
+        )  # fmt: skip
         cells, count = len(grid.mesh.cells), automata.count * micro
         each = {name: float(np.median(times[name])) / ticks * 1e9 for name in times}
         share = 1.0 - ratio(times["grid"] + times["automata"], times["coupled"])
@@ -58,3 +60,25 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
             note=f"{each['coupled'] / (cells + count):.0f} ns a cell or step of an automaton; alone {each['grid'] / cells:.0f} "
             f"a cell, {each['automata'] / count:.0f} a step of an automaton",
         )  # fmt: skip
+    yield _two_threads(side, rounds, LEAST_GAIN)
+    yield _two_threads(smallest, rounds, 1.0)
+
+
+def _two_threads(side: int, rounds: int, at_least: float) -> Figure:
+    """Both halves of one body by two threads, against the same body by one."""
+    medium: Any = ge.make("coupled", **parts(side, 1), micro_steps=1)
+    count = len(medium.grid.mesh.cells) + medium.automata.count
+    if not medium._halves:
+        return Figure("one thread / two, a coupled body", 1.0, at_least=at_least, note="too small for two threads")
+    velocity = 1e-4 * np.random.default_rng(1).standard_normal((medium.automata.count, 2))
+    medium.reset(automata_velocity=velocity)
+    ticks, halves = repeats_for(lambda: medium._advance(1), _SAMPLE_SECONDS), medium._halves
+
+    def advance(threads: int) -> None:
+        medium._halves = halves if threads == 2 else []
+        medium._advance(ticks)
+
+    times = interleaved({"one": lambda: advance(1), "two": lambda: advance(2)}, rounds, wall=True)
+    return Figure(
+        f"one thread / two, {count} cells and automata in lockstep", ratio(times["one"], times["two"]), at_least=at_least
+    )

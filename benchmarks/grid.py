@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -17,6 +18,8 @@ from .timing import interleaved, ratio, repeats_for
 MEDIUM = {"density": 1.0, "young": 2.5, "poisson": 0.25}
 # Of the roof of memory, for a mesh that fits no cache; and what a second thread has to give it.
 WANTED, LEAST_GAIN = 0.4, 1.3
+# The smallest square for which two threads are used: they must not be slower there than one.
+SMALLEST = math.isqrt(threads.LEAST_CELLS - 1) + 1
 _SAMPLE_SECONDS = 0.2
 # Arrays that a tick reads, and those that it writes as well, of `layout.Grid` and `layout.State`.
 _READ = ("reference", "cells", "half_inverse", "material", "hourglass", "slots", "node_slots", "order", "special")
@@ -56,8 +59,10 @@ def _advance_alone(grid: Any, ticks: int) -> None:
     kernels.advance(*_arguments(grid, ticks))
 
 
-def measure(sides: tuple[int, ...] = (60, 600), triad_words: int = 8_000_000, rounds: int = 11) -> Iterator[Figure]:
-    """Squares of 3600 and 360,000 cells; only the second does not fit a cache."""
+def measure(
+    sides: tuple[int, ...] = (60, 600), triad_words: int = 8_000_000, rounds: int = 11, smallest: int = SMALLEST
+) -> Iterator[Figure]:
+    """Squares of 3600 and 360,000 cells; only the second does not fit a cache. And the smallest that two threads share."""
     arrays = [np.ones(triad_words) for _ in range(3)]
     for side in sides:
         grid = noisy(side)
@@ -73,10 +78,11 @@ def measure(sides: tuple[int, ...] = (60, 600), triad_words: int = 8_000_000, ro
             at_least=WANTED if side == max(sides) else None,
             note=f"{rate:.1f} M node updates/s, {bytes_of_tick(grid) / nodes:.0f} bytes each",
         )  # fmt: skip
-    yield _two_threads(max(sides), rounds)
+    yield _two_threads(max(sides), rounds, LEAST_GAIN)
+    yield _two_threads(smallest, rounds, 1.0)
 
 
-def _two_threads(side: int, rounds: int) -> Figure:
+def _two_threads(side: int, rounds: int, at_least: float) -> Figure:
     """Two parts of one grid by two threads, against the same parts by one."""
     grid = noisy(side)
     ticks = repeats_for(lambda: _advance_alone(grid, 1), _SAMPLE_SECONDS)
@@ -85,4 +91,4 @@ def _two_threads(side: int, rounds: int) -> Figure:
     times = interleaved({name: lambda a=advance: a(*arguments) for name, advance in advances.items()}, rounds, wall=True)
     gain = ratio(times["one"], times["two"]) if "two" in times else 1.0
     note = "two parts" if "two" in times else "too small for two threads"
-    return Figure(f"one thread / two, {len(grid.mesh.nodes)} nodes", gain, at_least=LEAST_GAIN, note=note)
+    return Figure(f"one thread / two, {len(grid.mesh.nodes)} nodes", gain, at_least=at_least, note=note)

@@ -9,7 +9,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any
 
-from .errors import ParameterError, nearest, shortened
+from .errors import ParameterError, nearest, one_line
 
 if TYPE_CHECKING:
     from .component import Component
@@ -71,7 +71,7 @@ def component_class(name: str) -> type[Component]:
     for point in _foreign():
         if point.name == name:
             return _load_class(point)
-    raise ParameterError(f"got {shortened(name)}", expected="the name of a component", hint=nearest(name, names()))
+    raise ParameterError(f"got {one_line(name)}", expected="the name of a component", hint=nearest(name, names()))
 
 
 def make(name: str, **parameters: Any) -> Component:

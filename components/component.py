@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from .contract import Balance, Event, Variable
 from .drawables import validate_drawables
-from .errors import ParameterError, nearest, shortened
+from .errors import ParameterError, nearest, one_line
 from .inputs import Held, input_value
 from .snapshot import Block, FloatArray, Snapshot
 from .stepping import Stepping
@@ -140,7 +140,7 @@ class Component(Stepping, metaclass=_Fixed):
             return self._memory
         sound = isinstance(memory, np.ndarray) and memory.dtype == np.float64 and memory.flags.c_contiguous
         if not sound or not memory.flags.writeable or memory.size != math.prod(shape):
-            came = f"{memory.dtype} of shape {memory.shape}" if isinstance(memory, np.ndarray) else shortened(memory)
+            came = f"{memory.dtype} of shape {memory.shape}" if isinstance(memory, np.ndarray) else one_line(memory)
             raise ParameterError(f"got {came}", expected=f"writable C-ordered float64 of shape {shape}", at="memory")
         memory[...] = 0.0
         self._memory: FloatArray = memory.reshape(shape)
@@ -202,7 +202,7 @@ class Component(Stepping, metaclass=_Fixed):
             ParameterError: an unknown variable, a wrong shape, a value that is not finite; the state is unharmed.
         """
         if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64):
-            raise ParameterError(f"got {shortened(seed)}", expected="a whole number from 0 to 2^64 - 1, or None", at="seed")
+            raise ParameterError(f"got {one_line(seed)}", expected="a whole number from 0 to 2^64 - 1, or None", at="seed")
         self._refuse_while_stepping("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick = self._block.to_bytes(), self._tick
@@ -233,7 +233,7 @@ class Component(Stepping, metaclass=_Fixed):
         for balance in self.balances():
             for name, amount in balance.entries.items():
                 if not np.isfinite(amount).all():
-                    came = f"a {name} of {shortened(amount)} {balance.unit} follows from these values"
+                    came = f"a {name} of {one_line(amount)} {balance.unit} follows from these values"
                     raise ParameterError(came, expected="a finite one", hint="give smaller values", at="start")
 
     def get(self, name: str) -> Any:
@@ -261,7 +261,7 @@ class Component(Stepping, metaclass=_Fixed):
         if variable is None:
             hint = nearest(name, self.variables)
             expected = f"the name of a variable of {self._full_name}"
-            raise ParameterError(f"got {shortened(name)}", expected=expected, hint=hint, at="variable")
+            raise ParameterError(f"got {one_line(name)}", expected=expected, hint=hint, at="variable")
         if variable.causality == "parameter":
             return copy.deepcopy(getattr(self.parameters, name))
         return self.balance_values()[name]
@@ -384,7 +384,7 @@ class Component(Stepping, metaclass=_Fixed):
         """Raise what `restore` would raise for this snapshot, and change nothing."""
         if snapshot.__class__ is not Snapshot:
             expected = "what save() or Snapshot.from_bytes() gave"
-            raise ParameterError(f"got {shortened(snapshot)}", expected=expected, at="snapshot")
+            raise ParameterError(f"got {one_line(snapshot)}", expected=expected, at="snapshot")
         if snapshot.identity != self.identity:
             raise ParameterError(
                 f"got one of a component with identity {str(snapshot.identity)[:12]}...",
@@ -440,7 +440,7 @@ def refuse_unknown_events(kinds: Iterable[str], kind: Any, index: Any, source: s
     known = list(kinds)
     if kind is not None and kind not in known:
         raise ParameterError(
-            f"got {shortened(kind)}", expected="a kind of event", hint=nearest(str(kind), known), at="kind", source=source
+            f"got {one_line(kind)}", expected="a kind of event", hint=nearest(str(kind), known), at="kind", source=source
         )
     if index is not None:
         whole_number("index", index, 0)

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import ParameterError, nearest, shortened
+from .errors import ParameterError, nearest, one_line
 from .files import read_bounded
 from .support.arrays import FloatArray
 
@@ -95,10 +95,10 @@ def read_history(
     _check_choices(delimiter=(delimiter, _DELIMITERS), decimal=(decimal, (".", ",")), gaps=(gaps, ("refuse", "bridge")))
     for name, given in (("time_unit", time_unit), ("value_unit", value_unit), ("unit", unit)):
         if given is not None and not isinstance(given, str):
-            raise ParameterError(f"got {shortened(given)}", expected="a unit such as 'us' or 'kN'", at=name)
+            raise ParameterError(f"got {one_line(given)}", expected="a unit such as 'us' or 'kN'", at=name)
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise ParameterError(
-            f"got {shortened(skip)}", expected="how many lines to leave out, a whole number from 0 on", at="skip"
+            f"got {one_line(skip)}", expected="how many lines to leave out, a whole number from 0 on", at="skip"
         )
     rows = list(_rows(path, _content(opened), delimiter, decimal, skip))
     if not rows:
@@ -134,13 +134,13 @@ def _as_path(path: str | os.PathLike[str]) -> Path:
     try:
         return Path(path)
     except TypeError:
-        raise ParameterError(f"got {shortened(path)}", expected="the path of a CSV file", at="path") from None
+        raise ParameterError(f"got {one_line(path)}", expected="the path of a CSV file", at="path") from None
 
 
 def _check_choices(**choices: tuple[str, Sequence[str]]) -> None:
     for name, (chosen, known) in choices.items():
         if chosen not in known:
-            raise ParameterError(f"got {shortened(chosen)}", expected=" or ".join(map(json.dumps, known)), at=name)
+            raise ParameterError(f"got {one_line(chosen)}", expected=" or ".join(map(json.dumps, known)), at=name)
 
 
 def _understand_header(

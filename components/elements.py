@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .errors import Location, ParameterError, nearest, shortened
+from .errors import Location, ParameterError, nearest, one_line
 
 if TYPE_CHECKING:
     from .contract import Variable
@@ -73,7 +73,7 @@ def parse_element(text: Any) -> Element:
     match = _ELEMENT.fullmatch("".join(text.split())) if isinstance(text, str) else None
     if match is None:
         expected = "a variable, or an element of one, such as velocity, velocity[40] or velocity[3,1]"
-        raise ParameterError(f"got {shortened(text)}", expected=expected)
+        raise ParameterError(f"got {one_line(text)}", expected=expected)
     return Element(match["name"], () if match["index"] is None else parse_index(match["index"]))
 
 
@@ -91,7 +91,7 @@ def parse_index(given: Any) -> tuple[int, ...]:
         return tuple(_whole_number(part) for part in parts)
     except (TypeError, ValueError, OverflowError):
         expected = "a whole number for each axis, such as 3 or 3,1"
-        raise ParameterError(f"got the index {shortened(given)}", expected=expected) from None
+        raise ParameterError(f"got the index {one_line(given)}", expected=expected) from None
 
 
 def is_index(given: Any) -> bool:

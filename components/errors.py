@@ -81,7 +81,7 @@ def python_words(term: Term) -> str:
     """Return an option or an override as a script writes it."""
     if isinstance(term, Option):
         return term.call or f"{term.name}={term.value!r}"
-    return f"override {shortened(term.text, 60)}"
+    return f"override {one_line(term.text, 60)}"
 
 
 @dataclass(frozen=True)
@@ -258,7 +258,7 @@ class GranularWarning(UserWarning):
     """Something a scientist should know about a run that goes on."""
 
 
-def shortened(value: object, length: int = 80) -> str:
+def one_line(value: object, length: int = 80) -> str:
     """Describe a value that came, in one line: its repr, cut where it is long; of an array the kind and the shape."""
     dtype, shape = getattr(value, "dtype", None), getattr(value, "shape", None)
     if dtype is not None and isinstance(shape, tuple):

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import ParameterError, caution, shortened
+from .errors import ParameterError, caution, one_line
 from .support.arrays import FloatArray
 from .support.number_arrays import number_array
 from .support.validation import finite_number, positive_number
@@ -54,7 +54,7 @@ class CompiledProfile:
     def __post_init__(self) -> None:
         if not (isinstance(self.ticks, np.ndarray) and isinstance(self.coefficients, np.ndarray)):
             raise ParameterError(
-                f"got {shortened(self.ticks)} and {shortened(self.coefficients)}",
+                f"got {one_line(self.ticks)} and {one_line(self.coefficients)}",
                 expected="two arrays, ticks and coefficients",
                 hint="give a Profile to step() and it is compiled there",
                 source="compiled profile",
@@ -75,7 +75,7 @@ class CompiledProfile:
             raise ParameterError("got others", expected="increasing ticks and finite coefficients", source="compiled profile")
         if self.pattern is not None and not (isinstance(self.pattern, np.ndarray) and np.isfinite(self.pattern).all()):
             raise ParameterError(
-                f"got {shortened(self.pattern)}",
+                f"got {one_line(self.pattern)}",
                 expected="an array of finite numbers, or None",
                 at="pattern",
                 source="compiled profile",
@@ -323,7 +323,7 @@ class Profile:
         """Polynomials by hand: see the attributes of this class."""
         if not isinstance(coefficients, (Sequence, np.ndarray)) or isinstance(coefficients, str):
             raise ParameterError(
-                f"got {shortened(coefficients)}", expected="one list of numbers for each piece", at="coefficients"
+                f"got {one_line(coefficients)}", expected="one list of numbers for each piece", at="coefficients"
             )
         rows = [_vector("coefficients", row) for row in coefficients]
         padded = np.zeros((len(rows), max((len(row) for row in rows), default=1)))
@@ -339,13 +339,13 @@ class Profile:
         their times are one.
         """
         if not isinstance(profiles, Iterable):
-            raise ParameterError(f"got {shortened(profiles)}", expected="a list of profiles", at="profiles")
+            raise ParameterError(f"got {one_line(profiles)}", expected="a list of profiles", at="profiles")
         profiles = list(profiles)
         if not profiles:
             raise ParameterError("got none", expected="at least one to add up", at="profiles")
         for place, profile in enumerate(profiles):
             if not isinstance(profile, Profile):
-                raise ParameterError(f"got {shortened(profile)}", expected="a Profile", at=f"profiles[{place}]")
+                raise ParameterError(f"got {one_line(profile)}", expected="a Profile", at=f"profiles[{place}]")
         if len(profiles) == 1:
             return profiles[0]
         pattern = profiles[0].pattern
@@ -537,7 +537,7 @@ def _read_only_pattern(values: Any) -> FloatArray:
     expected = "an array of numbers, of the input's shape"
     pattern = number_array("pattern", values, expected)
     if not pattern.size or not pattern.ndim:
-        raise ParameterError(f"got {shortened(values)}", expected=expected, at="pattern")
+        raise ParameterError(f"got {one_line(values)}", expected=expected, at="pattern")
     pattern.setflags(write=False)
     return pattern
 

@@ -11,7 +11,7 @@ from numpy.polynomial import Polynomial
 
 from granular_env.components.support.arrays import FloatArray
 
-from .components.errors import ParameterError, shortened
+from .components.errors import ParameterError, one_line
 
 # A polynomial through so many samples says what lies between them.
 SAMPLES = 7
@@ -152,7 +152,7 @@ def positive(name: str, value: Any, unit: str) -> float:
     """Return a value that is a finite number above 0, or raise."""
     number = value if isinstance(value, (int, float, np.number)) and not isinstance(value, bool) else math.nan
     if not (0.0 < number < math.inf):
-        raise ParameterError(f"got {shortened(value)}", expected=f"more than 0 {unit}".rstrip(), at=name)
+        raise ParameterError(f"got {one_line(value)}", expected=f"more than 0 {unit}".rstrip(), at=name)
     return float(number)
 
 

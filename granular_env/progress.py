@@ -16,7 +16,7 @@ from time import perf_counter
 from types import TracebackType
 from typing import Any, Protocol, Self
 
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.terminal import printable
 
 _REFRESH_SECONDS = 0.1
@@ -79,9 +79,7 @@ class ProgressBars:
 
     def __init__(self, show: Progress = True, total: float | None = None, *, keep: bool = False) -> None:
         if not isinstance(show, bool) and not callable(show):
-            raise ParameterError(
-                f"got {shortened(show)}", expected="True, False, or a function of the part done", at="progress"
-            )
+            raise ParameterError(f"got {one_line(show)}", expected="True, False, or a function of the part done", at="progress")
         self._call = show if callable(show) else None
         self._total, self._shares = total, list[float]()
         self._show, self._keep = show is True, keep

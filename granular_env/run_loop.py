@@ -24,7 +24,7 @@ from granular_env.components.errors import (
     Option,
     ParameterError,
     caution,
-    shortened,
+    one_line,
 )
 from granular_env.components.inputs import Held
 from granular_env.components.observer import Observer
@@ -197,7 +197,7 @@ def advance(
         for observer in observers if isinstance(observers, Iterable) else [observers]:
             if not hasattr(observer, "on_step"):
                 raise ParameterError(
-                    f"got {shortened(observer)}", expected="observers, such as measurement.Watch(1e-6)", at="observers"
+                    f"got {one_line(observer)}", expected="observers, such as measurement.Watch(1e-6)", at="observers"
                 )
             component.observe(observer)
             stack.callback(component.ignore, observer)

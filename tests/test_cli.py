@@ -112,6 +112,17 @@ def test_describe_a_component(capsys):
     assert re.search(r"grains +1 +required +number of grains", text)
 
 
+def test_describe_and_new_compile_nothing(tmp_path):
+    """The kernels of both parts and of what couples them take half a minute."""
+    for command in ("describe", "new"):
+        done = subprocess.run(
+            [sys.executable, "-m", "granular_env", command, "coupled"], capture_output=True, text=True, timeout=120,
+            env={**os.environ, "GRANULAR_ENV_CACHE": str(tmp_path)},
+        )  # fmt: skip
+        assert done.returncode == 0 and "automata" in done.stdout
+        assert "compiling" not in done.stderr and not list(tmp_path.rglob("*.kernel"))
+
+
 def test_describe_an_experiment_prints_its_file(capsys):
     assert main(["describe", "nesterenko-1983/3.4-piston"]) == 0
     assert 'left = "piston"' in capsys.readouterr().out

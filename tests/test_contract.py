@@ -36,9 +36,9 @@ def test_shortened_text_has_a_limit_and_never_fails() -> None:
         def __repr__(self) -> str:
             raise RuntimeError
 
-    assert errors.shortened("a" * 500) == "'" + "a" * 76 + "..."
-    assert errors.shortened(Silent()) == "a Silent"
-    assert errors.shortened(10**5000) == "a int"
+    assert errors.one_line("a" * 500) == "'" + "a" * 76 + "..."
+    assert errors.one_line(Silent()) == "a Silent"
+    assert errors.one_line(10**5000) == "a int"
 
 
 def test_a_block_is_one_memory_with_views() -> None:

@@ -25,8 +25,10 @@ from support.coupled_tools import (
     start_noise,
 )
 
-from granular_env.components.coupled import Coupled
+from granular_env.components.coupled import Coupled, theory, threads
+from granular_env.components.coupled.strays import find_strays
 from granular_env.components.errors import ParameterError, StepError
+from granular_env.components.materials.elastic import Material
 from granular_env.components.profiles import Profile
 
 # A stretch, a shear and a spin at once.
@@ -225,6 +227,44 @@ def test_micro_steps_come_to_what_lockstep_gives() -> None:
     assert 3.0 <= errors[0] / errors[1] <= 5.0
 
 
+@pytest.mark.parametrize("n", [1, 2])
+def test_two_threads_give_the_bits_of_one(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
+    """A body as small as this has one; its halves move side by side all the same, with loads, grips and driven edges."""
+    monkeypatch.setattr(threads, "_LEAST", 0)
+    found = []
+    for some in (True, False):
+        monkeypatch.setattr(threads, "available", lambda some=some: some)
+        medium = coupled(
+            {"mesh": mesh(4, 20), "boundaries": {"left": {"name": "velocity", "components": "x"}, "top": "traction"}},
+            {
+                "shape": rectangle(4.0, 20.0), "forced_automata": [7, 30],
+                "boundaries": {"right": {"name": "velocity", "components": "x"}, "top": "traction"},
+            },
+            n, origin=[4.0, 0.0],
+        )  # fmt: skip
+        assert len(medium._halves) == 2
+        start_noise(medium, 1)
+        inputs = {"automata_right_velocity": [SMALL, 0.0], "grid_top_traction": [0.0, SMALL], "automata_force": SMALL}
+        for ticks in (1, 7, 30):
+            medium.step(ticks * medium.step_size, **inputs, grid_left_velocity=Profile.half_sine(SMALL, 9.0) * [1.0, 0.0])
+        found.append(medium.save().to_bytes())
+    assert found[0] == found[1]
+
+
+def test_a_fast_automaton_and_an_inverted_cell_are_named_by_two_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "_LEAST", 0)
+    monkeypatch.setattr(threads, "available", lambda: True)
+    medium = coupled({"mesh": mesh(4, 20)}, {"shape": rectangle(4.0, 20.0)}, origin=[4.0, 0.0])
+    medium.reset(automata_velocity={92: (30.0, 0.0)})
+    before = medium.save().to_bytes()
+    with pytest.raises(StepError, match="automata_velocity"):
+        medium.step(3 * medium.step_size)
+    assert medium.save().to_bytes() == before
+    medium.reset(grid_velocity={0: (50.0, 0.0)})
+    with pytest.raises(StepError, match="grid_displacement: cell"):
+        medium.step(10 * medium.step_size)
+
+
 # -- where both meet -----------------------------------------------------------------------------------------------------
 
 
@@ -287,15 +327,18 @@ SIDEWAYS = {"automata.packing": "hexagonal", "automata.shape": rectangle(8.0, 4 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"origin": [0.0, 9.0]}, "no side of a cell lies on the outline"),
+        (
+            {"origin": [0.0, 9.0]},
+            r"nearest are node 36 at \(0, 4\) m and automaton 0 at \(0, 9\) m, which is off by \(0, -5\) m",
+        ),
         ({"origin": [0.0, 3.0]}, "cell 24 of the grid"),
         ({"origin": [0.5, 4.0]}, "an automaton is expected at"),
         ({"automata.diameter": 0.8}, "1.25 diameters of 0.8 m long, expected a whole number"),
         (SIDEWAYS, r"is 0.577350269 times sqrt\(3\) diameters \(1.73205081 m"),
         ({"automata.boundaries": {"left": "fixed"}}, "is held along x by its edge"),
         ({"step_size": 0.32, "micro_steps": 1}, "step_size: got 0.32 s with micro_steps = 1, expected at most 0.308"),
-        ({"step_size": 0.4}, "step_size: got 0.4 s with micro_steps = 2, expected at most 0.287"),
-        ({"scheme": "literal"}, "scheme = literal needs their number"),
+        ({"step_size": 0.4}, "step_size: got 0.4 s with micro_steps = 2, which this step needs, expected at most 0.287"),
+        ({"scheme": "literal"}, "micro_steps: missing; with scheme = literal"),
         ({"scheme": "penalty"}, "scheme"),
         ({"automata.thickness": 0.5}, "automata.thickness: got 0.5 m"),
         ({"automata.step_size": 0.1}, "automata.step_size: the parts have one step_size"),
@@ -316,6 +359,27 @@ def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], words: st
         (parameters[part] if part else parameters)[name] = value
     with pytest.raises(ParameterError, match=words):
         Coupled(**parameters)
+
+
+def test_theory_of_reflection() -> None:
+    stiff, soft = Material(density=2.0, young=5.0, poisson=0.25), Material(density=1.0, young=2.5, poisson=0.25)
+    for shear in (False, True):
+        back, on = theory.reflection(stiff, soft, shear=shear), theory.transmission(stiff, soft, shear=shear)
+        # Same speeds, half the density: Z1 = 2 Z2; the power that comes is that which goes.
+        assert back == pytest.approx(1.0 / 3.0) and back**2 + 0.5 * on**2 == pytest.approx(1.0)
+        for packing, axis in (("square", "x"), ("hexagonal", "x"), ("hexagonal", "y")):
+            long, short = (
+                abs(theory.lattice_reflection(soft, length, 1.0, 1.0, packing, axis=axis, shear=shear))
+                for length in (40.0, 20.0)
+            )
+            assert 3.9 <= short / long <= 4.1 and 1e-3 < short < 2.5e-3
+
+
+def test_strays_are_found() -> None:
+    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.2], [0.0, 1.0], [1.0, 1.1], [2.0, 1.0]])
+    cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+    points = np.array([[0.5, 0.5], [1.5, 0.05], [1.5, 0.2], [0.5, 1.2], [np.nan, 0.0], [1.0 - 1e-9, 0.5]])
+    assert find_strays(nodes, cells, points).tolist() == [0, 2, 5]
 
 
 def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 import granular_env as ge
 from granular_env.branch_run import run_branch
-from granular_env.components.errors import Fault, GranularError, ParameterError, location_text, shortened, to_location
+from granular_env.components.errors import Fault, GranularError, ParameterError, location_text, one_line, to_location
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
 from granular_env.recording import open_log
@@ -29,7 +29,7 @@ def faults(action: Callable[[], Any]) -> tuple[Fault, ...]:
     with pytest.raises(GranularError) as caught, warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         action()
-    assert "\n" not in shortened(str(caught.value)) and "array(" not in str(caught.value)
+    assert "\n" not in one_line(str(caught.value)) and "array(" not in str(caught.value)
     return caught.value.faults
 
 
@@ -78,7 +78,7 @@ def test_an_error_keeps_its_faults_between_processes() -> None:
     ],
 )
 def test_what_came_is_described_in_one_line(value: object, words: str) -> None:
-    assert shortened(value) == words
+    assert one_line(value) == words
 
 
 # -- what a front end wants to know -----------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..support.jit import jit
 from .motion import TALLY_ROWS, Grip, Load, add_loads, hold, keep_velocities, settle_loads
-from .sweep import sweep
+from .sweep import DRIFT_KICK_DRIFT, STILL, sweep
 
 # What `advance` returns.
 DONE, TOO_FAST = 0, 1
@@ -67,13 +67,14 @@ def settle(body, reference, motion, marked, kept, force, torque, load, load_befo
 @jit
 def advance(
     body, part, reference, motion, scratch, marked, kept, load, load_before, grip, grip_before, tallies, time, ticks,
-    speed_limit,
+    speed_limit, moves,
 ):  # fmt: skip
     """Advance by so many internal steps, or compute forces; the one kernel of all this, as it is long to compile.
 
     Args:
         body: a `Body`.
         part: a `schedule.Part`. One that is not the whole packing makes one step and leaves `settle` to the caller.
+            So does the whole where it does not drift, is kicked, and drifts again.
         reference: as for `settle`, as the next ones.
         motion: see there.
         scratch: a `Scratch`, overwritten.
@@ -85,8 +86,9 @@ def advance(
         grip_before: see there.
         tallies: see there.
         time: see there.
-        ticks: how many; with 0 nothing moves, and volumetric strains and the forces of the links are written to the scratch.
+        ticks: how many.
         speed_limit: no automaton may be faster [m/s].
+        moves: see `sweep.STILL`, with which volumetric strains and the forces of the links are written to the scratch.
 
     Returns:
         DONE, or TOO_FAST in the middle of a step.
@@ -94,17 +96,16 @@ def advance(
     u, v = motion.displacement.reshape(motion.displacement.size), motion.velocity.reshape(motion.velocity.size)
     force, torque, limit = scratch.force, scratch.torque, speed_limit * speed_limit
     rows, whole = force.reshape(force.size), part.end - part.begin == body.kind.size
-    for _ in range(max(ticks, 1)):
+    for _ in range(ticks):
         fast = sweep(
-            body, part, u, v, motion.rotation, motion.spin, marked, kept, scratch.dilation, rows, torque,
-            time if ticks else 0.0, limit, ticks > 0,
-        )  # fmt: skip
+            body, part, u, v, motion.rotation, motion.spin, marked, kept, scratch.dilation, rows, torque, time, limit, moves
+        )
         fastest = 0.0
-        if whole and ticks:
+        if whole and moves == DRIFT_KICK_DRIFT:
             fastest = settle(
                 body, reference, motion, marked, kept, force, torque, load, load_before, grip, grip_before, tallies, time
             )
-        if ticks and (fast or not fastest <= limit):
+        if moves != STILL and (fast or not fastest <= limit):
             return TOO_FAST
     return DONE
 
@@ -118,4 +119,4 @@ def update_forces(body, part, motion, scratch):
         motion: a `Motion`; its velocities are not looked at.
         scratch: a `Scratch`, overwritten.
     """
-    advance(body, part, motion.displacement, motion, scratch, *_NO_INPUTS, 0.0, 0, 0.0)
+    advance(body, part, motion.displacement, motion, scratch, *_NO_INPUTS, 0.0, 1, 0.0, STILL)

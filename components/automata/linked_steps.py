@@ -19,7 +19,7 @@ from .pair import orient
 from .schedule import Part, make_parts
 from .state import Body, Motion, Scratch
 from .stress import stresses
-from .sweep import KEPT
+from .sweep import DRIFT_KICK_DRIFT, KEPT
 from .ties import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
 
 
@@ -83,6 +83,7 @@ class LinkedSteps:
         return (
             self.packing.reference, self.motion, self.scratch, inputs.marked, self._kept, inputs.load, inputs.load_before,
             inputs.grip, inputs.grip_before, self.tallies, self.step_size, ticks, self.speed_limit,
+            DRIFT_KICK_DRIFT,
         )  # fmt: skip
 
     def dilation(self) -> FloatArray:

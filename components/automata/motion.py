@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.arrays import FloatArray
-from ..support.jit import jit
+from ..support.jit import internal, jit
 
 # Bits of `Grip.held`.
 HOLDS_X, HOLDS_Y, HOLDS_ROTATION = 1, 2, 4
@@ -43,7 +43,7 @@ class Load(NamedTuple):
     force: FloatArray
 
 
-@jit
+@internal
 def drift(motion, time, begin, end):
     """Move automata from `begin` up to `end` for a time with their velocities.
 
@@ -60,7 +60,7 @@ def drift(motion, time, begin, end):
         motion.rotation[i] += time * motion.spin[i]
 
 
-@jit
+@internal
 def kick(body, motion, force, torque, time, begin, end):
     """Accelerate automata from `begin` up to `end`.
 
@@ -91,7 +91,7 @@ def kick(body, motion, force, torque, time, begin, end):
     return largest
 
 
-@jit
+@internal
 def add_loads(load, reference, motion, force, time, before, tally):
     """Add forces to those on their automata, and what they will give in a kick to a tally.
 
@@ -116,7 +116,7 @@ def add_loads(load, reference, motion, force, time, before, tally):
         tally[ANGULAR_IMPULSE] += time * (x * fy - y * fx)
 
 
-@jit
+@internal
 def settle_loads(load, motion, time, before, tally):
     """Add the work of forces in a kick to a tally: force times the mean of the velocities before and after."""
     for place in range(load.automata.size):
@@ -126,7 +126,7 @@ def settle_loads(load, motion, time, before, tally):
         tally[WORK] += time * (load.force[place, 0] * mean_x + load.force[place, 1] * mean_y)
 
 
-@jit
+@internal
 def keep_velocities(grip, motion, before):
     """Write the velocities and spins of held automata before a kick, shape (m, 3)."""
     for place in range(grip.automata.size):
@@ -135,7 +135,7 @@ def keep_velocities(grip, motion, before):
         before[place, 2] = motion.spin[i]
 
 
-@jit
+@internal
 def hold(body, grip, reference, motion, force, torque, time, before, tally):
     """Give held automata their velocities after a kick, and tally what the grip did for that.
 

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import SerializeAsAny, model_validator
 
 from ..areas import ChosenArea
-from ..errors import shortened
+from ..errors import one_line
 from ..support.arrays import FloatArray
 from ..support.fields import Pair, field
 from ..support.tagged_union import ByName, Named
@@ -121,7 +121,7 @@ class Polygon(Shape):
     def _validate_area(self) -> Polygon:
         corners = np.array(self.corners)
         if not abs(_area(corners)) > 1e-12 * float(np.ptp(corners, axis=0).max()) ** 2:
-            raise ValueError(f"corners: got {shortened(self.corners)}, expected a polygon with an area")
+            raise ValueError(f"corners: got {one_line(self.corners)}, expected a polygon with an area")
         twice = np.flatnonzero((corners == np.roll(corners, -1, axis=0)).all(axis=1))
         if len(twice):
             raise ValueError(f"corners: corner {twice[0]} is followed by itself; give each corner once")

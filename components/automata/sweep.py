@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..support.jit import inlined, jit
+from ..support.jit import internal_inlined, jit
 from .pair import half_turn, small_turn
 from .schedule import LANES, LINK_ROWS, POINT_ROWS, PULL_ROWS, SHIFT, STRIDE
 
@@ -30,21 +30,24 @@ _THETA = np.uint64(4 * STRIDE)
 _SMALL = 1.5
 # Columns of what is kept of automata with inputs; see `sweep`.
 KEPT = 6
+# How a sweep moves the automata: not at all; half a drift, a kick, half a drift; a drift and half a kick; a drift, half a kick
+# that ends a step, and half of one that begins the next.
+STILL, DRIFT_KICK_DRIFT, DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS = 0, 1, 2, 3
 
 
-@inlined
+@internal_inlined
 def _place(i, last, rows):
     """Return where an automaton is in a ring of so many rows."""
     return np.uint64(((i >> SHIFT) & last) * (rows * STRIDE) + (i & (LANES - 1)))
 
 
-@inlined
+@internal_inlined
 def _room(i, most):
     """Return how many automata from one on lie in one tile, at most so many."""
     return min(most, LANES - (i & (LANES - 1)))
 
 
-@inlined
+@internal_inlined
 def _move(u, v, rotation, spin, first, time, inverse, points, at, count):
     """Drift for a time; write displacements in diameters and half rotations."""
     for t in range(count):
@@ -60,7 +63,7 @@ def _move(u, v, rotation, spin, first, time, inverse, points, at, count):
     _turn(rotation, first, large, points, at + _S + _S, count)
 
 
-@inlined
+@internal_inlined
 def _turn(rotation, first, large, points, at, count):
     """Write half rotations, `large` of which are not small: of small ones both ways have the same bits."""
     if large == 0:
@@ -71,7 +74,7 @@ def _turn(rotation, first, large, points, at, count):
             points[at + t], points[at + _S + t] = half_turn(rotation[first + t])
 
 
-@inlined
+@internal_inlined
 def _strain(points, own, other, links, at, count, nx, ny):
     """Write strains and directions of pairs."""
     for t in range(count):
@@ -88,7 +91,7 @@ def _strain(points, own, other, links, at, count, nx, ny):
         links[row], links[row + _S] = x, y
 
 
-@inlined
+@internal_inlined
 def _pull(points, own, other, links, at, pulls, to, count, stiffness, volumetric):
     """Write the forces and torques of pairs; those on the second automaton are the opposite forces, and the same torques."""
     for t in range(count):
@@ -104,7 +107,7 @@ def _pull(points, own, other, links, at, pulls, to, count, stiffness, volumetric
         pulls[p + _S + _S] = ft - gamma * pressing
 
 
-@inlined
+@internal_inlined
 def _dilate_square(links, a, b, c, d, share, points, at, count, factor):
     """Write the volumetric strains of automata with four neighbours, whose pairs begin at a, b, c and d."""
     sa, sb, sc, sd = share[0], share[1], share[2], share[3]
@@ -113,7 +116,7 @@ def _dilate_square(links, a, b, c, d, share, points, at, count, factor):
         points[at + t] = (second + (sa * links[a + t] + sc * links[c + t])) * factor
 
 
-@inlined
+@internal_inlined
 def _dilate_hexagonal(links, a, b, c, d, e, f, share, points, at, count, factor):
     """Write the volumetric strains of automata with six neighbours."""
     sa, sb, sc, sd, se, sf = share[0], share[1], share[2], share[3], share[4], share[5]
@@ -123,14 +126,14 @@ def _dilate_hexagonal(links, a, b, c, d, e, f, share, points, at, count, factor)
         points[at + t] = ((third + second) + (sa * links[a + t] + sd * links[d + t])) * factor
 
 
-@inlined
+@internal_inlined
 def _gather_square(pulls, a, b, c, d, of_c, of_d, sums, to, count):
     """Write a row of sums over four pairs, the last two times numbers."""
     for t in range(count):
         sums[to + t] = (pulls[b + t] + of_d * pulls[d + t]) + (pulls[a + t] + of_c * pulls[c + t])
 
 
-@inlined
+@internal_inlined
 def _gather_hexagonal(pulls, a, b, c, d, e, f, of_d, of_e, of_f, sums, to, count):
     """Write a row of sums over six pairs, the last three times numbers."""
     for t in range(count):
@@ -139,7 +142,7 @@ def _gather_hexagonal(pulls, a, b, c, d, e, f, of_d, of_e, of_f, sums, to, count
         sums[to + t] = (third + second) + (pulls[a + t] + of_d * pulls[d + t])
 
 
-@inlined
+@internal_inlined
 def _kick(u, v, rotation, spin, first, sums, count, by_mass, by_inertia, time, limit):
     """Accelerate automata and let them drift for a time; return how many are faster than the root of a limit."""
     bad = 0
@@ -157,7 +160,26 @@ def _kick(u, v, rotation, spin, first, sums, count, by_mass, by_inertia, time, l
     return bad
 
 
-@inlined
+@internal_inlined
+def _kick_halves(v, spin, first, sums, count, by_mass, by_inertia, radius, twice, limit):
+    """Accelerate automata for half a step, or for two; return how many are faster than the root of a limit after the first."""
+    bad = 0
+    for t in range(count):
+        i = first + first + t + t
+        vx, vy = v[i] + by_mass * sums[t], v[i + _ONE] + by_mass * sums[_S + t]
+        v[i], v[i + _ONE] = vx, vy
+        bad += 0 if vx * vx + vy * vy <= limit else 1
+        spin[first + t] += by_inertia * (radius * sums[_S + _S + t])
+    if twice:
+        for t in range(count):
+            i = first + first + t + t
+            v[i] += by_mass * sums[t]
+            v[i + _ONE] += by_mass * sums[_S + t]
+            spin[first + t] += by_inertia * (radius * sums[_S + _S + t])
+    return bad
+
+
+@internal_inlined
 def _write(sums, points, theta, force, torque, dilation, first, count, radius):
     """Write forces, torques and volumetric strains of a tile."""
     for t in range(count):
@@ -167,7 +189,7 @@ def _write(sums, points, theta, force, torque, dilation, first, count, radius):
         torque[first + t], dilation[first + t] = radius * sums[_S + _S + t], points[theta + t]
 
 
-@inlined
+@internal_inlined
 def _pair_place(last, slots, rows, way, i, slot):
     """Return where the pair of an automaton in a slot is in a ring of pairs: with its other end, where that comes first.
 
@@ -185,7 +207,7 @@ def _pair_place(last, slots, rows, way, i, slot):
     return _place(i, last, rows * half) + np.uint64(rows * slot * STRIDE)
 
 
-@inlined
+@internal_inlined
 def _move_tile(body, part, displacement, velocity, rotation, spin, low, high, time):
     """Move automata, and those of other parts as far as they are needed here."""
     while low < high:
@@ -201,7 +223,7 @@ def _move_tile(body, part, displacement, velocity, rotation, spin, low, high, ti
         low = stop
 
 
-@inlined
+@internal_inlined
 def _strain_run(body, part, run, low, high):
     """Strain the pairs of automata of a run."""
     last, slots = part.last, body.directions.shape[0]
@@ -217,7 +239,7 @@ def _strain_run(body, part, run, low, high):
             i += count
 
 
-@inlined
+@internal_inlined
 def _dilate_run(body, part, run, low, high):
     """Compute the volumetric strains of automata of a run."""
     k, slots, way = part.kinds[run], body.directions.shape[0], part.offsets[run]
@@ -238,7 +260,7 @@ def _dilate_run(body, part, run, low, high):
         i += count
 
 
-@inlined
+@internal_inlined
 def _pull_run(body, part, run, low, high):
     """Compute what the pairs of automata of a run do."""
     k, slots, last = part.kinds[run], body.directions.shape[0], part.last
@@ -253,7 +275,7 @@ def _pull_run(body, part, run, low, high):
             i += count
 
 
-@inlined
+@internal_inlined
 def _gather(part, slots, run, i, high):
     """Write the forces and torques on automata of a run from one on; return on how many."""
     last, way, half = part.last, part.offsets[run], slots // 2
@@ -279,7 +301,7 @@ def _gather(part, slots, run, i, high):
     return count
 
 
-@inlined
+@internal_inlined
 def _keep(sums, radius, marked, at, first, end, u, v, rotation, spin, force, torque, kept):
     """Keep what is known before the kick of automata that inputs act on; return which of them comes next."""
     while at < marked.size and marked[at] < end:
@@ -291,37 +313,39 @@ def _keep(sums, radius, marked, at, first, end, u, v, rotation, spin, force, tor
     return at
 
 
-@inlined
-def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dilation, force, torque, time, limit, moving):
+@internal_inlined
+def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dilation, force, torque, time, limit, moves):
     """Advance automata by an internal step with the forces of their links, or compute those forces alone.
 
     Args:
         body: a `Body`.
         part: a `schedule.Part`, its rings overwritten.
-        displacement: shape (2 n,), updated in place if moving [m].
+        displacement: shape (2 n,), updated in place where they move [m].
         velocity: shape (2 n,), likewise [m/s].
         rotation: shape (n,), likewise [rad].
         spin: shape (n,), likewise [rad/s].
         marked: automata that inputs act on, in increasing order, shape (m,).
-        kept: written of these if moving: displacement and velocity, x and y, rotation and spin before the kick, shape (m, 6).
-        dilation: written if not moving, shape (n,).
-        force: of the links, written of marked automata if moving, otherwise of all, shape (2 n,) [N].
+        kept: written of these where they move: displacement, velocity, rotation and spin before the kick, shape (m, 6).
+        dilation: written with the forces of all, shape (n,).
+        force: of the links, written of marked automata; of all where nothing moves or is kicked for half a step,
+            shape (2 n,) [N].
         torque: likewise, shape (n,) [N m].
-        time: length of the step, 0 if not moving [s].
+        time: length of the step [s].
         limit: square of the largest speed that is allowed [m^2/s^2].
-        moving: whether automata drift for half a step, are kicked, and drift again.
+        moves: see STILL.
 
     Returns:
         How many automata are too fast.
     """
     slots, radius, half = body.directions.shape[0], 0.5 * body.diameter, 0.5 * time
+    before = 0.0 if moves == STILL else half if moves == DRIFT_KICK_DRIFT else time
     passed, fast, at, start = part.passed, 0, 0, part.ranges[0, 0] >> SHIFT << SHIFT
     while at < marked.size and marked[at] < part.begin:
         at += 1
     passed[:] = 0
     for base in range(start, part.end + part.lags[4] + LANES, LANES):
         low, high = max(base, part.ranges[0, 0]), min(base + LANES, part.ranges[0, 1])
-        _move_tile(body, part, displacement, velocity, rotation, spin, low, high, half)
+        _move_tile(body, part, displacement, velocity, rotation, spin, low, high, before)
         for stage in range(1, 5):
             low = max(base - part.lags[stage], part.ranges[stage, 0])
             high = min(base - part.lags[stage] + LANES, part.ranges[stage, 1])
@@ -338,7 +362,7 @@ def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dila
                 else:
                     k, stop = part.kinds[run], low + _gather(part, slots, run, low, stop)
                     first, count = np.uint64(low), np.uint64(stop - low)
-                    if moving:
+                    if moves != STILL:
                         at = _keep(
                             part.sums,
                             radius,
@@ -354,11 +378,17 @@ def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dila
                             torque,
                             kept,
                         )
+                    if moves == DRIFT_KICK_DRIFT:
                         fast += _kick(
                             displacement, velocity, rotation, spin, first, part.sums, count, time / body.mass[k],
                             radius * time / body.inertia[k], half, limit,
                         )  # fmt: skip
-                    else:
+                    elif moves != STILL:
+                        fast += _kick_halves(
+                            velocity, spin, first, part.sums, count, half / body.mass[k], half / body.inertia[k], radius,
+                            moves == DRIFT_TWO_HALF_KICKS, limit,
+                        )  # fmt: skip
+                    if moves == STILL or moves == DRIFT_HALF_KICK:
                         theta = _place(low, part.last, POINT_ROWS) + _THETA
                         _write(part.sums, part.points, theta, force, torque, dilation, first, count, radius)
                 low = stop

@@ -18,10 +18,10 @@ LEAST_AUTOMATA = 50_000
 
 def advance(body: Any, parts: list[Part], reference: Any, motion: Any, scratch: Any, *inputs: Any) -> int:
     """Advance a packing of two parts as `advance.advance` does, whose arguments it takes."""
-    *acting, time, ticks, speed_limit = inputs
+    *acting, time, ticks, speed_limit, moves = inputs
     marked, kept, load, load_before, grip, grip_before, tallies = acting
     moved = motion.displacement.reshape(-1), motion.velocity.reshape(-1), motion.rotation, motion.spin
-    first, second = ((body, part, reference, motion, scratch, *acting, time, 1, speed_limit) for part in parts)
+    first, second = ((body, part, reference, motion, scratch, *acting, time, 1, speed_limit, moves) for part in parts)
     for _ in range(ticks):
         for part in parts:
             copy_ghosts(part, *moved)

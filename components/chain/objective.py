@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ParameterError, shortened
+from ..errors import ParameterError, one_line
 from ..support.arrays import FloatArray
 
 
@@ -62,17 +62,17 @@ class Objective:
             constants = np.ascontiguousarray(self.constants, dtype=np.float64).reshape(-1)
         except (TypeError, ValueError):
             raise ParameterError(
-                f"got {shortened(self.constants)}", expected="an array of numbers", at="objective.constants"
+                f"got {one_line(self.constants)}", expected="an array of numbers", at="objective.constants"
             ) from None
         object.__setattr__(self, "constants", constants)
         for name in ("note", "value", "pullback"):
             if not callable(getattr(self, name)):
                 raise ParameterError(
-                    f"got {shortened(getattr(self, name))}", expected="a jitted function", at=f"objective.{name}"
+                    f"got {one_line(getattr(self, name))}", expected="a jitted function", at=f"objective.{name}"
                 )
         if isinstance(self.count, bool) or not isinstance(self.count, (int, np.integer)) or self.count < 1:
             raise ParameterError(
-                f"got {shortened(self.count)}", expected="the number of features, at least 1", at="objective.count"
+                f"got {one_line(self.count)}", expected="the number of features, at least 1", at="objective.count"
             )
 
     def fit(self, grains: int, steps: int) -> None:

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from ..errors import ParameterError, shortened
+from ..errors import ParameterError, one_line
 from ..materials.elastic import Material, Preset, preset_list
 from ..support.fields import Index, NotNegative, Positive
 from ..support.fields import field as _field
@@ -68,7 +68,7 @@ class ChainParameters(Parameters):
             value = fields.get(name) if isinstance(fields, dict) else None
             if isinstance(value, dict) and any(str(key).lstrip("-").isdigit() for key in value):
                 raise ValueError(
-                    f"{name}: got {shortened(value)}, expected one value for all or a list with one each; only mass takes "
+                    f"{name}: got {one_line(value)}, expected one value for all or a list with one each; only mass takes "
                     "{index: value}" + ("; or arrangement = impurity" if name in ("radius", "material") else "")
                 )
         return fields

@@ -14,7 +14,8 @@ from ..automata.component import Automata
 from ..automata.cracking_steps import UNSOUND, CrackingSteps
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
 from ..automata.schedule import make_parts
-from ..automata.state import Scratch
+from ..automata.state import Body, Scratch
+from ..automata.sweep import KEPT, STILL
 from ..automata.ties import Ties
 from ..component import Component
 from ..contract import Balance, Variable
@@ -22,27 +23,12 @@ from ..drawables import Drawable, Links
 from ..errors import ParameterError, StepError
 from ..grid import layout
 from ..grid.component import Grid
+from ..grid.mesh import IntArray
 from ..inputs import Held
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
-from . import sums
-from .advance import (
-    BREAK,
-    DONE,
-    INVERTED,
-    MICRO,
-    PROGRESS,
-    ROW,
-    SEARCH,
-    TOO_FAST,
-    AutomataPart,
-    Cracking,
-    GridPart,
-    Seam,
-    Steps,
-    advance,
-    update_automata_forces,
-)
+from . import sums, threads
+from .advance import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
 from .edges import Edges
 from .exchange import (
     EXCHANGE_TALLY,
@@ -58,6 +44,8 @@ from .exchange import (
 )
 from .interface import Interface, Places, carried_mass, common_sides, find_interface
 from .parameters import CoupledParameters
+from .parts import AutomataPart, Cracking, GridPart, Seam, Steps, update_automata_forces
+from .strays import find_strays
 from .zigzag import find_ties
 
 # The part of the largest stable step that is allowed, and the part that is suggested, for the grid and for the automata.
@@ -106,7 +94,10 @@ class Coupled(Component):
         self._lay_out_state(grid, automata, ties)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self.automata.mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self.automata.mass])
-        self.grid.attach(self.carried_mass)
+        cells, yielding = len(self.grid.mesh.cells), bool(self.grid.event_kinds)
+        # Cells that yield note events in their order.
+        self._has_two_halves = not yielding and threads.are_worth_it(cells, self.automata.count, self.micro_steps)
+        self.grid.attach(self.carried_mass, 2 if self._has_two_halves else 1)
         self._make_parts()
 
     def _make_part(self, kind: type[Part], name: str, **changes: Any) -> Part:
@@ -131,7 +122,7 @@ class Coupled(Component):
         largest = min(allowed * limits[0], _ALLOWED * self.micro_steps * limits[1])
         if self.step_size > largest:
             raise ParameterError(
-                f"got {self.step_size:g} s with micro_steps = {self.micro_steps}",
+                f"got {self.step_size:g} s with {self._told_micro_steps()}",
                 expected=(
                     f"at most {largest:.6g} s: {allowed:g} of the largest stable one of the grid, {limits[0]:.6g} s, and "
                     f"{_ALLOWED:g} of that of the automata in each micro-step, {limits[1]:.6g} s"
@@ -139,6 +130,11 @@ class Coupled(Component):
                 hint="leave it out, or change micro_steps",
                 at="step_size",
             )
+
+    def _told_micro_steps(self) -> str:
+        """Return the number of micro-steps for a message: as it was given, or that it was chosen."""
+        given = self.parameters.micro_steps is not None
+        return f"micro_steps = {self.micro_steps}" + ("" if given else ", which this step needs")
 
     def _micro_steps_needed(self, grid_limit: float, automata_limit: float) -> int:
         """Return how many micro-steps of the automata a step of the grid holds; 1 where they are about as large."""
@@ -194,12 +190,17 @@ class Coupled(Component):
         exchange = Exchange(places, forces[0], forces[1], before, start, given, self._block["exchange"])
         self._seam = Seam(self.interface, exchange)
         self._edges = self._make_edges()
+        body, edges = _driven_body(automata.steps.body, self.interface.automata), self._edges
+        marked = np.unique(np.concatenate([self.interface.automata, edges.load.automata, edges.grip.automata]))
         self._automata_part = AutomataPart(
-            automata.steps.body, make_parts(automata.steps.body)[0], self.reference, automata.motion, scratch, self._edges,
+            body, make_parts(body)[0], self.reference, automata.motion, scratch, edges, marked, np.zeros((len(marked), KEPT)),
             self._block["tallies"],
         )  # fmt: skip
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
-        self._steps = Steps(self.step_size, self.micro_steps, SCHEMES[self.parameters.scheme], limit)
+        scheme = SCHEMES[self.parameters.scheme]
+        swept = scheme != LITERAL and automata.steps.ties is None and not automata.parameters.has_history
+        self._steps = Steps(self.step_size, self.micro_steps, scheme, limit, swept)
+        self._halves = make_parts(body, 2) if swept and self._has_two_halves else []
         self._cracking = automata.steps if isinstance(automata.steps, CrackingSteps) else None
         # The kinds of steps, as `advance` wants to know them.
         self._literal = 1 if self._steps.scheme == LITERAL else None
@@ -302,9 +303,46 @@ class Coupled(Component):
         parts = self.grid.mass.sum() + self.automata.mass.sum()
         return float((own.sum() + free) - parts)
 
+    def report(self) -> dict[str, float]:
+        """Return how close the steps are to the largest stable ones, how well both sides agree, what has broken and yielded."""
+        grid, tally = self.grid.report(), self._block["exchange"]
+        largest = float(np.abs(tally[[WORK_ON_GRID, WORK_ON_AUTOMATA]]).max())
+        difference = float(abs(tally[WORK_ON_GRID] + tally[WORK_ON_AUTOMATA]))
+        found = {f"grid: {name}": figure for name, figure in grid.items()}
+        found |= {
+            "automata: micro-step over the largest stable one": self.automata_step_part,
+            "micro-steps in a step": float(self.micro_steps),
+            "interface: works of both sides, their sum over the larger": difference / largest if largest > 0.0 else 0.0,
+        }
+        if self._cracking is not None:
+            linked = self._cracking.linked()
+            found["automata: part of the links that is broken"] = float((linked < 1.0).mean())
+            found["automata: pieces inside cells of the grid"] = float(len(self._strays()))
+        return found
+
+    def _strays(self) -> IntArray:
+        """Return automata with broken links that lie inside cells now."""
+        if self._cracking is None:
+            return np.zeros(0, dtype=np.int64)
+        loose = np.flatnonzero((self._cracking.damage() > 0.0) & (self.interface.free > 0))
+        if not len(loose):
+            return loose
+        nodes = self.grid.mesh.nodes + self.grid.peek("displacement")
+        points = (self.reference + self.automata.motion.displacement)[loose]
+        return loose[find_strays(nodes, self.grid.mesh.cells, points)]
+
     def cautions(self) -> list[str]:
-        """Return those of the parts."""
-        return [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
+        """Return those of the parts, and a sentence where pieces have flown into the grid."""
+        said = [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
+        strays = self._strays()
+        if len(strays):
+            x, y = (self.reference + self.automata.motion.displacement)[strays[0]]
+            said.append(
+                f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
+                f"{y:.6g}) m: pieces touch automata alone, and fly through the free sides of the grid; leave such sides no way "
+                "to be reached, or surround the automata by the interface"
+            )
+        return said
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the grid, the automata and their links."""
@@ -335,9 +373,8 @@ class Coupled(Component):
             # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
             self._cracking.find_contacts()
             self._cracking.dilation()
-            update_automata_forces(automata, self._cracking_part(), None, self._seam, 0.0, 0)
-        else:
-            update_automata_forces(automata, None, self.automata.steps.ties, self._seam, 0.0, 0)
+        cracking, ties = self._cracking_part(), self.automata.steps.ties
+        update_automata_forces(automata, cracking, ties, self._seam, self._steps, 0.0, 0, STILL)
         if self._in_lockstep:
             half = 0.5 * self.step_size
             assemble(self.interface, self._seam.exchange, grid.state, grid.conditions, half, self._steps.scheme)
@@ -405,6 +442,11 @@ class Coupled(Component):
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
         """Advance by as many ticks as there are factors; 0, or a status."""
+        if len(self._halves) > 1 and threads.available():
+            status = threads.advance(
+                grid, self._automata_part, self._halves, self._seam, factors, self._steps, tick, self._failed
+            )
+            return status if status in (DONE, INVERTED) else _AUTOMATA_FAILED + TOO_FAST_ALONE
         self._progress[:] = 0
         while True:
             status = advance(
@@ -534,3 +576,14 @@ class Coupled(Component):
             turned = {"angular_momentum": self._angular_momentum(found)}
             balances.insert(2, Balance("angular_momentum", "kg m2/s", turned, turning, initial=float(start[3])))
         return tuple(balances)
+
+
+def _driven_body(body: Body, driven: IntArray) -> Body:
+    """Return a body some of whose automata are of kinds that no force moves: they follow something else, and turn freely."""
+    source, place = np.unique(body.kind[driven], return_inverse=True)
+    kinds, rows = body.kind.copy(), np.concatenate([np.arange(len(body.mass)), source])
+    kinds[driven] = len(body.mass) + place
+    names = ("face", "share", "missing", "volume", "mass", "inertia")
+    body = body._replace(kind=kinds, **{name: getattr(body, name)[rows] for name in names})
+    body.mass[-len(source) :] = np.inf
+    return body

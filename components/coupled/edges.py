@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from ..automata.motion import ANGULAR_IMPULSE, HOLDS_ROTATION, HOLDS_X, HOLDS_Y, IMPULSE_X, IMPULSE_Y, WORK, Grip, Load
 from ..support.arrays import FloatArray
-from ..support.jit import jit
+from ..support.jit import internal
 
 
 class Edges(NamedTuple):
@@ -31,7 +31,7 @@ class Edges(NamedTuple):
     grip_force: FloatArray
 
 
-@jit
+@internal
 def keep_before(edges, motion, force, torque):
     """Write velocities and forces before the first half kick."""
     for place in range(edges.load.automata.size):
@@ -46,7 +46,7 @@ def keep_before(edges, motion, force, torque):
         edges.grip_force[place, 2] = torque[i]
 
 
-@jit
+@internal
 def push_and_hold(edges, body, reference, motion, time, tally):
     """Let the loads act for a half kick of `time` [s], tally their moment, and give held automata their velocities."""
     u, v = motion.displacement, motion.velocity
@@ -66,7 +66,7 @@ def push_and_hold(edges, body, reference, motion, time, tally):
             motion.spin[i] = 0.0
 
 
-@jit
+@internal
 def settle_loads(edges, motion, time, tally):
     """Tally work and impulse of the loads over a whole tick of `time` [s]."""
     for place in range(edges.load.automata.size):
@@ -78,7 +78,7 @@ def settle_loads(edges, motion, time, tally):
         tally[IMPULSE_Y] += time * fy
 
 
-@jit
+@internal
 def settle_grip(edges, body, reference, motion, force, torque, time, tally):
     """Tally what held automata were given over a whole tick of `time` [s], forces after it being `force` and `torque`."""
     u = motion.displacement

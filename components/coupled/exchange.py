@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from ..grid.mesh import IntArray
 from ..support.arrays import FloatArray
-from ..support.jit import inlined, jit
+from ..support.jit import inlined, internal, jit
 
 # Schemes by number.
 FORCE, MOMENTUM, LITERAL = 0, 1, 2
@@ -44,7 +44,7 @@ class Exchange(NamedTuple):
     tally: FloatArray
 
 
-@jit
+@internal
 def gather_forces(interface, force, out):
     """Write the force of the automata on each interface node, W^T F, shape (s, 2) [N]."""
     for row in range(interface.nodes.size):
@@ -111,7 +111,7 @@ def keep_grid_forces(interface, exchange, state):
         exchange.grid_force[row, 0], exchange.grid_force[row, 1] = state.force[n, 0], state.force[n, 1]
 
 
-@jit
+@internal
 def keep_velocities(interface, exchange, state):
     """Note the velocities of the interface nodes before a kick."""
     for row in range(interface.nodes.size):
@@ -119,7 +119,7 @@ def keep_velocities(interface, exchange, state):
         exchange.before[row, 0], exchange.before[row, 1] = state.velocity[n, 0], state.velocity[n, 1]
 
 
-@jit
+@internal
 def settle_kick(interface, exchange, state, conditions, grid_time, automata_time):
     """Tally work and impulse of each side on the other in a kick; nodes had the velocities `exchange.before`.
 

@@ -56,5 +56,5 @@ class CoupledParameters(Parameters):
                 f"automata.thickness: got {self.automata.thickness:g} m, expected 1 m, as thick as the slab of the grid"
             )
         if self.scheme == "literal" and self.micro_steps is None:
-            raise ValueError("micro_steps: scheme = literal needs their number")
+            raise ValueError("micro_steps: missing; with scheme = literal give how many sub-steps of the automata make a step")
         return self

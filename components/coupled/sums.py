@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y
 from ..grid import kernels as grid_kernels
-from ..support.jit import jit
+from ..support.jit import internal, jit
 
 # Entries of the sums: of the grid, then of the automata.
 KINETIC, HOURGLASS, PULLED, MOMENTUM, ANGULAR_MOMENTUM = 0, 1, 2, 3, 5
@@ -42,7 +42,7 @@ def write_sums(grid, automata, seam, own_mass, together, sums_out):
     add_carried(grid, seam, together, sums_out)
 
 
-@jit
+@internal
 def add_automata(automata, interface, sums_out):
     """Add the automata; of those of the interface the rotation alone."""
     body, reference, motion, scratch = automata.body, automata.reference, automata.motion, automata.scratch
@@ -62,7 +62,7 @@ def add_automata(automata, interface, sums_out):
             sums_out[AUTOMATA_ANGULAR_MOMENTUM] += mass * (x * vy - y * vx)
 
 
-@jit
+@internal
 def leave_out_held(automata, interface, sums_out):
     """Take away force^2 / mass of what is held: it does not move with the force."""
     body, grip, scratch = automata.body, automata.edges.grip, automata.scratch
@@ -77,7 +77,7 @@ def leave_out_held(automata, interface, sums_out):
             sums_out[AUTOMATA_PULLED] -= scratch.torque[i] * scratch.torque[i] / inertia
 
 
-@jit
+@internal
 def add_carried(grid, seam, together, sums_out):
     """Add the mass of automata that moves with interface nodes."""
     state, conditions, interface = grid.state, grid.conditions, seam.interface

@@ -109,20 +109,24 @@ class Grid(Component):
             )
         return node
 
-    def attach(self, mass: FloatArray | None) -> None:
-        """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells, shape (n,) [kg].
+    def attach(self, mass: FloatArray | None, parts: int | None = None) -> None:
+        """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells.
 
         To be called before the first step.
+
+        Args:
+            mass: shape (n,) [kg].
+            parts: in how many parts the parent's threads advance the cells; default: as those of this component do.
         """
-        self._assembly: Assembly = self._assemble(mass)
+        self._assembly: Assembly = self._assemble(mass, self._parts() if parts is None else parts)
         self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
 
-    def _assemble(self, attached: FloatArray | None) -> Assembly:
+    def _assemble(self, attached: FloatArray | None, parts: int) -> Assembly:
         p = self.parameters
         try:
             return assemble(
                 self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
-                forced=self._forced.tolist(), hourglass=p.hourglass, parts=self._parts(), attached=attached,
+                forced=self._forced.tolist(), hourglass=p.hourglass, parts=parts, attached=attached,
             )  # fmt: skip
         except ValueError as error:
             raise ParameterError(f"{error}", source="component 'grid'") from None

@@ -18,7 +18,7 @@ from ..materials.drucker_prager import return_to_cone
 from ..materials.hypoelastic import elastic_increment, energy_density, rotate_stress, rotation_of
 from ..materials.plastic_law import VON_MISES
 from ..materials.von_mises import plastic_strain
-from ..support.jit import inlined, jit
+from ..support.jit import inlined, internal, internal_inlined, jit
 from .layout import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
 
 # A slower node is at rest [m/s]. Ahead of a wave velocities fall off to where they, or products of what follows from them, are
@@ -30,7 +30,7 @@ _YIELDED = 0
 _ONE, _TWO, _THREE = np.uint32(1), np.uint32(2), np.uint32(3)
 
 
-@inlined
+@internal_inlined
 def yield_cell(law, moduli, hardened, area, old, trial):
     """Return the stresses xx, yy, zz, xy of a cell that may yield, the plastic strain and work of the step, q and its limit.
 
@@ -71,7 +71,7 @@ def yield_cell(law, moduli, hardened, area, old, trial):
     return (new_xx, new_yy, new_zz, new_xy), strain, work, q, limit
 
 
-@inlined
+@internal_inlined
 def corner_forces(stress, hourglass, diagonals, pattern):
     """Return the stress part of the forces on the first two corners: x and y of one, then of the other [N].
 
@@ -91,7 +91,7 @@ def corner_forces(stress, hourglass, diagonals, pattern):
     return fxx * by - fxy * bx, fyx * by - fyy * bx, fxy * ax - fxx * ay, fyy * ax - fyx * ay
 
 
-@jit
+@internal
 def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
     """Advance stresses and energies of a tile whose nodes have drifted, and write the corner forces; strains of mid-step.
 
@@ -166,7 +166,7 @@ def gather(slots, corner, n, k):
     return (corner[slots[n, 0], k] + corner[slots[n, 1], k]) + (corner[slots[n, 2], k] + corner[slots[n, 3], k])
 
 
-@jit
+@internal
 def gather_tile(grid, state, corner, tile):
     """Write the forces on the nodes whose last cell is in a tile."""
     slots, order, force, further = grid.node_slots, grid.order, state.force, grid.further
@@ -185,7 +185,7 @@ def add_further(further, force, corner, begin, end):
         force[n, 1] += corner[slot, 1]
 
 
-@jit
+@internal
 def finish_tile(grid, state, corner, tile, step, again):
     """Kick the nodes whose last cell is in a tile for the second half of a step.
 
@@ -259,7 +259,7 @@ def moving(velocity):
     return 0.0 if abs(velocity) < _REST else velocity
 
 
-@jit
+@internal
 def kick(grid, state, step, begin, end):
     """Add what the forces give in the first half of a step [s] to the velocities of nodes begin..end-1 without conditions."""
     special, half_inverse, velocity, force = grid.special, grid.half_inverse, state.velocity, state.force
@@ -270,7 +270,7 @@ def kick(grid, state, step, begin, end):
             velocity[n, 1] = moving(velocity[n, 1] + weight * force[n, 1])
 
 
-@jit
+@internal
 def drift(grid, state, step, begin, end):
     """Move the nodes begin..end-1 that have no conditions with their velocities for a step [s]."""
     special, displacement, velocity = grid.special, state.displacement, state.velocity
@@ -280,7 +280,7 @@ def drift(grid, state, step, begin, end):
             displacement[n, 1] += step * velocity[n, 1]
 
 
-@jit
+@internal
 def begin_conditions(grid, state, conditions, factors, row, step):
     """Kick and drift the nodes with conditions: half a kick with what is applied in this tick, then the drift.
 
@@ -323,7 +323,7 @@ def begin_conditions(grid, state, conditions, factors, row, step):
         state.displacement[n, 1] += step * middle_y
 
 
-@jit
+@internal
 def finish_conditions(grid, state, conditions, step, tally):
     """Kick the nodes with conditions for the second half of a step, and add up work and impulses.
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError
 
-from ..errors import ParameterError, nearest, shortened
+from ..errors import ParameterError, nearest, one_line
 from ..support.validation import Fixed, faults_of
 
 _SYMBOLS = {"E": "young", "nu": "poisson", "rho": "density"}
@@ -93,7 +93,7 @@ PRESETS = {
 
 def _no_preset(name: object) -> ParameterError:
     hint = nearest(str(name), PRESETS, "or give density, young and poisson")
-    return ParameterError(f"got {shortened(name)}", expected="the name of a preset", hint=hint)
+    return ParameterError(f"got {one_line(name)}", expected="the name of a preset", hint=hint)
 
 
 def _validate_preset(name: str) -> str:

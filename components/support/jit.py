@@ -41,12 +41,37 @@ def inlined(function: F) -> F:
     return _compile(function, forceinline=True)
 
 
+def internal(function: F) -> F:
+    """`jit` for what other kernels call and Python does not: without its entry from Python.
+
+    For arguments that are tuples of many arrays that entry takes longer to compile than the function itself. Python can call it
+    all the same, as in a test: it is then compiled once more, in each process.
+    """
+    return _compile(function, no_cpython_wrapper=True)
+
+
+def internal_inlined(function: F) -> F:
+    """`inlined` and `internal`."""
+    return _compile(function, forceinline=True, no_cpython_wrapper=True)
+
+
 class _Kernel(CPUDispatcher):
     """A function that is compiled once for whole numbers: numba would compile it for each literal that it is called with."""
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return how another jitted function calls this one."""
         return super().get_call_template(tuple(map(_without_literal, args)), kws)
+
+
+class _Internal(_Kernel):
+    """A function without an entry from Python."""
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Call it by another one that has such an entry, and is not kept on disk."""
+        if not hasattr(self, "_with_entry"):
+            options = {name: value for name, value in self.targetoptions.items() if name != "no_cpython_wrapper"}
+            self._with_entry = _Kernel(self.py_func, targetoptions=options)
+        return self._with_entry(*arguments, **named)
 
 
 def _without_literal(kind: Any) -> Any:
@@ -61,7 +86,8 @@ def _compile(function: F, **options: Any) -> F:
     if is_of_package(function):
         # Functions as values need an entry for C. No kernel of this package is one, and a tenth of the compilation is saved.
         options["no_cfunc_wrapper"] = True
-    kernel: Any = _Kernel(function, targetoptions=options)
+    kind = _Internal if options.get("no_cpython_wrapper") else _Kernel
+    kernel: Any = kind(function, targetoptions=options)
     kernel._cache = KernelCache(kernel)
     return kernel
 

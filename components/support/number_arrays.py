@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..elements import check_index, index_text, parse_index
-from ..errors import Location, ParameterError, shortened, to_location
+from ..errors import Location, ParameterError, one_line, to_location
 from .arrays import FloatArray
 from .validation import finite_number
 
@@ -44,13 +44,13 @@ def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence
 def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
     if isinstance(value, np.ma.MaskedArray):
         hint = "fill what is masked: array.filled(value)"
-        raise ParameterError(f"got {shortened(value)}", expected=expected, hint=hint, at=at)
+        raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=at)
     _refuse_parts(to_location(at), value)
     try:
         given = np.asarray(value)
     except (ValueError, OverflowError, TypeError):
         rows = isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value)
-        came = "rows of unlike length" if rows else shortened(value)
+        came = "rows of unlike length" if rows else one_line(value)
         raise ParameterError(f"got {came}", expected=expected, at=at) from None
     if given.dtype == np.float64 or given.dtype.kind in "iu":
         return np.array(given, dtype=np.float64, order="C")
@@ -61,7 +61,7 @@ def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
                 return np.array(given, dtype=np.float64, order="C")
     except OverflowError:
         pass
-    raise ParameterError(f"got {shortened(value)}", expected=expected, at=at)
+    raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
 
 
 def _refuse_parts(at: Location, value: Any) -> None:
@@ -73,9 +73,9 @@ def _refuse_parts(at: Location, value: Any) -> None:
             _refuse_parts((*at, place), part)
         elif isinstance(part, np.ndarray | np.generic):
             if part.dtype.kind not in "fiu" or isinstance(part, np.ma.MaskedArray):
-                raise ParameterError(f"got {shortened(part)}", expected="a number", at=(*at, place))
+                raise ParameterError(f"got {one_line(part)}", expected="a number", at=(*at, place))
         elif isinstance(part, bool | str | bytes) or part is None:
-            raise ParameterError(f"got {shortened(part)}", expected="a number", at=(*at, place))
+            raise ParameterError(f"got {one_line(part)}", expected="a number", at=(*at, place))
 
 
 def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray | float = 0.0) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, SerializerFunctionWrapHandler, ValidationError, model_serializer
 from pydantic_core import CoreSchema, core_schema
 
-from ..errors import nearest, shortened
+from ..errors import nearest, one_line
 from .validation import Choices, Parameters, as_validation_error, faults_of, refusal
 
 
@@ -46,13 +46,13 @@ class ByName(Choices):
         fields = {"name": given} if isinstance(given, str) else given
         known = ", ".join(self.choices)
         if not isinstance(fields, Mapping):
-            raise refusal(f"got {shortened(given)}", "a name, or a table with one", f"known: {known}")
+            raise refusal(f"got {one_line(given)}", "a name, or a table with one", f"known: {known}")
         name = fields.get("name")
         if name is None:
             raise refusal("missing", hint=f"known: {known}", at=("name",))
         if not isinstance(name, str) or name not in self.choices:
             at = () if isinstance(given, str) else ("name",)
-            raise refusal(f"got {shortened(name)}", "a known name", nearest(str(name), self.choices), at)
+            raise refusal(f"got {one_line(name)}", "a known name", nearest(str(name), self.choices), at)
         model = self.choices[name]
         try:
             return model(**{str(key): value for key, value in fields.items()})

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from ..errors import Fault, GranularError, Location, ParameterError, location_text, nearest, shortened, to_location
+from ..errors import Fault, GranularError, Location, ParameterError, location_text, nearest, one_line, to_location
 
 Model = TypeVar("Model", bound=BaseModel)
 _FLOAT = np.dtype(np.float64)
@@ -26,7 +26,7 @@ class _Words:
         self._value = value
 
     def __repr__(self) -> str:
-        return shortened(self._value)
+        return one_line(self._value)
 
 
 class Fixed(BaseModel):
@@ -37,7 +37,7 @@ class Fixed(BaseModel):
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
             hint = f"{type(self).__name__} is fixed; make a new one with that value"
-            raise ParameterError(f"got {shortened(value)}", hint=hint, at=(name,))
+            raise ParameterError(f"got {one_line(value)}", hint=hint, at=(name,))
         super().__setattr__(name, value)
 
     @model_validator(mode="before")
@@ -172,12 +172,12 @@ def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
     if kind == "value_error":
         return Fault(place, str(error["ctx"]["error"]))
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return Fault(place, f"got {shortened(error['input'])}", "a table of keys and values")
+        return Fault(place, f"got {one_line(error['input'])}", "a table of keys and values")
     if kind == "list_type" and isinstance(error["input"], Mapping):
         hint = f"tables of a list are written [[{location_text(place)}]], with two brackets"
-        return Fault(place, f"got {shortened(error['input'])}", "a list", hint)
+        return Fault(place, f"got {one_line(error['input'])}", "a list", hint)
     expected = _EXPECTED[kind].format(**error.get("ctx", {})) if kind in _EXPECTED else error["msg"]
-    return Fault(place, f"got {shortened(error['input'])}", expected)
+    return Fault(place, f"got {one_line(error['input'])}", expected)
 
 
 def _place(loc: Location, given: Any, may_be_missing: bool) -> Location:
@@ -223,7 +223,7 @@ def _owner(model: type[BaseModel], name: str, value: Any) -> str:
     for parameter, choices in tables(model).items():
         owners = [choice for choice, table in choices.items() if name in table.model_fields]
         if owners:
-            example = f'{parameter} = {{"name": "{owners[0]}", "{name}": {shortened(value, 30)}}}'
+            example = f'{parameter} = {{"name": "{owners[0]}", "{name}": {one_line(value, 30)}}}'
             known = " or ".join(filter(None, [", ".join(map(repr, owners[:-1])), repr(owners[-1])]))
             return f"it belongs to {parameter} {known}: give {example}"
     return ""
@@ -239,7 +239,7 @@ def finite_number(at: str | Location, value: Any, expected: str = "a number", hi
         with np.errstate(over="ignore"):  # of a wider float
             number = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise ParameterError(f"got {shortened(value)}", expected=expected, hint=hint, at=at) from None
+        raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=at) from None
     if not math.isfinite(number):
         raise ParameterError(f"got {number}", expected="a finite number", at=at)
     return number
@@ -262,7 +262,7 @@ def whole_number(at: str | Location, value: Any, least: int = 1, most: int | Non
         or (most is not None and value > most)
     ):
         limits = f"of at least {least}" if most is None else f"from {least} to {most}"
-        raise ParameterError(f"got {shortened(value)}", expected=f"a whole number {limits}", at=at)
+        raise ParameterError(f"got {one_line(value)}", expected=f"a whole number {limits}", at=at)
     return int(value)
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import ParameterError, nearest, one_line
 
 from .model import Constant, Paper
 
@@ -28,7 +28,7 @@ def _validate(name: str, value: Any, constant: Constant) -> float:
     hint = f"it is {constant.description}"
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if not number or not math.isfinite(value) or not constant.low <= value <= constant.high:
-        raise ParameterError(f"got {shortened(value)}", expected=expected, hint=hint, at=("constants", name))
+        raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=("constants", name))
     if constant.whole and value != int(value):
         raise ParameterError(f"got {value:g}", expected=expected, hint=hint, at=("constants", name))
     return int(value) if constant.whole else float(value)

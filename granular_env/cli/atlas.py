@@ -9,7 +9,7 @@ import click
 from granular_env.cli.command import Overrides, command, quiet_option, set_option
 from granular_env.cli.completion import folders, papers
 from granular_env.cli.status import Status
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.terminal import columns, wrap_text
 
 
@@ -49,7 +49,7 @@ def _constants(overrides: Overrides) -> dict[str, Any]:
         name, value = ".".join(override.key), override.value
         if name in constants:
             raise ParameterError(
-                f"constant {name!r}: given twice, as {shortened(constants[name])} and {shortened(value)}", hint="give it once"
+                f"constant {name!r}: given twice, as {one_line(constants[name])} and {one_line(value)}", hint="give it once"
             )
         constants[name] = value
     return constants

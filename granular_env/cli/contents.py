@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
+import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -49,6 +51,8 @@ def describe(name: str, for_programs: bool, overrides: Overrides) -> int:
 
     given = _arguments(overrides)
     if name in catalogue.names():
+        if not overrides:
+            _interpret_kernels()
         _describe_component(name, for_programs, given)
         return 0
     if (environment := find_environment(name)) is not None:
@@ -62,6 +66,12 @@ def describe(name: str, for_programs: bool, overrides: Overrides) -> int:
     else:
         print("\n".join(map(printable, text.splitlines())))
     return 0
+
+
+def _interpret_kernels() -> None:
+    """Let this process run kernels as plain Python: the example of a component is built before its kernels were compiled."""
+    if "numba" not in sys.modules:
+        os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 
 def _describe_component(name: str, for_programs: bool, parameters: dict[str, Any]) -> None:
@@ -103,6 +113,7 @@ def _describe_environment(name: str, for_programs: bool, arguments: dict[str, An
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 def new(template: str, out: str | None, force: bool) -> int:
     """Write a file to start from: of an experiment, a plan of a sweep or a study, and the data files that it names."""
+    _interpret_kernels()
     from granular_env.experiments import templates
 
     text, runner = _shipped_text(template)

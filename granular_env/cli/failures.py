@@ -10,7 +10,7 @@ from dataclasses import replace
 import click
 
 from granular_env.cli.status import Status
-from granular_env.components.errors import Fault, GranularError, Override, Term, shortened
+from granular_env.components.errors import Fault, GranularError, Override, Term, one_line
 from granular_env.terminal import printable
 
 
@@ -65,7 +65,7 @@ def _with_option(command: click.Command | None, fault: Fault) -> Fault:
 def command_words(term: Term) -> str:
     """Return an option or an override as it is given on the command line."""
     if isinstance(term, Override):
-        return f"--set {shortened(term.text, 60)}"
+        return f"--set {one_line(term.text, 60)}"
     option = f"--{term.name.replace('_', '-')}"
     return option if term.value is True else f"{option} {term.value}"
 

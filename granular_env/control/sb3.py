@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from granular_env.components.errors import MissingExtraError, ParameterError, shortened
+from granular_env.components.errors import MissingExtraError, ParameterError, one_line
 
 try:
     from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMissingImports]
@@ -36,7 +36,7 @@ class Sb3VecEnv(VecEnv):
     def __init__(self, env: gymnasium.vector.VectorEnv) -> None:
         if not isinstance(env, gymnasium.vector.VectorEnv):
             raise ParameterError(
-                f"got {shortened(env)}", expected="a VectorEnv", hint="gymnasium.make_vec() makes one", at="env"
+                f"got {one_line(env)}", expected="a VectorEnv", hint="gymnasium.make_vec() makes one", at="env"
             )
         mode = env.metadata.get("autoreset_mode")
         if mode != gymnasium.vector.AutoresetMode.SAME_STEP:
@@ -115,7 +115,7 @@ class Sb3VecEnv(VecEnv):
     def _batch(self) -> Any:
         batch = self.env.unwrapped
         if not hasattr(batch, "get_attr"):
-            raise ParameterError(f"got {shortened(batch)}, whose single environments cannot be reached from here", at="env")
+            raise ParameterError(f"got {one_line(batch)}, whose single environments cannot be reached from here", at="env")
         return batch
 
     def _single(self, place: int) -> Any:

@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularError, ParameterError, nearest, shortened
+from granular_env.components.errors import GranularError, ParameterError, nearest, one_line
 from granular_env.domains import environments, load
 
 # What a study gives every environment unless a method asks for more; one that does not take it does without.
@@ -100,7 +100,7 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
             "it makes a task", expected="its environment", hint="name what returns ComponentEnv(component, task)", at="name"
         )
     if not isinstance(env, ComponentEnv):
-        raise ParameterError(f"it makes {shortened(made)}", expected="a ComponentEnv", at="name")
+        raise ParameterError(f"it makes {one_line(made)}", expected="a ComponentEnv", at="name")
     return env
 
 
@@ -124,7 +124,7 @@ def _own(name: str, module: Any, path: str) -> Callable[..., Any]:
         public = [known for known, value in vars(module).items() if callable(value) and not known.startswith("_")]
         raise ParameterError(f"got {name!r}: the module has no {path!r}", hint=nearest(path, public), at="name")
     if not callable(found):
-        raise ParameterError(f"got {name!r}, which is {shortened(found)}", expected="what makes a ComponentEnv", at="name")
+        raise ParameterError(f"got {name!r}, which is {one_line(found)}", expected="what makes a ComponentEnv", at="name")
     return found
 
 

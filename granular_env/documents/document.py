@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
-from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError, shortened
+from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError, one_line
 from granular_env.components.support.validation import faults_of
 from granular_env.output_files import with_article
 
@@ -127,7 +127,7 @@ def load(
         path = find(source, model.kind, model.shelf)
         content, origin, folder = read(path), str(path), path.parent
     for override in changes:
-        set_key(content, replace(override, value=_plain(override.value, shortened(override.text, 60))))
+        set_key(content, replace(override, value=_plain(override.value, one_line(override.text, 60))))
     return model.parse(content, origin, folder, (*before, *changes))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.csv_history import LARGEST_FILE
-from granular_env.components.errors import ExperimentError, shortened
+from granular_env.components.errors import ExperimentError, one_line
 from granular_env.components.files import read_bounded
 from granular_env.package_contents import shipped_files
 
@@ -33,7 +33,7 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
         path = Path(source)
         is_file = path.is_file()
     except (TypeError, ValueError, OSError) as error:
-        raise ExperimentError(f"got {shortened(source, 60)}", expected=f"a name or a path ({error})", at=kind) from None
+        raise ExperimentError(f"got {one_line(source, 60)}", expected=f"a name or a path ({error})", at=kind) from None
     if is_file:
         if begins_as_log(path):
             raise ExperimentError("this is a log", hint="try `granular-env check` or `granular-env report`", source=str(path))
@@ -51,7 +51,7 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
             source=str(path),
         )
     advice = nearest_names(str(source), shipped)
-    raise ExperimentError(f"got {shortened(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
+    raise ExperimentError(f"got {one_line(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
 
 
 def read_data(path: Path, hint: str = "paths are relative to the experiment file") -> bytes:

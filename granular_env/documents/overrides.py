@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 from granular_env.components.elements import index_text, parse_element
-from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, Phrase, shortened
+from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, Phrase, one_line
 
 from .toml import toml_value
 
@@ -45,9 +45,7 @@ def to_overrides(given: Any) -> tuple[Override, ...]:
     with suppress(ExperimentError, TypeError, AttributeError):
         example = {".".join(one.key): one.value for one in map(_parse_assignment, overrides)}
     raise ExperimentError(
-        Fault(
-            ("overrides",), f"got {shortened(given)}", "a mapping of keys and values", f"write overrides={shortened(example)}"
-        )
+        Fault(("overrides",), f"got {one_line(given)}", "a mapping of keys and values", f"write overrides={one_line(example)}")
     )
 
 
@@ -80,13 +78,13 @@ def _holder(node: Any, part: str, depth: int, override: Override) -> tuple[Any, 
         node = node[_list_index(node, row, override)] if isinstance(node, list) else node
     if not isinstance(node, list):
         whole = ".".join(override.key[:depth])
-        raise _fault(override, f"{whole} is {shortened(node)}, so it has no {part!r}; set {whole} as a whole")
+        raise _fault(override, f"{whole} is {one_line(node)}, so it has no {part!r}; set {whole} as a whole")
     return node, _list_index(node, index, override)
 
 
 def _list_index(node: list[Any], text: str, override: Override) -> int:
     if text not in map(str, range(-len(node), len(node))):
-        raise _fault(override, f"got the index {shortened(text)}, expected {-len(node)} to {len(node) - 1}")
+        raise _fault(override, f"got the index {one_line(text)}, expected {-len(node)} to {len(node) - 1}")
     return int(text)
 
 
@@ -123,7 +121,7 @@ def _parse_value(text: str, value: str) -> Any:
         if _BARE_WORD.fullmatch(value):
             return value
     advice = "write a number, a list, or a string in quotes"
-    raise _fault(Override((), None, text), f"{shortened(value, 60)} is no TOML value; {advice}")
+    raise _fault(Override((), None, text), f"{one_line(value, 60)} is no TOML value; {advice}")
 
 
 def _override(key: Any, value: Any, text: str | None = None) -> Override:
@@ -131,7 +129,7 @@ def _override(key: Any, value: Any, text: str | None = None) -> Override:
     parts = tuple(part for name in names for part in _split_index(name))
     override = Override(parts, value, text or f"{key}={_text_of(value)}")
     if not all(parts) or not parts:
-        raise _fault(override, f"got the key {shortened(key)}, expected names with dots between them, such as component.grains")
+        raise _fault(override, f"got the key {one_line(key)}, expected names with dots between them, such as component.grains")
     return override
 
 
@@ -145,7 +143,7 @@ def _split_index(name: str) -> tuple[str, ...]:
 
 
 def _text_of(value: Any) -> str:
-    return toml_value(value) if isinstance(value, str | bool | float) else shortened(value)
+    return toml_value(value) if isinstance(value, str | bool | float) else one_line(value)
 
 
 def _fault(override: Override, text: str) -> ExperimentError:

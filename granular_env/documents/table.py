@@ -9,7 +9,7 @@ from typing import Any, Self, get_args
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from granular_env.components.errors import nearest, shortened
+from granular_env.components.errors import nearest, one_line
 from granular_env.components.support.validation import as_validation_error, faults_of, refusal
 
 
@@ -58,10 +58,10 @@ class ByKey:
         if isinstance(given, tables):
             return given
         if not isinstance(given, Mapping):
-            raise refusal(f"got {shortened(given)}", f'a table with {self.key} = "..."')
+            raise refusal(f"got {one_line(given)}", f'a table with {self.key} = "..."')
         choices = {value: table for table in tables for value in get_args(table.model_fields[self.key].annotation)}
         value = given.get(self.key)
         if not isinstance(value, str) or value not in choices:
-            received = "missing" if value is None else f"got {shortened(value)}"
+            received = "missing" if value is None else f"got {one_line(value)}"
             raise refusal(received, hint=self.advice(str(value), list(choices)), at=(self.key,))
         return choices[value].model_validate(given)

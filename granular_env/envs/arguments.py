@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypedDict
 
-from ..components.errors import ParameterError, shortened
+from ..components.errors import ParameterError, one_line
 
 
 class Options(TypedDict, total=False):
@@ -27,5 +27,5 @@ def further_parameters(name: str, given: Any) -> dict[str, Any]:
         return {}
     if not isinstance(given, Mapping):
         expected = "further parameters of the component, name -> value"
-        raise ParameterError(f"got {shortened(given)}", expected=expected, at=name)
+        raise ParameterError(f"got {one_line(given)}", expected=expected, at=name)
     return {str(key): value for key, value in given.items()}

@@ -15,7 +15,7 @@ from gymnasium.envs.registration import EnvSpec
 
 from ..components.component import Component
 from ..components.elements import Element, parse_element
-from ..components.errors import ParameterError, StepError, shortened
+from ..components.errors import ParameterError, StepError, one_line
 from ..components.support.validation import finite_number, positive_number, whole_number
 from .clock import clock_readings
 from .copies import Given, Recreatable, recreatable
@@ -177,7 +177,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """
         if not isinstance(options, Mapping | None) or "seed" in (options or {}):
             raise ParameterError(
-                f"got {shortened(options)}", expected="start values of state variables, name -> value", at="options"
+                f"got {one_line(options)}", expected="start values of state variables, name -> value", at="options"
             )
         checked = validate_seed(seed)
         super().reset(seed=checked)
@@ -262,7 +262,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """Raise what `restore` would raise for this state, and change nothing; return what `_take_state` needs."""
         if state.__class__ is not EnvState or state.task != self.task.name:
             raise ParameterError(
-                f"got {shortened(state)}", expected=f"what save() of an environment of {self.task.name!r} gave", at="state"
+                f"got {one_line(state)}", expected=f"what save() of an environment of {self.task.name!r} gave", at="state"
             )
         self._refuse_episode(state)
         ready = self._redraw(state.drawn)
@@ -387,11 +387,11 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         try:
             given = np.asarray(action)
         except ValueError as error:  # rows of unlike length
-            raise ParameterError(f"got {shortened(action)}", expected=f"{count} numbers", at="action") from error
+            raise ParameterError(f"got {one_line(action)}", expected=f"{count} numbers", at="action") from error
         if given.shape != (count,):
-            raise ParameterError(f"got shape {given.shape}", expected=f"shape {(count,)}: {shortened(action)}", at="action")
+            raise ParameterError(f"got shape {given.shape}", expected=f"shape {(count,)}: {one_line(action)}", at="action")
         if given.dtype.kind not in "fiu":
-            raise ParameterError(f"got {shortened(action)}", expected=f"{count} numbers from -1 to 1", at="action")
+            raise ParameterError(f"got {one_line(action)}", expected=f"{count} numbers from -1 to 1", at="action")
         for entry, number in zip(self._entries, given.tolist(), strict=True):
             if not math.isfinite(number):
                 raise ParameterError(f"got {number} for {entry}", expected="a number from -1 to 1", at="action")
@@ -458,7 +458,7 @@ def _bit_generator(state: Mapping[str, Any]) -> np.random.BitGenerator:
 def validate_seed(seed: Any) -> int | None:
     """Return a seed as Gymnasium takes it; `ParameterError` where it is neither None nor a whole number from 0."""
     if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0):
-        raise ParameterError(f"got {shortened(seed)}", expected="a whole number from 0, or None", at="seed")
+        raise ParameterError(f"got {one_line(seed)}", expected="a whole number from 0, or None", at="seed")
     return None if seed is None else int(seed)
 
 

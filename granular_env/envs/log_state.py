@@ -8,7 +8,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from ..components.component import Component
-from ..components.errors import ParameterError, shortened
+from ..components.errors import ParameterError, one_line
 from ..components.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -53,4 +53,4 @@ def _difference(component: Component, recorded: Component) -> str:
 
 
 def _short(value: Any) -> str:
-    return shortened(value, 40)
+    return one_line(value, 40)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from granular_env.components.support.arrays import FloatArray
 
-from ..components.errors import ParameterError, shortened
+from ..components.errors import ParameterError, one_line
 
 
 class Policy(Protocol):
@@ -68,7 +68,7 @@ class OpenLoop:
 
 def _actions(name: str, given: npt.NDArray[Any], dimensions: int) -> FloatArray:
     if given.ndim != dimensions or given.dtype.kind not in "fiu" or not np.all(np.isfinite(given)):
-        raise ParameterError(f"got {shortened(given)}", expected="finite numbers from -1 to 1", at=name)
+        raise ParameterError(f"got {one_line(given)}", expected="finite numbers from -1 to 1", at=name)
     return np.ascontiguousarray(given, dtype=np.float64)
 
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from numpy.random import Generator
 
 from ..components.component import Component
-from ..components.errors import ParameterError, shortened
+from ..components.errors import ParameterError, one_line
 
 Seen = Mapping[str, npt.NDArray[np.float64]]
 """The observed outputs, unscaled, name -> value."""
@@ -66,7 +66,7 @@ def validate_judgement(task: Task, given: Any) -> tuple[float, bool]:
         reward, done = given
         number = float(reward)
     except (TypeError, ValueError):
-        raise ParameterError(f"task {task.name!r}: judge gave {shortened(given)}", expected="(reward, done)") from None
+        raise ParameterError(f"task {task.name!r}: judge gave {one_line(given)}", expected="(reward, done)") from None
     if not math.isfinite(number):
         raise ParameterError(f"task {task.name!r}: its reward is {number}", hint="mend its judge")
     return reward, bool(done)
@@ -79,7 +79,7 @@ def refuse_incomplete(task: Any) -> None:
         ParameterError: it is no task, or an attribute is missing; names it.
     """
     if not isinstance(task, Task):
-        raise ParameterError(f"got {shortened(task)}", expected="an object of a class made from Task", at="task")
+        raise ParameterError(f"got {one_line(task)}", expected="an object of a class made from Task", at="task")
     for name, example in (("name", '"swing"'), ("actions", '{"left_force": 100.0}'), ("observations", '{"velocity": 1.0}')):
         if getattr(task, name, None) is None:
             raise ParameterError(
@@ -87,5 +87,5 @@ def refuse_incomplete(task: Any) -> None:
             )
         if name != "name" and not isinstance(getattr(task, name), Mapping):
             raise ParameterError(
-                f"got {shortened(getattr(task, name))}", expected=f"a mapping, such as {example}", at=f"task.{name}"
+                f"got {one_line(getattr(task, name))}", expected=f"a mapping, such as {example}", at=f"task.{name}"
             )

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 import gymnasium
 
-from ..components.errors import ParameterError, shortened
+from ..components.errors import ParameterError, one_line
 from .environment import ComponentEnv
 
 
@@ -39,7 +39,7 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
         inner = env.unwrapped
         if not isinstance(inner, ComponentEnv):
             raise ParameterError(
-                f"got {shortened(env)}", expected="a ComponentEnv", hint="only a component can be recorded", at="env"
+                f"got {one_line(env)}", expected="a ComponentEnv", hint="only a component can be recorded", at="env"
             )
         gymnasium.utils.RecordConstructorArgs.__init__(self, path=path, **options)
         gymnasium.Wrapper.__init__(self, env)

@@ -20,7 +20,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
 from granular_env.components.elements import is_index
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.profiles import Profile
 from granular_env.components.support.number_arrays import number_array
 from granular_env.components.support.validation import as_refusal, refusal
@@ -43,7 +43,7 @@ def _array(given: Any) -> list[Any]:
     except ParameterError as error:
         raise as_refusal(error) from None
     if not isinstance(given, list) or not array.size:
-        raise refusal(f"got {shortened(given)}", expected)
+        raise refusal(f"got {one_line(given)}", expected)
     return given
 
 
@@ -226,7 +226,7 @@ def _parse_input(given: Any) -> float | list[Any] | dict[str, Any] | ProfileTabl
     if isinstance(given, Mapping | ProfileTable):
         return _PROFILE.validate_python(given)
     expected = f'a number, a list of numbers, {{index: value}}, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'
-    raise refusal(f"got {shortened(given)}", expected)
+    raise refusal(f"got {one_line(given)}", expected)
 
 
 _PROFILE: TypeAdapter[ProfileTable] = TypeAdapter(AnyProfile)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..components.component import Component
 from ..components.drawables import drawn_outputs
-from ..components.errors import ParameterError, nearest, shortened
+from ..components.errors import ParameterError, nearest, one_line
 from .sampling import HASH_EVERY, Schedule, doubling_for, frames_for
 
 
@@ -27,7 +27,7 @@ def names_to_record(component: Component, variables: Sequence[str] | None) -> li
         at = ("variables", place)
         if name not in known:
             expected = f"an output or input of component {component.name!r}"
-            raise ParameterError(f"got {shortened(name)}", expected=expected, hint=nearest(name, known), at=at)
+            raise ParameterError(f"got {one_line(name)}", expected=expected, hint=nearest(name, known), at=at)
         if given and name in variables[:place]:
             raise ParameterError(f"got {name!r} again", expected="each name once", at=at)
     return list(dict.fromkeys([*variables, *component.balance_names]))

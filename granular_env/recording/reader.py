@@ -13,7 +13,7 @@ import numpy as np
 from ..components.component import refuse_unknown_events
 from ..components.contract import Event, EventDetail, Variable
 from ..components.drawables import Drawable
-from ..components.errors import GranularError, LogError, ParameterError, nearest, shortened
+from ..components.errors import GranularError, LogError, ParameterError, nearest, one_line
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
 from ..output_files import count_of
@@ -370,7 +370,7 @@ class LogReader:
     def _frame_rows(self, name: str) -> np.ndarray:
         if name not in self._numbers:
             hint = nearest(str(name), self._numbers)
-            raise ParameterError(f"got {shortened(name)}", expected="a variable that was recorded", hint=hint, at="variable")
+            raise ParameterError(f"got {one_line(name)}", expected="a variable that was recorded", hint=hint, at="variable")
         rows = self._rows(FRAMES)
         return rows[rows[:, DETAIL] == self._numbers[name]]
 

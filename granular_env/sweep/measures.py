@@ -24,7 +24,7 @@ from pydantic import PlainValidator
 
 from granular_env.components.component import Component
 from granular_env.components.elements import ELEMENT, Element, parse_element
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.validation import as_refusal, refusal
 from granular_env.domains import DOMAINS, load
 
@@ -174,7 +174,7 @@ def parse_measure(given: Any) -> Measure:
     if (match := _EVENTS.fullmatch(words)) is not None:
         return Happening(match["kind"], match["what"] == "first")
     raise refusal(
-        f"got {shortened(given, 60)}",
+        f"got {one_line(given, 60)}",
         f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'events KIND' or 'first KIND' of what can happen, "
         "'report NAME' of a figure that runs end with, or a measurement of the domain, "
         f"{{ measurement = NAME, ... }} ({', '.join(_measurements())})",
@@ -188,15 +188,15 @@ def _parse_measurement(table: Mapping[str, Any]) -> Measurement:
     known = _measurements()
     name = table.get("measurement")
     if not isinstance(name, str) or name not in known:
-        came = "missing" if name is None else f"got {shortened(name, 60)}"
+        came = "missing" if name is None else f"got {one_line(name, 60)}"
         raise refusal(came, hint=nearest(str(name), known), at=("measurement",))
     columns = load(known[name])
     takes = columns.MEASUREMENTS[name]
     take, which = table.get("take", next(iter(takes))), table.get("which", 0)
     if not isinstance(take, str) or take not in takes:
-        raise refusal(f"got {shortened(take, 60)}", hint=nearest(str(take), takes), at=("take",))
+        raise refusal(f"got {one_line(take, 60)}", hint=nearest(str(take), takes), at=("take",))
     if isinstance(which, bool) or not isinstance(which, int):
-        raise refusal(f"got {shortened(which, 60)}", "a whole number: 0 is the first, -1 the last", at=("which",))
+        raise refusal(f"got {one_line(which, 60)}", "a whole number: 0 is the first, -1 the last", at=("which",))
     arguments = {key: value for key, value in table.items() if key not in ("measurement", "take", "which")}
     _, *parameters = inspect.signature(columns.function(name)).parameters.values()
     needed = {one.name: one.default is one.empty for one in parameters}

@@ -22,7 +22,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PlainValidator, model_validator
 
-from granular_env.components.errors import shortened
+from granular_env.components.errors import one_line
 from granular_env.components.support.counter_random import uniform
 from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Table
@@ -160,7 +160,7 @@ def _axis(given: Any) -> list[Any] | Range:
     if isinstance(given, Mapping | Range):
         return Range.model_validate(given)
     expected = "a list of values, or a table; one value for all belongs into [set]"
-    raise refusal(f"got {shortened(given, 60)}", expected)
+    raise refusal(f"got {one_line(given, 60)}", expected)
 
 
 Axis = Annotated[list[Any] | Range, PlainValidator(_axis)]

@@ -8,7 +8,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import ParameterError, SweepError, shortened
+from granular_env.components.errors import ParameterError, SweepError, one_line
 from granular_env.documents import Overrides
 from granular_env.output_files import file_name
 from granular_env.progress import Progress
@@ -140,7 +140,7 @@ def _folder(folder: str | os.PathLike[str]) -> Path:
     try:
         return Path(folder)
     except TypeError:
-        raise ParameterError(f"got {shortened(folder)}", expected="the path of a folder for the results", at="folder") from None
+        raise ParameterError(f"got {one_line(folder)}", expected="the path of a folder for the results", at="folder") from None
 
 
 def _default_folder(plan: Plan) -> Path:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numba.core.errors import NumbaError
 
-from ...errors import ParameterError, StepError, shortened
+from ...errors import ParameterError, StepError, one_line
 from ...support.addresses import address
 from ...support.arrays import FloatArray
 from ...support.jit import JIT, current, jit, refuse_stale
@@ -49,7 +49,7 @@ def _look_up(
         return address(compiled, signature), jitted, compiled
     except (NumbaError, TypeError) as error:
         reason = " ".join(str(error).split())
-        raise ParameterError(f"it does not compile as {signature}: {shortened(reason, 400)}", at=name) from None
+        raise ParameterError(f"it does not compile as {signature}: {one_line(reason, 400)}", at=name) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,12 +178,12 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
     slopes = np.zeros(objective.count)
     given = current(objective.value)(sums, objective.constants, slopes)
     if not isinstance(given, (int, float, np.number)):
-        raise ParameterError(f"got {shortened(given)} from it", expected="a number", at="objective.value")
+        raise ParameterError(f"got {one_line(given)} from it", expected="a number", at="objective.value")
     value = float(given)
     if not math.isfinite(value) or not np.isfinite(slopes).all():
-        what = f"J is {value}" if not math.isfinite(value) else f"dJ/dsums is {shortened(slopes)}"
+        what = f"J is {value}" if not math.isfinite(value) else f"dJ/dsums is {one_line(slopes)}"
         raise ParameterError(
-            f"{what} for the sums {shortened(sums)}", hint="mend the function, or check its constants", at="objective.value"
+            f"{what} for the sums {one_line(sums)}", hint="mend the function, or check its constants", at="objective.value"
         )
     return value, slopes
 
@@ -227,13 +227,13 @@ def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
     try:
         return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ParameterError(f"got {shortened(given)}", expected="an array of numbers", at=name) from None
+        raise ParameterError(f"got {one_line(given)}", expected="an array of numbers", at=name) from None
 
 
 def validate_ticks(ticks: int) -> int:
     """Return the internal steps of a control step."""
     if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
-        raise ParameterError(f"got {shortened(ticks)}", expected="the internal steps of a control step, at least 1", at="ticks")
+        raise ParameterError(f"got {one_line(ticks)}", expected="the internal steps of a control step, at least 1", at="ticks")
     return int(ticks)
 
 

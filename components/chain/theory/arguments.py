@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ...errors import ParameterError, shortened
+from ...errors import ParameterError, one_line
 from ...support.arrays import FloatArray
 
 # A number or an array of numbers; what a formula is given decides what it returns, and arrays broadcast.
@@ -58,7 +58,7 @@ def _inside(name: str, value: Any, low: float, high: float, expected: str, *, op
     except ValueError:  # rows of unlike length
         array = np.asarray(None)
     if array.dtype.kind not in "fiu":
-        raise ParameterError(f"got {shortened(value)}", expected=f"a number or an array of numbers, {expected}", at=name)
+        raise ParameterError(f"got {one_line(value)}", expected=f"a number or an array of numbers, {expected}", at=name)
     array = array.astype(np.float64)
     right = (array > low if open_below else array >= low) & (array < high)
     if not right.all():

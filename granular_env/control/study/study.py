@@ -21,7 +21,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from granular_env.components.errors import shortened
+from granular_env.components.errors import one_line
 from granular_env.components.support.serialization import canonical_json, digest
 from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Document, Overrides, Table, load
@@ -101,7 +101,7 @@ class Study(Document):
             raise refusal(f"{twice} more than once", hint="give each a name of its own", at=("method",))
         if len(set(self.seeds)) < len(self.seeds) or any(not 0 <= seed < 2**31 for seed in self.seeds):
             expected = "different whole numbers from 0 to 2147483647"
-            raise refusal(f"got {shortened(self.seeds, 60)}", expected, at=("seeds",))
+            raise refusal(f"got {one_line(self.seeds, 60)}", expected, at=("seeds",))
         return self
 
     @property

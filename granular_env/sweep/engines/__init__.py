@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from granular_env.components.errors import Fault, Option, ParameterError, nearest, shortened
+from granular_env.components.errors import Fault, Option, ParameterError, nearest, one_line
 from granular_env.components.support.validation import whole_number
 
 from ..worker import Job, Order, Result
@@ -36,14 +36,14 @@ def results(
 def check(engine: str, workers: int | None, address: str | None) -> None:
     """`ParameterError` for an engine that there is not, or options that do not fit it."""
     if engine not in ENGINES:
-        raise ParameterError(f"got {shortened(engine)}", hint=nearest(str(engine), ENGINES), at="engine")
+        raise ParameterError(f"got {one_line(engine)}", hint=nearest(str(engine), ENGINES), at="engine")
     if workers is not None:
         whole_number("workers", workers, 1, 4096)
     if address is not None and not isinstance(address, str):
-        raise ParameterError(f"got {shortened(address)}", expected="a text such as '10.0.0.1:6379'", at="address")
+        raise ParameterError(f"got {one_line(address)}", expected="a text such as '10.0.0.1:6379'", at="address")
     if address is not None and engine != "ray":
         hint = ("take ", Option("engine", "ray"), " with it")
-        raise ParameterError(Fault(("address",), f"{shortened(address)} is of a Ray cluster", hint=hint))
+        raise ParameterError(Fault(("address",), f"{one_line(address)} is of a Ray cluster", hint=hint))
     if engine == "ray":
         from .on_ray import check_cluster
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from time import monotonic, perf_counter
 from typing import Any
 
-from granular_env.components.errors import ParameterError, SweepError, shortened
+from granular_env.components.errors import ParameterError, SweepError, one_line
 from granular_env.viewing.optional_packages import import_optional
 
 from ..task_batches import TaskBatches
@@ -85,14 +85,14 @@ def _place(address: str | None) -> tuple[str, int] | None:
     host, colon, port = given.rpartition(":")
     if not colon or not host or "/" in host or not port.isdecimal() or not 0 < int(port) < 65536:
         raise ParameterError(
-            f"got {shortened(given)}", expected="HOST:PORT of a Ray cluster, such as 10.0.0.1:6379", at="address"
+            f"got {one_line(given)}", expected="HOST:PORT of a Ray cluster, such as 10.0.0.1:6379", at="address"
         )
     return host, int(port)
 
 
 def _last_line(text: str) -> str:
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return shortened(lines[-1], 300) if lines else ""
+    return one_line(lines[-1], 300) if lines else ""
 
 
 def on_ray(job: Job, orders: Sequence[Order], folder: Path, workers: int | None, address: str | None) -> Iterator[list[Result]]:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.components.chain.adjoint import KNOWN, contact_states, evaluate, natural_mass, validate_drive
 from granular_env.components.chain.objective import Objective
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.materials.elastic import material
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.validation import positive_number
@@ -134,7 +134,7 @@ def _way(name: str, way: npt.ArrayLike) -> FloatArray:
     try:
         return np.asarray(way, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ParameterError(f"got {shortened(way)}", expected="an array of numbers", at=f"direction.{name}") from None
+        raise ParameterError(f"got {one_line(way)}", expected="an array of numbers", at=f"direction.{name}") from None
 
 
 def _shift(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:

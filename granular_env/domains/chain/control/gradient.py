@@ -11,7 +11,7 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.components.chain.adjoint import parameter_gradient, validate_drive, value_and_adjoint
 from granular_env.components.chain.objective import Objective
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.arrays import FloatArray
 
 
@@ -54,11 +54,11 @@ def value_and_grad(
     """
     if not isinstance(chain, Chain):
         raise ParameterError(
-            f"got {shortened(chain)}", expected="a Chain", hint="of an environment env.unwrapped.component", at="chain"
+            f"got {one_line(chain)}", expected="a Chain", hint="of an environment env.unwrapped.component", at="chain"
         )
     if not isinstance(with_respect_to, Iterable):
         raise ParameterError(
-            f"got {shortened(with_respect_to)}", expected="names, such as ('drive', 'radius')", at="with_respect_to"
+            f"got {one_line(with_respect_to)}", expected="names, such as ('drive', 'radius')", at="with_respect_to"
         )
     names = (with_respect_to,) if isinstance(with_respect_to, str) else tuple(with_respect_to)
     held = validate_drive(chain, drive)
@@ -73,5 +73,5 @@ def objective_of(objective: Objective | Judged, chain: Chain, steps: int) -> Obj
     build = getattr(objective, "objective", None)
     found = build(chain, steps) if callable(build) else None
     if not isinstance(found, Objective):
-        raise ParameterError(f"got {shortened(objective)}", expected="an Objective, or a task that has one", at="objective")
+        raise ParameterError(f"got {one_line(objective)}", expected="an Objective, or a task that has one", at="objective")
     return found

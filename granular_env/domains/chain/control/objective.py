@@ -42,7 +42,7 @@ import numpy as np
 from granular_env.components.chain import Chain, quantities
 from granular_env.components.chain.layout import U, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number
 
@@ -95,9 +95,9 @@ class Quantity:
             end: the first that no longer counts; 0 or negative from the end.
         """
         if not (isinstance(scale, (int, float)) and 0.0 < scale < float("inf")):
-            raise ParameterError(f"got {shortened(scale)}", expected="the size of the peak to come, above 0", at="scale")
+            raise ParameterError(f"got {one_line(scale)}", expected="the size of the peak to come, above 0", at="scale")
         if not isinstance(power, int) or power < 2 or power % 2:
-            raise ParameterError(f"got {shortened(power)}", expected="an even number, at least 2", at="power")
+            raise ParameterError(f"got {one_line(power)}", expected="an even number, at least 2", at="power")
         _check_window(begin, end)
         return Term(((self, _PEAK, float(scale), power, begin, end, 1.0),), f"peak of {self.name}")
 
@@ -142,7 +142,7 @@ class Term:
 def _check_window(begin: Any, end: Any) -> None:
     for name, place in (("begin", begin), ("end", end)):
         if isinstance(place, bool) or not isinstance(place, (int, np.integer)):
-            raise ParameterError(f"got {shortened(place)}", expected="a control step, negative from the end", at=name)
+            raise ParameterError(f"got {one_line(place)}", expected="a control step, negative from the end", at=name)
     if end <= begin and (begin < 0 or end > 0):  # counted from one side
         raise ParameterError(f"begin, end: got {begin} and {end}", expected="at least one control step between them")
 
@@ -180,7 +180,7 @@ def momentum(first: int = 0, last: int = -1) -> Quantity:
 def applied(side: Literal["left", "right"]) -> Quantity:
     """Return the input itself: the force on a free end [N], the velocity of a piston [m/s]."""
     if side not in ("left", "right"):
-        raise ParameterError(f"got {shortened(side)}", expected="'left' or 'right'", at="side")
+        raise ParameterError(f"got {one_line(side)}", expected="'left' or 'right'", at="side")
     place = 0 if side == "left" else 1
     return Quantity(_APPLIED, place, place, f"{side} input")
 
@@ -193,7 +193,7 @@ def total(chain: Chain, *terms: Term) -> Objective:
     """
     for term in terms:
         if not isinstance(term, Term):
-            raise ParameterError(f"got {shortened(term)}", expected="such as velocity(-1).at_end()", at="terms")
+            raise ParameterError(f"got {one_line(term)}", expected="such as velocity(-1).at_end()", at="terms")
     parts = [part for term in terms for part in term.parts]
     if not parts:
         raise ParameterError("got none", expected="at least one, such as velocity(-1).at_end()", at="terms")
@@ -231,7 +231,7 @@ def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) 
 
 def _place(quantity: Quantity, index: int, count: int) -> int:
     if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not -count <= index < count:
-        raise ParameterError(f"got {shortened(index)}", expected=f"{-count} to {count - 1}", at=quantity.name)
+        raise ParameterError(f"got {one_line(index)}", expected=f"{-count} to {count - 1}", at=quantity.name)
     return int(index) % count
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number
@@ -75,7 +75,7 @@ class Actuator:
             raise ParameterError(f"got {limit:g}", expected="more than 0, or None for no limit", at="action_rate")
         if isinstance(delay, bool) or not isinstance(delay, (int, np.integer)) or not 0 <= delay <= _LONGEST_DELAY:
             raise ParameterError(
-                f"got {shortened(delay)}", expected="a whole number of control steps from 0", at="control_delay"
+                f"got {one_line(delay)}", expected="a whole number of control steps from 0", at="control_delay"
             )
         sides = np.array([int(name.startswith("right")) for name in scales], dtype=np.int64)
         return Actuator(tuple(scales), sides, np.array(list(scales.values()), dtype=np.float64), limit, int(delay))

@@ -18,7 +18,7 @@ from numpy.random import Generator
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.parameters import ChainParameters
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.validation import finite_number
 from granular_env.envs.state import Drawn
 
@@ -56,7 +56,7 @@ class Randomization:
             if isinstance(bounds, Mapping) and name == "radius":
                 if set(bounds) != {"low", "high"}:
                     raise ParameterError(
-                        f"got {shortened(bounds)}", expected="(low, high), or the keys low, high", at="randomise.radius"
+                        f"got {one_line(bounds)}", expected="(low, high), or the keys low, high", at="randomise.radius"
                     )
                 bounds = (bounds["low"], bounds["high"])
             ranges[name] = _range(f"randomise.{name}", bounds)
@@ -99,7 +99,7 @@ def make_chain(parameters: Mapping[str, Any], chain: Any = None, randomise: Any 
         ParameterError: a parameter, a name or a range is not valid.
     """
     if not isinstance(chain, Mapping | None):
-        raise ParameterError(f"got {shortened(chain)}", expected="further parameters of the chain, name -> value", at="chain")
+        raise ParameterError(f"got {one_line(chain)}", expected="further parameters of the chain, name -> value", at="chain")
     given = {**parameters, **(chain or {})}
     ranges = Randomization.of(_without_impacts(randomise), 1)
     return Chain(**{**given, **ranges.at(0.5)})
@@ -129,14 +129,14 @@ def _validate(randomise: Any) -> Mapping[str, Any]:
     if randomise is None:
         return {}
     if not isinstance(randomise, Mapping):
-        raise ParameterError(f"got {shortened(randomise)}", expected="name -> (low, high)", at="randomise")
+        raise ParameterError(f"got {one_line(randomise)}", expected="name -> (low, high)", at="randomise")
     fields = ChainParameters.model_fields
     known = {name for name, field in fields.items() if "float" in str(field.annotation) or "Positive" in str(field.annotation)}
     known = (known - _FIXED) | {_IMPACT}
     for name in randomise:
         if name not in known:
             raise ParameterError(
-                f"{shortened(name)} is nothing that can be drawn", hint=nearest(str(name), known), at="randomise"
+                f"{one_line(name)} is nothing that can be drawn", hint=nearest(str(name), known), at="randomise"
             )
     return randomise
 
@@ -146,19 +146,19 @@ def _impacts(given: Any, grains: int) -> tuple[tuple[int, float, float], ...]:
     for grain, bounds in (given if isinstance(given, Mapping) else {0: given}).items():
         if isinstance(grain, bool) or not isinstance(grain, int) or not -grains <= grain < grains:
             raise ParameterError(
-                f"got grain {shortened(grain)}",
+                f"got grain {one_line(grain)}",
                 expected=f"whole numbers from {-grains} to {grains - 1}",
                 at="randomise.velocity",
             )
         impacts.append((grain % grains, *_range("randomise.velocity", bounds)))
     if len({grain for grain, _, _ in impacts}) < len(impacts):
-        raise ParameterError(f"got {shortened(given)}", expected="each grain once", at="randomise.velocity")
+        raise ParameterError(f"got {one_line(given)}", expected="each grain once", at="randomise.velocity")
     return tuple(impacts)
 
 
 def _range(name: str, bounds: Any) -> tuple[float, float]:
     if not isinstance(bounds, (tuple, list)) or len(bounds) != 2:
-        raise ParameterError(f"got {shortened(bounds)}", expected="(low, high)", at=name)
+        raise ParameterError(f"got {one_line(bounds)}", expected="(low, high)", at=name)
     low, high = finite_number(f"{name}[0]", bounds[0]), finite_number(f"{name}[1]", bounds[1])
     if low > high:
         raise ParameterError(f"got ({low:g}, {high:g})", expected="low <= high", at=name)

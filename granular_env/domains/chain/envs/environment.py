@@ -12,7 +12,7 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.components.chain.parameters import WALLS
 from granular_env.components.component import Component
-from granular_env.components.errors import GranularError, ParameterError, StepError, shortened
+from granular_env.components.errors import GranularError, ParameterError, StepError, one_line
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import entry_point
 from granular_env.components.support.validation import finite_number
@@ -116,7 +116,7 @@ class ChainEnv(ComponentEnv):
     ) -> None:
         if not isinstance(component, Chain):
             raise ParameterError(
-                f"got {shortened(component)}", expected="a Chain", hint="ComponentEnv takes any component", at="component"
+                f"got {one_line(component)}", expected="a Chain", hint="ComponentEnv takes any component", at="component"
             )
         self._make_task = (lambda chain: task) if isinstance(task, ChainTask) or not callable(task) else task
         first = self._make_task(component)
@@ -125,7 +125,7 @@ class ChainEnv(ComponentEnv):
             step_error_reward=step_error_reward, render_mode=render_mode,
         )  # fmt: skip
         if info not in self._infos:
-            raise ParameterError(f"got {shortened(info)}", expected='"full" or "brief"', at="info")
+            raise ParameterError(f"got {one_line(info)}", expected='"full" or "brief"', at="info")
         self.info, self._acting = info, (action_rate, control_delay)
         self._seeing = observe, noise
         self._steps = 0 if deadline is None else int(self.deadline)

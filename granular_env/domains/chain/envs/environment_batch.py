@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from granular_env.components.chain.integrators import SIGNATURE as ADVANCE
 from granular_env.components.chain.layout import U, V
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.addresses import address
 from granular_env.components.support.jit import JIT
 from granular_env.envs.state import EnvState
@@ -46,7 +46,7 @@ class EnvironmentBatch:
         made = _make_lanes(environment, count, parameters, arguments)
         first = made[0]
         if not isinstance(first, ChainEnv):
-            raise ParameterError(f"got {shortened(first)}", expected="what makes a ChainEnv", at="environment")
+            raise ParameterError(f"got {one_line(first)}", expected="what makes a ChainEnv", at="environment")
         for index, one in enumerate(made):
             _refuse_unlike(first, one, index)
         self.tables = np.zeros((count, *first.component.table.shape))
@@ -215,13 +215,13 @@ def _make_lanes(
         return [environment(**arguments)]
     if isinstance(parameters, (str, Mapping)) or not isinstance(parameters, Sequence) or len(parameters) != count:
         raise ParameterError(
-            f"got {shortened(parameters)}", expected=f"a list of {count} mappings, one for each", at="parameters"
+            f"got {one_line(parameters)}", expected=f"a list of {count} mappings, one for each", at="parameters"
         )
     made = []
     for k, own in enumerate(parameters):
         if not isinstance(own, Mapping) or "info" in own:
             raise ParameterError(
-                f"got {shortened(own)}", expected="arguments of one environment, name -> value", at=f"parameters[{k}]"
+                f"got {one_line(own)}", expected="arguments of one environment, name -> value", at=f"parameters[{k}]"
             )
         merged = {**arguments, **own}
         if isinstance(own.get("chain"), Mapping):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from granular_env.components.chain import layout
-from granular_env.components.errors import ParameterError, caution, shortened
+from granular_env.components.errors import ParameterError, caution, one_line
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.plain_function import plain_function
 
@@ -136,7 +136,7 @@ def _writes(kernel: Callable[..., Any], arguments: tuple[Any, ...]) -> bool:
 
 
 def _wrap_error(name: str, error: Exception) -> UncheckedError:
-    return UncheckedError(f"{name} does not run as plain Python: {type(error).__name__}: {shortened(str(error))}")
+    return UncheckedError(f"{name} does not run as plain Python: {type(error).__name__}: {one_line(str(error))}")
 
 
 class _Guarded(np.ndarray[Any, Any]):

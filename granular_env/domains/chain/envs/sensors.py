@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from granular_env.components.chain import Chain, quantities
 from granular_env.components.chain.layout import U, V
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.counter_random import normal, stream_key
 from granular_env.components.support.jit import JIT, inlined, jit
@@ -117,7 +117,7 @@ class Observing:
         if isinstance(choice, str) and choice == "full":
             choice = {"displacement": range(grains), "velocity": range(grains)}
         if not isinstance(choice, Mapping):
-            raise ParameterError(f"got {shortened(choice)}", expected='"full" or sensor -> places', at="observe")
+            raise ParameterError(f"got {one_line(choice)}", expected='"full" or sensor -> places', at="observe")
         blocks = [
             (*block, 1.0 / scales[name if name in scales else "force"])
             for name, places in choice.items()
@@ -125,7 +125,7 @@ class Observing:
         ]
         if not blocks:
             raise ParameterError(
-                f"got {shortened(choice)}", expected=f"at least one sensor: {', '.join(_SENSORS)}", at="observe"
+                f"got {one_line(choice)}", expected=f"at least one sensor: {', '.join(_SENSORS)}", at="observe"
             )
         table = np.array([block[:3] for block in blocks], dtype=np.int64)
         return Observing(table, np.array([block[3] for block in blocks]), float(limit), noise, int(table[:, 2].sum()))
@@ -134,11 +134,11 @@ class Observing:
 def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, int]]:
     """Yield the runs of neighbouring readings of one sensor: kind, first column, count."""
     if name not in _SENSORS:
-        raise ParameterError(f"no sensor {shortened(name)}", hint=nearest(str(name), _SENSORS), at="observe")
+        raise ParameterError(f"no sensor {one_line(name)}", hint=nearest(str(name), _SENSORS), at="observe")
     if isinstance(places, (str, int, np.integer)):
         places = [places]
     if not isinstance(places, Iterable):
-        raise ParameterError(f"got {shortened(places)}", expected=f"a list of places: {_SENSORS[name]}", at=f"observe.{name}")
+        raise ParameterError(f"got {one_line(places)}", expected=f"a list of places: {_SENSORS[name]}", at=f"observe.{name}")
     if name == "wall_force":
         columns, kind = [_wall_place(chain, side) for side in places], _CONTACT
     elif name == "contact_force":
@@ -147,14 +147,14 @@ def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, in
         columns = [1 + _index(f"observe.{name}", place, chain.parameters.grains) for place in places]
         kind = {"displacement": U, "velocity": V, "force": _GRAIN}[name]
     if len(set(columns)) < len(columns):
-        raise ParameterError(f"got {shortened(places)}", expected="each place once", at=f"observe.{name}")
+        raise ParameterError(f"got {one_line(places)}", expected="each place once", at=f"observe.{name}")
     starts = [i for i, column in enumerate(columns) if i == 0 or column != columns[i - 1] + 1]
     return [(kind, columns[a], b - a) for a, b in pairwise([*starts, len(columns)])]
 
 
 def _index(name: str, place: Any, count: int) -> int:
     if isinstance(place, bool) or not isinstance(place, (int, np.integer)) or not -count <= place < count:
-        raise ParameterError(f"got {shortened(place)}", expected=f"whole numbers from {-count} to {count - 1}", at=name)
+        raise ParameterError(f"got {one_line(place)}", expected=f"whole numbers from {-count} to {count - 1}", at=name)
     return int(place) % count
 
 
@@ -172,7 +172,7 @@ def _contact_place(chain: Chain, place: Any) -> int:
 def _wall_place(chain: Chain, side: Any) -> int:
     ends = {"left": (chain.parameters.left, 0), "right": (chain.parameters.right, chain.parameters.grains)}
     if side not in ends:
-        raise ParameterError(f"got {shortened(side)}", expected='"left" or "right"', at="observe.wall_force")
+        raise ParameterError(f"got {one_line(side)}", expected='"left" or "right"', at="observe.wall_force")
     boundary, place = ends[side]
     if boundary in ("free", "piston"):
         raise ParameterError(

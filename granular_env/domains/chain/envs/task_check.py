@@ -7,7 +7,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.envs.environment import ComponentEnv
 
 from .environment import ChainEnv
@@ -36,7 +36,7 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
     one = getattr(env, "unwrapped", None)
     if not isinstance(one, ComponentEnv):
         raise ParameterError(
-            f"got {shortened(env)}", expected="the environment of one task, such as ChainEnv(chain, task)", at="env"
+            f"got {one_line(env)}", expected="the environment of one task, such as ChainEnv(chain, task)", at="env"
         )
     copy: Any = guard_copy(one) if isinstance(one, ChainEnv) else one
     before = None if copy is not one else one.save()

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.validation import whole_number
 from granular_env.envs.copies import Recreatable
 from granular_env.envs.environment import validate_seed
@@ -73,7 +73,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
             modes = ", ".join(repr(mode.value) for mode in AutoresetMode)
-            raise ParameterError(f"got {shortened(autoreset_mode)}", expected=f"one of {modes}", at="autoreset_mode") from None
+            raise ParameterError(f"got {one_line(autoreset_mode)}", expected=f"one of {modes}", at="autoreset_mode") from None
         self._limit = None if max_episode_steps in (None, -1) else whole_number("max_episode_steps", max_episode_steps)
         self._lanes = EnvironmentBatch(environment, self.num_envs, parameters, {**arguments, "info": info})
         first = self._lanes.single[0]
@@ -100,7 +100,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         """
         if not isinstance(options, Mapping | None):
             raise ParameterError(
-                f"got {shortened(options)}", expected="start values of state variables, name -> value", at="options"
+                f"got {one_line(options)}", expected="start values of state variables, name -> value", at="options"
             )
         seeds, options = self._seeds(seed), dict(options or {})
         mask = self._mask(options.pop("reset_mask", None))
@@ -220,7 +220,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
                 nothing has changed.
         """
         numbers = self._lane_numbers(lanes)
-        told = len(states) if isinstance(states, Sequence) else shortened(states)
+        told = len(states) if isinstance(states, Sequence) else one_line(states)
         if told != len(numbers):
             raise ParameterError(f"got {told}", expected=f"{len(numbers)}, one for each environment", at="states")
         self._lanes.restore(numbers, states)
@@ -247,7 +247,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         try:
             given = np.asarray(actions)
         except ValueError as error:  # rows of unlike length
-            raise ParameterError(f"got {shortened(actions)}", expected=f"shape {wanted}", at="actions") from error
+            raise ParameterError(f"got {one_line(actions)}", expected=f"shape {wanted}", at="actions") from error
         if given.shape != wanted or given.dtype.kind not in "fiu":
             raise ParameterError(
                 f"got {given.dtype} of shape {given.shape}", expected=f"numbers of shape {wanted}", at="actions"
@@ -261,7 +261,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         over = np.flatnonzero(self._are_over).tolist() if self.autoreset_mode == AutoresetMode.DISABLED else []
         if over:
             raise ParameterError(
-                f"the episodes of environments {shortened(over)} are over or have not begun, and autoreset is disabled",
+                f"the episodes of environments {one_line(over)} are over or have not begun, and autoreset is disabled",
                 hint='call reset(options={"reset_mask": mask}) first',
                 at="step",
             )
@@ -273,7 +273,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool):
             return [validate_seed(int(seed) + k) for k in range(self.num_envs)]
         if not isinstance(seed, (list, tuple)) or len(seed) != self.num_envs:
-            raise ParameterError(f"got {shortened(seed)}", expected=f"a whole number, or {self.num_envs} in a list", at="seed")
+            raise ParameterError(f"got {one_line(seed)}", expected=f"a whole number, or {self.num_envs} in a list", at="seed")
         return [validate_seed(one) for one in seed]
 
     def _mask(self, mask: Any) -> npt.NDArray[np.bool_]:
@@ -281,7 +281,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             return np.ones(self.num_envs, np.bool_)
         if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
             raise ParameterError(
-                f"got reset_mask {shortened(mask)}",
+                f"got reset_mask {one_line(mask)}",
                 expected=f"{self.num_envs} truth values in an array, one true",
                 at="options",
             )
@@ -291,13 +291,13 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         if lanes is None:
             return list(range(self.num_envs))
         if not isinstance(lanes, Iterable):
-            raise ParameterError(f"got {shortened(lanes)}", expected="a list of numbers of environments", at="lanes")
+            raise ParameterError(f"got {one_line(lanes)}", expected="a list of numbers of environments", at="lanes")
         numbers = list(lanes)
         for k in numbers:
             if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < self.num_envs:
-                raise ParameterError(f"got {shortened(k)}", expected=f"whole numbers from 0 to {self.num_envs - 1}", at="lanes")
+                raise ParameterError(f"got {one_line(k)}", expected=f"whole numbers from 0 to {self.num_envs - 1}", at="lanes")
         if len(set(numbers)) < len(numbers):
-            raise ParameterError(f"got {shortened(numbers)}", expected="each environment once", at="lanes")
+            raise ParameterError(f"got {one_line(numbers)}", expected="each environment once", at="lanes")
         return numbers
 
     def _final(self, k: int, observation: Observations, message: str | None) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from granular_env.components.chain.laws import Hertz, Law
-from granular_env.components.errors import LogError, ParameterError, shortened
+from granular_env.components.errors import LogError, ParameterError, one_line
 from granular_env.components.snapshot import FloatArray
 from granular_env.components.support.validation import whole_number
 
@@ -167,7 +167,7 @@ class History:
         first, last = float(self.time[0]), float(self.time[-1])
         margin = 1e-9 * (last - first)
         if not (isinstance(time, (int, float, np.number)) and first - margin <= time <= last + margin):
-            raise ParameterError(f"got {shortened(time)} s, the history goes from {first:.12g} s to {last:.12g} s", at="time")
+            raise ParameterError(f"got {one_line(time)} s, the history goes from {first:.12g} s to {last:.12g} s", at="time")
         return int(np.argmin(np.abs(self.time - time)))
 
     def window(self, begin: float | None = None, end: float | None = None) -> slice:
@@ -204,5 +204,5 @@ def require_history(name: str, value: Any) -> None:
     """`ParameterError` where something else came instead of a history."""
     if not isinstance(value, History):
         raise ParameterError(
-            f"got {shortened(value)}", expected="a History", hint="measurement.history or observe makes one", at=name
+            f"got {one_line(value)}", expected="a History", hint="measurement.history or observe makes one", at=name
         )

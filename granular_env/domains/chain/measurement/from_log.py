@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from granular_env.components.component import Component
-from granular_env.components.errors import LogError, ParameterError, shortened
+from granular_env.components.errors import LogError, ParameterError, one_line
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.validation import whole_number
 
@@ -68,7 +68,7 @@ def history(log: Log, segment: int | None = None) -> History:
     if isinstance(log, Component):
         raise ParameterError("got a running chain", expected="a log", hint="watch a chain with measurement.observe", at="log")
     if not hasattr(log, "rebuilt"):
-        raise ParameterError(f"got {shortened(log)}", expected="what granular_env.open_log gives", at="log")
+        raise ParameterError(f"got {one_line(log)}", expected="what granular_env.open_log gives", at="log")
     component = log.rebuilt() if log.metadata["component"] == "chain" else None
     if component is None:
         raise LogError(

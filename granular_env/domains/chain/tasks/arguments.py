@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 
 
 def without_none(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -28,7 +28,7 @@ def numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
     except (TypeError, ValueError):
         array = np.full(1, np.nan)
     if array.ndim != 1 or not len(array) or not np.all(np.isfinite(array)):
-        raise ParameterError(f"got {shortened(given)}", expected="a number or a list of numbers", at=name)
+        raise ParameterError(f"got {one_line(given)}", expected="a number or a list of numbers", at=name)
     return array
 
 
@@ -40,5 +40,5 @@ def between(name: str, given: Any) -> tuple[float, float]:
     """
     pair = numbers(name, given)
     if len(pair) != 2 or not 0.0 < pair[0] <= pair[1]:
-        raise ParameterError(f"got {shortened(given)}", expected="(low, high) with 0 < low <= high", at=name)
+        raise ParameterError(f"got {one_line(given)}", expected="(low, high) with 0 < low <= high", at=name)
     return float(pair[0]), float(pair[1])

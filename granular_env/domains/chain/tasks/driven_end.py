@@ -10,7 +10,7 @@ from typing import Any
 from granular_env.components.chain import Chain
 from granular_env.components.chain.laws.functions import ENERGY_ROOT
 from granular_env.components.chain.laws.law import lacks
-from granular_env.components.errors import ParameterError, nearest, shortened
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
 
@@ -123,7 +123,7 @@ def _driven_chain(
 ) -> tuple[Chain, dict[str, float]]:
     action, scale = given["action"], given["action_scale"]
     if not isinstance(action, str) or action not in ACTIONS:
-        raise ParameterError(f"got {shortened(action)}", hint=nearest(str(action), ACTIONS), at="action")
+        raise ParameterError(f"got {one_line(action)}", hint=nearest(str(action), ACTIONS), at="action")
     boundary, quantity, usual = ACTIONS[action]
     number = scales.get(action, usual) if scale is None else positive_number("action_scale", scale)
     own = {"velocity_scale": _VELOCITY, **without_none(parameters), side: boundary}

@@ -10,7 +10,7 @@ from numpy.random import Generator
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.elementary import root
 from granular_env.components.support.jit import jit
@@ -156,7 +156,7 @@ class SolitonTrainTask(DrivenEndTask):
             rows = np.zeros((0, 0))
         if rows.ndim != 2 or rows.shape[1] != 2 or not 1 <= len(rows) <= self.waves or not np.all(np.isfinite(rows)):
             raise ParameterError(
-                f"got {shortened(given)}", expected=f"1 to {self.waves} rows (amplitude, place)", at="options.goal"
+                f"got {one_line(given)}", expected=f"1 to {self.waves} rows (amplitude, place)", at="options.goal"
             )
         if np.any(rows[:, 0] <= 0.0) or np.any((rows[:, 1] < 0.0) | (rows[:, 1] > self.grains - 1)):
             raise ParameterError(
@@ -300,7 +300,7 @@ def make_soliton_train(
     last = end.chain.parameters.grains - 1
     if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > last:
         raise ParameterError(
-            f"got {shortened(front)}",
+            f"got {one_line(front)}",
             expected=f"places up to {last} that leave room for {count} waves with up to {gaps[1]:g} grains between them",
             at="front",
         )

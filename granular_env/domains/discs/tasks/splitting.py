@@ -10,7 +10,7 @@ import numpy as np
 
 from granular_env.components.component import Component
 from granular_env.components.discs import Discs
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.arguments import Options, further_parameters
 from granular_env.envs.environment import ComponentEnv, environment_factory
@@ -128,7 +128,7 @@ def make_splitting(
     component = Discs(**{**parameters, **further_parameters("discs", discs)})
     links = len(component.get("linked"))
     if isinstance(target, bool) or not isinstance(target, int) or not 0 <= target < links or component.parameters.rows != 1:
-        raise ParameterError(f"got {shortened(target)}", expected=f"a link of a single row, 0 to {links - 1}", at="target")
+        raise ParameterError(f"got {one_line(target)}", expected=f"a link of a single row, 0 to {links - 1}", at="target")
     control_step = whole_number("internal_steps", internal_steps) * component.step_size
     scale, price = positive_number("force_scale", force_scale), finite_number("work_price", work_price)
     task = SplittingTask(component, target, scale, price, control_step)

@@ -7,7 +7,7 @@ from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
-from granular_env.components.errors import ParameterError, shortened
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.grid import Grid
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
@@ -193,5 +193,5 @@ def _pair(given: Any) -> list[Any]:
     """Return two entries; `ParameterError` otherwise."""
     entries = list(given) if isinstance(given, (list, tuple, np.ndarray)) else []
     if len(entries) != 2:
-        raise ParameterError(f"got {shortened(given)}", expected="two numbers, x and y", at="target")
+        raise ParameterError(f"got {one_line(given)}", expected="two numbers, x and y", at="target")
     return entries

@@ -1,0 +1,79 @@
+"""Plane waves that meet the interface at right angles: what two materials send back, and what two lattices do.
+
+No step calls these.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..automata.theory import lattice_frequencies
+from ..grid.theory import mesh_frequencies
+from ..materials.elastic import Material
+
+
+def reflection(first: Material, second: Material, *, shear: bool = False) -> float:
+    """Return the velocity of the reflected wave over that of the one that comes from `first`, long against cells and automata.
+
+    (Z1 - Z2) / (Z1 + Z2), Z = density x speed, of P waves or of S waves.
+    """
+    one, two = (material.density * _speed(material, shear) for material in (first, second))
+    return (one - two) / (one + two)
+
+
+def transmission(first: Material, second: Material, *, shear: bool = False) -> float:
+    """Return the velocity of the wave that goes on in `second` over that of the one that comes from `first`."""
+    return 1.0 + reflection(first, second, shear=shear)
+
+
+def grid_speed(material: Material, wavelength: float, cell_size: float, *, shear: bool = False) -> float:
+    """Return the phase speed of a wave along an axis of square cells, exact in time [m/s].
+
+    Args:
+        material: of the cells.
+        wavelength: [m].
+        cell_size: length of a cell along the wave [m].
+        shear: whether it is an S wave.
+    """
+    number = 2.0 * math.pi / wavelength
+    return mesh_frequencies((number, 0.0), cell_size, material)[int(shear)] / number
+
+
+def automata_speed(
+    material: Material, wavelength: float, diameter: float, packing: str, *, axis: str = "x", shear: bool = False
+) -> float:
+    """Return the phase speed of a wave along an axis of a packing, exact in time [m/s].
+
+    Args:
+        material: of the automata.
+        wavelength: [m].
+        diameter: of the automata [m].
+        packing: "square" or "hexagonal".
+        axis: along which it runs; rows of the hexagonal packing lie along x.
+        shear: whether it is an S wave.
+    """
+    number, slow = 2.0 * math.pi / wavelength, _speed(material, shear)
+    vector = (number, 0.0) if axis == "x" else (0.0, number)
+    frequencies = lattice_frequencies(
+        packing, vector, density=material.density, shear=material.shear_modulus, lame=material.first_lame, diameter=diameter
+    )
+    return min((float(one) / number for one in frequencies), key=lambda speed: abs(speed - slow))
+
+
+def lattice_reflection(
+    material: Material, wavelength: float, cell_size: float, diameter: float, packing: str, *, axis: str = "x",
+    shear: bool = False,
+) -> float:  # fmt: skip
+    """Return of what order the wave is that comes back where both sides are of one material: it falls as wavelength^-2.
+
+    (c1 - c2) / (c1 + c2) of the phase speeds of grid and automata: the impedances of two continua with these speeds. How the
+    first automata stand beside the interface is left out: what was measured is 1.1 (P) and 1.7 (S) times this for the square
+    packing, 3 and 0.6 times for rows of the hexagonal one, 7 and 2.7 times for its zigzag.
+    """
+    one = grid_speed(material, wavelength, cell_size, shear=shear)
+    two = automata_speed(material, wavelength, diameter, packing, axis=axis, shear=shear)
+    return (one - two) / (one + two)
+
+
+def _speed(material: Material, shear: bool) -> float:
+    return material.shear_speed if shear else material.longitudinal_speed
