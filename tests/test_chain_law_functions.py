@@ -277,6 +277,7 @@ def test_what_no_integrator_combines_is_refused_by_name(monkeypatch: pytest.Monk
 
 def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
+    monkeypatch.setattr(Unfinished, "overlap_at", HertzRest.overlap_at)
     monkeypatch.setitem(globals(), "energy", force)
     chain = ge.Chain(grains=3, law="unfinished", contact_stiffness=1e9)
     said = "no gradients of 'unfinished', which lacks force_slopes, energy_pullback; use hertz, "

@@ -109,7 +109,7 @@ def test_kernels_that_do_not_fit_are_refused_by_name() -> None:
 
     with pytest.raises(ParameterError, match="'half': it has no begin_kernel"):
         ChainEnv(Chain(grains=4, left="piston"), Half())
-    with pytest.raises(ParameterError, match="'wrong': its judge_kernel does not compile"):
+    with pytest.raises(ParameterError, match="task 'wrong': judge_kernel: does not compile"):
         ChainEnv(Chain(grains=4, left="piston"), Wrong())
 
 
@@ -134,7 +134,7 @@ def test_plain_functions_are_compiled() -> None:
         judge_kernel = staticmethod(lambda a, inputs: (0.5, False))
 
     if JIT:
-        with pytest.raises(ParameterError, match="judge_kernel does not compile"):
+        with pytest.raises(ParameterError, match="judge_kernel: does not compile"):
             ChainEnv(Chain(grains=3, left="piston"), Misfit())
 
 

@@ -36,8 +36,8 @@ class Bonds(NamedTuple):
         plastic: plastic strains along and across, shape (n, slots, 2).
         stiffness: part of the shear modulus that is left, less 1, shape (n, slots).
         inelastic: inelastic strain, shape (n, slots).
-        origin: strains along and across from which those of a link count, shape (n, slots, 2); of no rows where no pair is
-            linked again, as they are all 0 then.
+        origin: strains along and across from which those of a link count, shape (n, slots, 2); where no pair is linked again
+            they are all 0, and this has shape (0, slots).
     """
 
     weight: FloatArray
@@ -85,12 +85,22 @@ def pair_strains(body, displacement, half, i, slot):
 
 
 @inlined
+def _origin_of(origin, i, slot):
+    """Return the strains from which those of a link count; which of the two is known when this is compiled.
+
+    A question to be answered for each link would make everything around it ten times as slow.
+    """
+    if origin.ndim == 3:
+        return origin[i, slot, 0], origin[i, slot, 1]
+    return 0.0, 0.0
+
+
+@inlined
 def bond_strains(body, bonds, displacement, half, i, slot):
     """Return the strains of a link, from those on that it was made with, and cos - 1 and sin of its rotation."""
     eps, gamma, less, sine = pair_strains(body, displacement, half, i, slot)
-    if bonds.origin.shape[0] > 0:
-        eps, gamma = eps - bonds.origin[i, slot, 0], gamma - bonds.origin[i, slot, 1]
-    return eps, gamma, less, sine
+    along, across = _origin_of(bonds.origin, i, slot)
+    return eps - along, gamma - across, less, sine
 
 
 @inlined
@@ -209,7 +219,7 @@ def _pull(body, bonds, displacement, half, dilation, i, kind, slot):
 def intact_bonds(body: Body) -> Bonds:
     """Return links that all hold."""
     shape = body.neighbours.shape
-    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape), np.zeros((0, shape[1], 2)))
+    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape), np.zeros((0, shape[1])))
 
 
 def update_intact_forces(body: Body, bonds: Bonds, motion: Motion, scratch: Scratch) -> None:

@@ -47,7 +47,7 @@ class CrackingSteps(LinkedSteps):
         self.event_details = {kind: EventDetail(unit, "links") for kind, unit in units.items()}
         self.fields = {
             "weight": ("f8", (n, slots)), "plastic": ("f8", (n, slots, 2)), "stiffness": ("f8", (n, slots)),
-            "inelastic": ("f8", (n, slots)), "origin": ("f8", (n if p.relinking.kinds else 0, slots, 2)),
+            "inelastic": ("f8", (n, slots)), "origin": ("f8", (n, slots, 2) if p.relinking.kinds else (0, slots)),
             "losses": ("f8", (LOSSES,)),
         }  # fmt: skip
         events = {"events": EVENT_ROWS} if self.event_kinds else {}
