@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any, ClassVar
 
 from .contract import Physics, Variable
-from .errors import GranularError, Location, ParameterError, caution, nearest
+from .errors import GranularError, Location, ParameterError, caution, nearest, one_line
 from .inputs import Held, hold_input
 from .observer import Observer
 from .profiles import CompiledProfile
@@ -181,9 +181,11 @@ class Stepping(Physics):
             self._held = {**self._held, **inputs}
 
     def observe(self, observer: Observer) -> None:
-        """Let an observer look on from now."""
-        self._observers.append(observer)
+        """Let an observer look on from now; `ParameterError` where it is none."""
+        if not all(callable(getattr(observer, call, None)) for call in ("on_reset", "on_sample", "on_step", "on_failure")):
+            raise ParameterError(f"got {one_line(observer)}", expected="what `observer.Observer` describes", at="observer")
         observer.on_reset(self)
+        self._observers.append(observer)
 
     def ignore(self, observer: Observer) -> None:
         """Stop an observer's looking on."""

@@ -86,6 +86,8 @@ def test_what_is_no_bytes_is_refused(nothing: object) -> None:
 def test_a_later_version_says_so() -> None:
     with pytest.raises(LogError, match="version 7.*update"):
         unpack(sealed({}, version=7))
+    with pytest.raises(LogError, match="version 1.*older"):
+        unpack(sealed({}, version=1))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from support.conformance_tools import bits, every_example
 from granular_env.components import stepping, undo
 from granular_env.components.component import Component
 from granular_env.components.discs import Discs
-from granular_env.components.errors import GranularError
+from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
 
@@ -144,6 +144,15 @@ def test_a_copy_that_fails_changes_nothing(one_copy: None, monkeypatch: pytest.M
     with pytest.raises(MemoryError):
         component.step(2e-5, force=1.0)
     assert bits(component) == before and not component.held_inputs["force"].any()
+
+
+def test_what_is_no_observer_is_refused_and_does_not_stay() -> None:
+    component = Discs()
+    with pytest.raises(
+        ParameterError, match="observer: got 3; expected what `observer.Observer` describes|observer: got 3, expected"
+    ):
+        component.observe(3)  # type: ignore[arg-type]
+    component.step(2e-5)
 
 
 def test_the_undo_is_begun_anew_whatever_interrupts_it(one_copy: None, monkeypatch: pytest.MonkeyPatch) -> None:

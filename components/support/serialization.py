@@ -89,7 +89,10 @@ def _unpack(view: memoryview, most_text: int | None) -> tuple[dict[str, Any], di
             f"a packed block starts with {bytes(magic)!r}", expected=f"{MAGIC!r}", hint="this is no data of granular-env"
         )
     if version != VERSION:
-        raise LogError(f"a packed block has format version {version}, this program reads {VERSION}", hint="update granular-env")
+        raise LogError(
+            f"a packed block has format version {version}, this program reads {VERSION}",
+            hint="update granular-env" if version > VERSION else "an older granular-env wrote it; record it anew",
+        )
     body, stored = view[:-_DIGEST_SIZE], bytes(view[-_DIGEST_SIZE:])
     if _HEAD.size + length > len(body):
         raise LogError("a packed block's header is longer than the block", hint=_DAMAGED)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..components.component import Component
-from ..components.errors import GranularError
+from ..components.errors import GranularError, ParameterError, one_line
 from .arguments import make_schedule, names_to_record
 from .header import plain_json
 from .log_file import create
@@ -54,6 +54,8 @@ def record(
             nothing has been written.
         LogError: the file cannot be written.
     """
+    if not isinstance(component, Component):
+        raise ParameterError(f"got {one_line(component)}", expected="a component", at="component")
     target = as_path(path)
     names = names_to_record(component, variables)
     schedule = make_schedule(component, every, hash_every, key_every, experiment, names)
