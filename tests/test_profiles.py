@@ -82,8 +82,9 @@ def test_numpy_rows_and_plain_numbers_make_pieces_too() -> None:
 
 finite = st.floats(-1e3, 1e3)
 spans = st.floats(0.01, 10.0)
+constants = st.builds(Profile.constant, finite, start=st.floats(0.0, 5.0))
 shapes = st.one_of(
-    st.builds(Profile.constant, finite, start=st.floats(0.0, 5.0)),
+    constants,
     st.builds(
         lambda peak, span, share, start: Profile.triangle(peak, span, share * span, start),
         finite,
@@ -200,7 +201,7 @@ def test_profiles_do_not_share_the_callers_arrays() -> None:
 # -- on ticks ---------------------------------------------------------------------------------------------------------
 
 
-@given(shapes.filter(lambda profile: len(profile.starts) == 1), st.integers(0, 1000))
+@given(constants, st.integers(0, 1000))
 def test_a_constant_compiles_to_itself(profile: Profile, tick: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GranularWarning)
