@@ -365,6 +365,8 @@ class Component(Stepping, metaclass=_Fixed):
         if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
+        # First: an interrupt after the state has changed must not leave a copy that seems to lead to it.
+        self._undo.forget()
         try:
             if self._grows:
                 self._block.load(snapshot.data)
@@ -376,7 +378,6 @@ class Component(Stepping, metaclass=_Fixed):
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
         own["_tick"] = snapshot.tick
         own["_failure"] = -1
-        self._undo.forget()
         for observer in self._observers:
             observer.on_reset(self)
 

@@ -16,7 +16,7 @@ from .views import Views
 _PLAYBACK_SECONDS = 10.0
 # With or without particles: more than so many plots are too small to be read; the others can be added in the viewer.
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
-# The others can be added in the viewer.
+# Of fields along a line.
 _SHOWN_PROFILES = 4
 
 # A plane less wide than so many heights stands beside the plots, not above them.
