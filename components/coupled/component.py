@@ -364,7 +364,7 @@ class Coupled(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             own = {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
-            part._start(seed, own)
+            part.begin(seed, own)
         self._divided = None
         grid, automata = self._grid_part(), self._automata_part
         follow(self.interface, grid.state, automata.motion)
@@ -418,7 +418,7 @@ class Coupled(Component):
         """Hand each part the inputs that are its own."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             held = {name.removeprefix(f"{prefix}_"): v for name, v in self._held.items() if name.startswith(f"{prefix}_")}
-            part._hold(held)
+            part.adopt_inputs(held)
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 
@@ -477,8 +477,8 @@ class Coupled(Component):
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
-            self.grid._failed[:] = self._failed
-            error = self.grid._explain(1)
+            self.grid.failed_at[:] = self._failed
+            error = self.grid.explain(1)
             return StepError(
                 f"grid_{error}", time=error.time, variable="grid_displacement", index=error.index, value=error.value, limit=0.0
             )
@@ -488,7 +488,7 @@ class Coupled(Component):
         """Return the error of the automata as one of the whole."""
         begin = max(int(self._failed[1]) - 1, 0) if status != UNSOUND else self._tick
         self.automata.adopt(begin * self.micro_steps, {})
-        error = self.automata._explain(status)
+        error = self.automata.explain(status)
         return StepError(
             f"automata_{error}", time=error.time, variable=f"automata_{error.variable}", index=error.index, value=error.value,
             limit=error.limit,

@@ -166,7 +166,7 @@ class Grid(Component):
         self._state = layout.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []
-        self._failed = np.zeros(2, dtype=np.int64)
+        self.failed_at = np.zeros(2, dtype=np.int64)
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -287,7 +287,7 @@ class Grid(Component):
         advance = threads.advance if len(self._grid.parts) > 2 and threads.available() else kernels.advance
         status = advance(
             self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
-            events, counts, self._failed,
+            events, counts, self.failed_at,
         )  # fmt: skip
         self.keep_events(counts)
         return int(status)
@@ -305,7 +305,7 @@ class Grid(Component):
             self._block.set_count("events", int(counts[0]))
 
     def _explain(self, status: int) -> StepError:
-        cell, tick = (int(number) for number in self._failed)
+        cell, tick = (int(number) for number in self.failed_at)
         time = tick * self.step_size
         area = float(self._smallest_corner(cell))
         return StepError(
