@@ -67,7 +67,7 @@ def _kill(path: Path, after: float, mode: str = "busy") -> list[tuple[int, float
 
 def _check_killed(path: Path, told: list[tuple[int, float]]) -> None:
     log = open_log(path)
-    assert not log.complete and log._header["component"] == "oscillator"
+    assert not log.complete and log.records.header["component"] == "oscillator"
     safe = max((tick for tick, age in told if age > _LOST_SECONDS), default=0)
     assert log.end_tick >= safe, f"{safe - log.end_tick} ticks older than {_LOST_SECONDS} s were lost"
     result = verify(log)
@@ -325,8 +325,8 @@ def test_damage_in_the_middle_names_recover_and_recover_saves_the_front(tmp_path
             component.step(1.0)
             time.sleep(0.15)
     whole = open_log(tmp_path / "a.mcap")
-    middle = whole._index.select(STEPS)[2]
-    offset, length = whole._container._places[middle[CHUNK]]
+    middle = whole.records.index.select(STEPS)[2]
+    offset, length = whole.records.container.places[middle[CHUNK]]
     data = bytearray((tmp_path / "a.mcap").read_bytes())
     data[offset + length // 2] ^= 0xFF
     (tmp_path / "b.mcap").write_bytes(data)

@@ -63,7 +63,7 @@ def _long_log(path: Path, grains: int, frames: int) -> None:
 def test_opening_reads_the_first_and_the_last_chunk(tmp_path: Path, reads: dict[str, int]) -> None:
     _long_log(tmp_path / "a.mcap", 1000, 300)
     log = open_log(tmp_path / "a.mcap")
-    assert log.complete and log._container.chunk_count > 10
+    assert log.complete and log.records.container.chunk_count > 10
     assert reads["chunks"] == 2 and reads["bytes"] < log.size / 20
     log.get("velocity", log.duration / 2)
     assert reads["chunks"] <= 4, "one frame is in one chunk"
@@ -121,7 +121,7 @@ def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, An
     with record(component, tmp_path / "a.mcap", **options):
         component.reset(velocity={0: 1.0})
         component.step(1e-3)
-    container = open_log(tmp_path / "a.mcap")._container
+    container = open_log(tmp_path / "a.mcap").records.container
     size = sum(len(message.data) for chunk in range(container.chunk_count) for message in container.messages(chunk))
     # Spheres of grains at rest take less in a preview.
     assert 0.7 < size / estimate < 1.06 or not (options.get("every") or options.get("experiment"))
@@ -140,7 +140,7 @@ def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, An
 def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str, Any], tmp_path: Path) -> None:
     ready = prepare(load_experiment(experiment, overrides))
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
-    container = open_log(tmp_path / "a.mcap")._container
+    container = open_log(tmp_path / "a.mcap").records.container
     size = sum(len(message.data) for chunk in range(container.chunk_count) for message in container.messages(chunk))
     assert recorded_bytes(ready) == pytest.approx(size, rel=0.05)
     assert (tmp_path / "a.mcap").stat().st_size < size
@@ -357,7 +357,7 @@ def test_half_of_a_short_log_holds_half_of_it(tmp_path: Path, capsys: pytest.Cap
 
 def test_nothing_recovered_is_told_by_the_exit_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     oscillator_log(tmp_path / "a.mcap")
-    offset, length = open_log(tmp_path / "a.mcap")._container._places[0]
+    offset, length = open_log(tmp_path / "a.mcap").records.container.places[0]
     (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
     assert main(["recover", str(tmp_path / "cut.mcap"), "-o", str(tmp_path / "b.mcap")]) == 1
     assert "nothing was recovered but the start" in capsys.readouterr().out

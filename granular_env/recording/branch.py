@@ -82,7 +82,7 @@ class Branch:
         end = self.end(until)
         with self.recording(target, given, every=every, variables=variables, overwrite=overwrite):
             self._go_on(given, end)
-        return type(self.parent)(target, self.parent._caps.lifted)
+        return type(self.parent)(target, self.parent.records.limits.lifted)
 
     def end(self, until: float | None = None) -> int:
         """Return the tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
@@ -91,7 +91,7 @@ class Branch:
             raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
         if until is None:
             # How far a log goes is its own word; how far somebody asks for is theirs.
-            self.parent._caps.work(end - self.component.tick, self.component.state_bytes // 8)
+            self.parent.records.limits.work(end - self.component.tick, self.component.state_bytes // 8)
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
@@ -138,12 +138,12 @@ class Branch:
         component = self.component
         names = names_to_record(component, list(self.parent.variables) if variables is None else variables)
         if every is None:
-            schedule = schedule_from(self.parent._header.get("options"))
+            schedule = schedule_from(self.parent.records.header.get("options"))
         else:
             schedule = make_schedule(component, every, None, None, None, names)
         # The parent's age counts on: frames fall where the parent's do.
-        elapsed = self.parent._elapsed + self.segment.elapsed + self.tick - self.segment.start
-        experiment = self.parent._header.get("experiment")
+        elapsed = self.parent.records.elapsed + self.segment.elapsed + self.tick - self.segment.start
+        experiment = self.parent.records.header.get("experiment")
         return Recorder(component, target, create(target, overwrite), names, schedule, experiment, self.facts, elapsed)
 
     def _go_on(self, given: dict[str, Any], end: int) -> None:
@@ -165,7 +165,7 @@ def branch_of(log: Log, at: float, components: Mapping[str, type[Component]] | N
     segment, tick = log.locate(at)
     component = log.component(components)
     snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
-    log._caps.work(tick - snapshot.tick, component.state_bytes // 8)
+    log.records.limits.work(tick - snapshot.tick, component.state_bytes // 8)
     restore(component, snapshot)
     start = log.snapshot(segment, segment.start)
     changes = [change for change in steps.changes(start.inputs) if change[0] >= snapshot.tick]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..components.catalogue import component_class
+from ..components.catalogue import component_class, own_names
 from ..components.component import Component
 from ..components.errors import GranularError, LogError
 from ..components.support.validation import validate_parameters
@@ -17,9 +17,9 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
     """Return the class of a component that a log names: a component of this package, or the class that the caller gives."""
     if components and name in components:
         return components[name]
-    if not isinstance(name, str) or name not in _own_names():
+    if not isinstance(name, str) or name not in own_names():
         raise LogError(
-            f"the log is of a component {name!r}, which is not one of ours ({', '.join(_own_names())})",
+            f"the log is of a component {name!r}, which is not one of ours ({', '.join(own_names())})",
             hint=f"if you trust it, pass its class: components={{{name!r}: ...}}",
             at="header.component",
         )
@@ -40,12 +40,6 @@ def build(header: Mapping[str, Any], caps: Limits, components: Mapping[str, type
         return kind(**given)
     except (GranularError, ArithmeticError, ValueError, TypeError, MemoryError, RecursionError) as error:
         raise LogError(f"not valid for {kind.name!r}: {error}", at="header.parameters", source=f"log {caps.path!r}") from error
-
-
-def _own_names() -> list[str]:
-    from ..components import catalogue
-
-    return list(catalogue._OWN)
 
 
 __all__ = ["build", "own_or_given"]

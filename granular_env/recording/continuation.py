@@ -7,6 +7,7 @@ and made again. Of the rest every record is kept as it is; the ticks after the l
 from __future__ import annotations
 
 import heapq
+import itertools
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ class Continuation:
     @property
     def profiles(self) -> int:
         """Number of compiled profiles that stay."""
-        steps = (self.log._record(row) for row in self._rows(STEPS))
+        steps = (self.log.records.read(row) for row in self._rows(STEPS))
         return sum(len(record.arrays["profile_shapes"]) for record in steps)
 
     def film(self) -> PreviewFrames:
@@ -78,15 +79,15 @@ class Continuation:
         """Write the records that stay, and that the run goes on."""
         log = self.log
         for message in self._messages():
-            record = decode(message.data, TOPICS[message.topic], sink.log or None, log._container.most_text)
+            record = decode(message.data, TOPICS[message.topic], sink.log or None, log.records.container.most_text)
             sink.add(record, message.nanoseconds)
             if record.kind == HEADER:
                 sink.flush()
-                sink.add_metadata(metadata_of_log(log._header, self.component.Parameters))
+                sink.add_metadata(metadata_of_log(log.records.header, self.component.Parameters))
         tick = self.component.tick
         content = {"incident": "resumed", "versions": versions()}
         place = 0, tick, tick, 1, sink.number(INCIDENTS)
-        sink.add(Record(INCIDENTS, 0, *place, content, {}), log._nanoseconds(tick))
+        sink.add(Record(INCIDENTS, 0, *place, content, {}), log.records.nanoseconds(tick))
         sink.flush()
 
     def recorder(self, path: str | os.PathLike[str], overwrite: bool) -> Recorder:
@@ -97,20 +98,16 @@ class Continuation:
             LogError: it cannot be written.
         """
         log, target = self.log, as_path(path)
-        schedule, file = schedule_from(log._header.get("options")), create(target, overwrite)
-        facts = log._header.get("experiment"), log._header.get("parent"), log._elapsed
+        schedule, file = schedule_from(log.records.header.get("options")), create(target, overwrite)
+        facts = log.records.header.get("experiment"), log.records.header.get("parent"), log.records.elapsed
         return Recorder(self.component, target, file, list(log.variables), schedule, *facts, self if self.kept else None)
 
     def _messages(self) -> Iterator[Any]:
-        container, left = self.log._container, self.kept
-        for chunk in range(container.chunk_count):
-            for message in container.messages(chunk):
-                if left and message.topic in TOPICS:
-                    left -= 1
-                    yield message
+        own = (message for _, message in self.log.records.container.all_messages() if message.topic in TOPICS)
+        return itertools.islice(own, self.kept)
 
     def _rows(self, kind: int) -> np.ndarray:
-        rows = self.log._index.rows[: self.kept]
+        rows = self.log.records.index.rows[: self.kept]
         return rows[rows[:, KIND] == kind]
 
 
@@ -121,13 +118,13 @@ def continuation_of(log: Log) -> Continuation:
         LogError: it holds no step or several histories; it cannot be run again, or gives other bits now.
     """
     where = f"log {str(log.path)!r}"
-    steps = log._index.rows[:, KIND] == STEPS
+    steps = log.records.index.rows[:, KIND] == STEPS
     if not steps.any():
         raise LogError("it holds no step, so there is nothing to go on from", hint="run the experiment anew", source=where)
-    if len(log._index.all_segments) > 1:
-        came = f"its component was reset or put back {len(log._index.all_segments) - 1} times on the way"
+    if len(log.records.index.all_segments) > 1:
+        came = f"its component was reset or put back {len(log.records.index.all_segments) - 1} times on the way"
         raise LogError(came, hint="branch off it instead: granular-env branch", source=where)
-    closed = log._closing is not None and "recovered" not in _incidents(log)
+    closed = log.records.closing is not None and "recovered" not in _incidents(log)
     kept = _kept_records(log, closed)
     component = log.component()
     found = Continuation(log, component, {}, kept, log.start_tick, closed)
@@ -147,7 +144,7 @@ def _incidents(log: Log) -> list[Any]:
 
 def _kept_records(log: Log, closed: bool) -> int:
     """Return how many records stay: all up to the end of a run that was closed, else all before the last batch."""
-    rows = log._index.rows
+    rows = log.records.index.rows
     if closed:
         ends = (rows[:, KIND] == SNAPSHOTS) & (rows[:, DETAIL] == END)
         return int(np.flatnonzero(ends)[0]) if ends.any() else len(rows) - 1
@@ -161,9 +158,9 @@ def _run_again(found: Continuation, tick: int) -> None:
     log, component, rows = found.log, found.component, found._rows(SNAPSHOTS)
     if not found.kept:
         return
-    snapshot = log._snapshot(rows[np.argmax(rows[:, FIRST])])
+    snapshot = log.records.snapshot(rows[np.argmax(rows[:, FIRST])])
     found.key = snapshot.tick
-    log._caps.work(tick - snapshot.tick, component.state_bytes // 8)
+    log.records.limits.work(tick - snapshot.tick, component.state_bytes // 8)
     start = log.snapshot(log.segments[0], log.start_tick)
     changes = [change for change in log.steps_of(log.segments[0]).changes(start.inputs) if change[0] >= snapshot.tick]
     changes.reverse()
@@ -187,13 +184,13 @@ def _marks(found: Continuation, after: int) -> list[Iterator[tuple[int, str, np.
 
 def _frame_marks(log: Log, rows: np.ndarray, name: str, after: int) -> Iterator[tuple[int, str, np.ndarray]]:
     for row in rows:
-        ticks, values = log._frames(row, name)
+        ticks, values = log.records.frames(row, name)
         yield from ((at, name, value) for at, value in zip(ticks.tolist(), values, strict=True) if at > after)
 
 
 def _hash_marks(log: Log, rows: np.ndarray, after: int) -> Iterator[tuple[int, str, np.ndarray]]:
     for row in rows:
-        arrays = log._record(row).arrays
+        arrays = log.records.read(row).arrays
         yield from ((at, "", own) for at, own in zip(arrays["ticks"].tolist(), arrays["rows"], strict=True) if at > after)
 
 

@@ -20,13 +20,13 @@ def declaration_differences(log: Log, component: Component) -> Iterator[tuple[st
     """Yield the name, and a sentence, for each declaration and array of the header that the component does not give."""
     facts, arrays = component_facts(component, list(log.variables))
     for name, value in facts.items():
-        recorded = log._header.get(name)
+        recorded = log.records.header.get(name)
         if name in ("variables", "inputs"):
             yield from _variable_differences(recorded, value)
         elif name not in _ELSEWHERE and not _is_same(recorded, value):
             yield name, f"{name} is {recorded!r} in the header, and {value!r} for this program's {component.name}"
-    for name in sorted({**arrays, **log._header_arrays}):
-        mine, recorded = arrays.get(name), log._header_arrays.get(name)
+    for name in sorted({**arrays, **log.records.header_arrays}):
+        mine, recorded = arrays.get(name), log.records.header_arrays.get(name)
         if mine is None or recorded is None or mine.shape != recorded.shape or words(mine) != words(recorded):
             yield name, f"the array {name!r} of the header, which viewers draw, is not what the parameters give"
 
@@ -36,14 +36,14 @@ def metadata_differences(log: Log, component: Component) -> Iterator[tuple[str, 
     if not log.complete:
         return
     # A log of a component that is not ours may have been recovered where its units were not known.
-    expected = [[(METADATA_NAME, metadata_of_log(log._header, model))] for model in (component.Parameters, None)]
-    if log._container.metadata() not in expected:
+    expected = [[(METADATA_NAME, metadata_of_log(log.records.header, model))] for model in (component.Parameters, None)]
+    if log.records.container.metadata() not in expected:
         yield "metadata", "the Metadata record for other programs is not what the header says"
 
 
 def closing_differences(log: Log, component: Component) -> Iterator[tuple[str, str]]:
     """Yield the name, and a sentence, for what the end of a log says of the run and the component, at its end, does not."""
-    recorded = log._closing.header if log._closing is not None else {}
+    recorded = log.records.closing_header
     for name, value in closing_facts(component).items():
         if name in recorded and not _is_same(recorded[name], value):
             yield name, f"the {name} at the end of the log differs: {_where(recorded[name], value)}"

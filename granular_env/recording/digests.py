@@ -14,8 +14,8 @@ from .step_history import raw_sets
 def changed_parameters(log: Log, component: Component) -> list[str]:
     """Parameters of the component, built from the header, that are not those that the log was recorded with."""
     mine = parameter_digests(component)
-    for row in log._index.select(HASHES, 0):
-        told = log._record(row).header.get("parameters")
+    for row in log.records.index.select(HASHES, 0):
+        told = log.records.read(row).header.get("parameters")
         if isinstance(told, dict):
             names = [name for name in {**mine, **told} if mine.get(name) != told.get(name)]
             if names:
@@ -25,12 +25,12 @@ def changed_parameters(log: Log, component: Component) -> list[str]:
 
 def changed_header(log: Log) -> list[str]:
     """Return the entries of the header that are not those that the log was recorded with."""
-    mine = header_digests(log._header, log._header_arrays)
+    mine = header_digests(log.records.header, log.records.header_arrays)
     changed: dict[str, None] = {}
-    for segment in log._index.all_segments:
+    for segment in log.records.index.all_segments:
         # The first hashes of a segment are taken where it starts; the digests stand beside them.
-        for row in log._index.select(HASHES, 0, segment.number)[:1]:
-            recorded = log._record(row).header.get("header")
+        for row in log.records.index.select(HASHES, 0, segment.number)[:1]:
+            recorded = log.records.read(row).header.get("header")
             recorded = recorded if isinstance(recorded, dict) else {}
             changed |= dict.fromkeys(name for name in {**mine, **recorded} if mine.get(name) != recorded.get(name))
     return list(changed)
@@ -38,9 +38,9 @@ def changed_header(log: Log) -> list[str]:
 
 def changed_input(log: Log) -> tuple[str, tuple[int, int], str] | None:
     """Return the first input whose steps are not what their digests say, the ticks that its batch spans, and a sentence."""
-    accounts = log._rows(HASHES)
+    accounts = log.records.rows(HASHES)
     accounts = accounts[accounts[:, DETAIL] == 1]
-    rows, inputs = log._rows(STEPS), list(log.input_variables)
+    rows, inputs = log.records.rows(STEPS), list(log.input_variables)
     # Where the writer was killed, the digests of the last batch may be what it did not come to.
     if len(rows) != len(accounts) and log.complete:
         raise LogError(
@@ -48,14 +48,14 @@ def changed_input(log: Log) -> tuple[str, tuple[int, int], str] | None:
             hint="it was put together",
             source=f"log {str(log.path)!r}",
         )
-    profile_words = {number: held_word(profile) for number, profile in enumerate(log._program[1])}
+    profile_words = {number: held_word(profile) for number, profile in enumerate(log.profiles)}
     for row, account in zip(rows, accounts, strict=False):
-        record, told = log._record(row), log._record(account).header.get("steps")
+        record, told = log.records.read(row), log.records.read(account).header.get("steps")
         mine = step_digests(record.arrays["durations"], raw_sets(record, inputs, profile_words))
         if mine != told:
             told = told if isinstance(told, dict) else {}
             names = sorted(name for name in {**mine, **told} if mine.get(name) != told.get(name))
-            span = log._log_tick(row[SEGMENT], record.first), log._log_tick(row[SEGMENT], record.last)
+            span = log.records.log_tick(row[SEGMENT], record.first), log.records.log_tick(row[SEGMENT], record.last)
             name = next((name for name in names if name), "")
             if name:
                 return name, span, f"input {name!r} is not what was recorded"

@@ -90,6 +90,14 @@ def variable_from(facts: Mapping[str, Any]) -> Variable:
         raise damage(f"a variable is described wrongly: {error}", _VARIABLES) from error
 
 
+def event_kinds_from(header: Mapping[str, Any], path: object) -> dict[str, str]:
+    """Return the kinds of events that can happen -> what they are, from a header; `LogError` where it does not say."""
+    kinds = header.get("event_kinds")
+    if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
+        raise damage("it does not say what can happen", "header.event_kinds", path)
+    return dict(kinds)
+
+
 def header_of(
     component: Component, recorded: Sequence[str], options: Mapping[str, Any], experiment: Any, parent: Any, elapsed: int
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

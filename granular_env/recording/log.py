@@ -40,7 +40,7 @@ class Log(LogReader):
             LogError: the parameters do not give the identity that the log claims.
         """
         component = self.rebuilt(components)
-        if component.identity != self._header.get("identity"):
+        if component.identity != self.records.header.get("identity"):
             raise LogError(
                 "its parameters do not give the identity it claims",
                 hint=f"they were changed, or it is from another version of {component.name!r} (see `replay --verify`)",
@@ -52,7 +52,7 @@ class Log(LogReader):
 
     def rebuilt(self, components: Mapping[str, type[Component]] | None = None) -> Component:
         """Return a fresh component with the log's parameters, its identity not compared and its state that of a reset."""
-        return build(self._header, self._caps, components)
+        return build(self.records.header, self.records.limits, components)
 
     def branch(self, at: float, components: Mapping[str, type[Component]] | None = None) -> Branch:
         """Return a component in the state at a time [s] of the log, and what the log did from there.

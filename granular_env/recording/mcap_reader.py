@@ -52,7 +52,7 @@ class McapReader:
     Attributes:
         path: the file.
         complete: whether it ends in a summary.
-        chunk_count: how many chunks can be read.
+        places: offset and length of each chunk that can be read [bytes].
         damage: for an incomplete file: what stopped the scan.
         advice: what to do about that.
         bytes_lost: for an incomplete file: how much follows after that.
@@ -108,7 +108,7 @@ class McapReader:
     @property
     def chunk_count(self) -> int:
         """Return the number of chunks that can be read."""
-        return len(self._places)
+        return len(self.places)
 
     @property
     def size(self) -> int:
@@ -119,12 +119,18 @@ class McapReader:
         """Return the messages of one chunk after checking its CRC."""
         known = self._cache.get(chunk)
         if known is None:
-            offset, length = self._places[chunk]
+            offset, length = self.places[chunk]
             known = self._parse_messages(self._chunk_content(offset, length), length)
             self._cache[chunk] = known
             self._forget()
         self._cache.move_to_end(chunk)
         return known
+
+    def all_messages(self) -> Iterator[tuple[int, RawMessage]]:
+        """Yield the messages of all chunks in order, each with the number of its chunk."""
+        for chunk in range(self.chunk_count):
+            for message in self.messages(chunk):
+                yield chunk, message
 
     def metadata(self) -> list[tuple[str, dict[str, str]]]:
         """Return the Metadata records that the summary names: name and texts of each."""
@@ -163,17 +169,17 @@ class McapReader:
         footer = None if scan else self._footer()
         self.complete = footer is not None
         if footer is None:
-            self._places = list(self._scan())
+            self.places = list(self._scan())
             self.bytes_lost = self._size - self._scanned
             return
         start, summary = footer
-        self._places = []
+        self.places = []
         for opcode, body in self._records(memoryview(summary)):
             if opcode == _CHANNEL_OP:
                 self._add_channel(body)
             elif opcode == _CHUNK_INDEX_OP:
                 _, _, offset, length = struct.unpack_from("<QQQQ", body)
-                self._places.append((offset, length))
+                self.places.append((offset, length))
             elif opcode == _METADATA_INDEX_OP:
                 self._metadata.append(struct.unpack_from("<QQ", body))
         self._check_places(start)
@@ -205,7 +211,7 @@ class McapReader:
 
     def _check_places(self, end: int) -> None:
         before = len(MCAP0_MAGIC)
-        for offset, length in self._places:
+        for offset, length in self.places:
             if offset < before or length < _RECORD.size or offset + length > end:
                 raise self._damage_error("the index of chunks")
             before = offset + length

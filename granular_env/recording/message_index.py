@@ -147,9 +147,8 @@ def _closing_record(container: McapReader, log: str) -> Record | None:
 
 
 def _rows(container: McapReader, log: str):  # noqa: ANN202 - rows of the index
-    for chunk in range(container.chunk_count):
-        for message in container.messages(chunk):
-            kind = TOPICS.get(message.topic)
-            if kind is not None:
-                record = decode(message.data, kind, log if kind != HEADER else None, container.most_text)
-                yield (*record.row, chunk)
+    for chunk, message in container.all_messages():
+        kind = TOPICS.get(message.topic)
+        if kind is not None:
+            record = decode(message.data, kind, log if kind != HEADER else None, container.most_text)
+            yield (*record.row, chunk)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -30,21 +29,21 @@ class PreviewBuilder:
     def __init__(self, log: Log, component: Component) -> None:
         """Read from the log's end how the film was thinned."""
         self._log, self._number = log, 0
-        facts = log._closing.header.get("film") if log._closing is not None else None
+        facts = log.records.closing_header.get("film")
         stride = facts.get("stride") if isinstance(facts, dict) else None
         self._stride = stride if type(stride) is int and 1 <= stride < 2**53 else 0
         self._from_frames = isinstance(facts, dict) and facts.items() >= film_facts_of_frames().items()
         self._track: PreviewFrames | None = None
-        self.missing = "" if log._closing is not None else "the film"
+        self.missing = "" if log.records.closing is not None else "the film"
         if self._stride and not self._from_frames:
-            self._track = PreviewFrames(facts_of(component, title_of(log._header)), self._stride)
+            self._track = PreviewFrames(facts_of(component, title_of(log.records.header)), self._stride)
         elif not self._from_frames and not self.missing:
             raise damage("its end does not say how its film was made", "incidents", log.path)
 
     def take(self, component: Component, balances: Mapping[str, Any], tick: int) -> None:
         """Show it a frame of the re-run, at a tick of the log's time."""
         if self._track is not None and self._track.wants(self._number):
-            self._track.take(self._number, self._log._nanoseconds(tick), component, balances)
+            self._track.take(self._number, self._log.records.nanoseconds(tick), component, balances)
         self._number += 1
 
     def difference(self) -> str:
@@ -94,7 +93,7 @@ def film_of_frames(log: Log) -> PreviewFrames | None:
     for number, tick in enumerate(ticks[:: max(1, -(-len(ticks) // _PICTURES))].tolist()):
         time = tick * log.step_size
         values = [log.get(name, time) for name in units]
-        track.add(number, log._nanoseconds(tick), values, {name: log.get(name, time) for name in facts.sizes})
+        track.add(number, log.records.nanoseconds(tick), values, {name: log.get(name, time) for name in facts.sizes})
     return track
 
 
@@ -116,25 +115,26 @@ def film_of_every(log: Log, count: int, stride: int = 1) -> PreviewFrames:
     for number, frames in zip(numbers, shown, strict=True):
         values = {name: value for name, (_, value) in zip(names, frames, strict=True)}
         scalars = [float(values[name]) for name in facts.units]
-        track.add(number, log._nanoseconds(frames[0][0]), scalars, {name: values[name] for name in facts.sizes})
+        track.add(number, log.records.nanoseconds(frames[0][0]), scalars, {name: values[name] for name in facts.sizes})
     return track
 
 
 def _frames_at(log: Log, name: str, numbers: range) -> Iterator[tuple[int, np.ndarray]]:
     """Yield tick and value of the frames of these numbers."""
-    first = 0
-    for row in log._frame_rows(name):
+    first, records = 0, log.records
+    for row in records.frame_rows(name):
         last = first + int(row[COUNT])
         chosen = [number for number in range(first + -first % numbers.step, last, numbers.step) if number in numbers]
         if chosen:
-            ticks, values = log._frames(row, name)
-            yield from ((int(log._log_tick(row[SEGMENT], ticks[number - first])), values[number - first]) for number in chosen)
+            ticks, values = records.frames(row, name)
+            ticks = records.log_tick(row[SEGMENT], ticks)
+            yield from ((int(ticks[number - first]), values[number - first]) for number in chosen)
         first = last
 
 
 def _facts_of_frames(log: Log) -> PreviewFacts:
     units = {name: variable.unit for name, variable in log.variables.items() if variable.shape == ()}
-    return preview_facts(title_of(log._header), log.drawables, log.variables, units)
+    return preview_facts(title_of(log.records.header), log.drawables, log.variables, units)
 
 
 def _common_ticks(log: Log, names: list[str]) -> np.ndarray:
@@ -146,10 +146,8 @@ def _common_ticks(log: Log, names: list[str]) -> np.ndarray:
 
 def _film_messages(log: Log) -> Iterator[RawMessage]:
     """Yield the messages that are not of the exact content, in order; check that the others are those of the index."""
-    rows, place, times = log._index.rows, 0, _times(log)
-    for chunk, message in itertools.chain.from_iterable(
-        ((chunk, message) for message in log._container.messages(chunk)) for chunk in range(log._container.chunk_count)
-    ):
+    rows, place, times = log.records.index.rows, 0, _times(log)
+    for chunk, message in log.records.container.all_messages():
         kind = TOPICS.get(message.topic)
         if kind is None:
             yield message
@@ -165,9 +163,9 @@ def _film_messages(log: Log) -> Iterator[RawMessage]:
 
 def _times(log: Log) -> list[int]:
     """Return the time of each record [ns]: that of its last tick, but never before that of the record before it."""
-    times, latest = [], 0
-    for kind, segment, last in log._index.rows[:, [KIND, SEGMENT, LAST]].tolist():
-        if kind != HEADER and log._index.all_segments:
-            latest = max(latest, log._nanoseconds(log._log_tick(segment, last)))
+    times, latest, records = [], 0, log.records
+    for kind, segment, last in records.index.rows[:, [KIND, SEGMENT, LAST]].tolist():
+        if kind != HEADER and records.index.all_segments:
+            latest = max(latest, records.nanoseconds(records.log_tick(segment, last)))
         times.append(latest)
     return times

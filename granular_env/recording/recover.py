@@ -61,17 +61,17 @@ def _has_summary(source: Path, allow_large: bool) -> bool:
 def _copy(log: Log, sink: LogWriter, had_summary: bool) -> None:
     """Every record as it is, then what stock viewers draw, then what was lost."""
     closing: Record | None = None
-    for chunk in range(log._container.chunk_count):
-        for message in log._container.messages(chunk):
-            kind = TOPICS.get(message.topic)
-            if kind is not None:
-                record = decode(message.data, kind, log.identity if chunk or sink.log else None, log._container.most_text)
-                if kind == INCIDENTS and record.detail == CLOSED:
-                    closing = record
-                else:
-                    sink.add(record, message.nanoseconds)
+    container = log.records.container
+    for chunk, message in container.all_messages():
+        kind = TOPICS.get(message.topic)
+        if kind is not None:
+            record = decode(message.data, kind, log.identity if chunk or sink.log else None, container.most_text)
+            if kind == INCIDENTS and record.detail == CLOSED:
+                closing = record
+            else:
+                sink.add(record, message.nanoseconds)
     sink.flush()
-    sink.add_metadata(metadata_of_log(log._header, parameter_model(log._header.get("component"))))
+    sink.add_metadata(metadata_of_log(log.records.header, parameter_model(log.records.header.get("component"))))
     track = film_of_frames(log)
     if track is not None:
         sink.add_preview(track.messages())
@@ -79,12 +79,12 @@ def _copy(log: Log, sink: LogWriter, had_summary: bool) -> None:
 
 
 def _finish(log: Log, sink: LogWriter, closing: Record | None, had_summary: bool) -> None:
-    segment = log._index.all_segments[-1] if log._index.all_segments else None
+    segment = log.records.index.all_segments[-1] if log.records.index.all_segments else None
     number, tick = (segment.number, segment.end) if segment else (0, 0)
-    nanoseconds = log._nanoseconds(log.end_tick)
+    nanoseconds = log.records.nanoseconds(log.end_tick)
     nothing = "nothing, the log was complete" if had_summary else "nothing but the summary"
-    lost = log._container.damage or (nothing if closing else "what had not been written when the process ended")
-    bytes_lost = log._container.bytes_lost
+    lost = log.records.container.damage or (nothing if closing else "what had not been written when the process ended")
+    bytes_lost = log.records.container.bytes_lost
     told = {"incident": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": bytes_lost}
     sink.add(Record(INCIDENTS, 0, number, tick, tick, 1, sink.number(INCIDENTS), told, {}), nanoseconds)
     sink.flush()

@@ -62,7 +62,7 @@ class _Replay:
     def __init__(self, log: Log, progress: Callable[[float], None], components: Any) -> None:
         self.log, self._progress = log, progress
         self.component = log.rebuilt(components)
-        self._trusted = self.component.identity == log._header.get("identity")
+        self._trusted = self.component.identity == log.records.header.get("identity")
         self._total = max(log.end_tick - log.start_tick, 1)
         self._agreed: dict[str, int] = {}
         self._balances: tuple[int, dict[str, Any]] = (-1, {})
@@ -76,7 +76,7 @@ class _Replay:
 
     def run(self) -> Verification:
         log, result = self.log, self.result
-        log._caps.work(log.end_tick - log.start_tick, self.component.state_bytes // 8)
+        log.records.limits.work(log.end_tick - log.start_tick, self.component.state_bytes // 8)
         parameters, why_not = changed_parameters(log, self.component), ""
         changed, found = None, None
         try:
@@ -94,17 +94,17 @@ class _Replay:
         if not self._trusted:
             self._explain_identity()
         result.notes += [f"it cannot be re-run with them: {why_not}"] if why_not else []
-        result.notes += foreign_facts(log._header) if result.variable is not None else []
+        result.notes += foreign_facts(log.records.header) if result.variable is not None else []
         return result
 
     def _first_difference(self) -> _Found | None:
         # Also segments in which nothing happened: they hold a state, and perhaps a frame.
-        for segment in self.log._index.all_segments:
+        for segment in self.log.records.index.all_segments:
             try:
                 self._run_segment(segment)
             except Difference as found:
                 before = self._agreed.get(found.variable, segment.start)
-                first, last = (self.log._log_tick(segment.number, tick) for tick in (before, found.tick))
+                first, last = (self.log.records.log_tick(segment.number, tick) for tick in (before, found.tick))
                 return found.variable, (first, last), found.reason, found.index
             self.result.calls += len(self.log.steps_of(segment))
             self.result.ticks += segment.end - segment.start
@@ -138,17 +138,12 @@ class _Replay:
             self._add(name, reason)
         if not ran_through:
             return
-        if log._closing is not None:
-            for name, reason in closing_differences(log, component):
-                self._add(name, reason)
-        result.missing += [f"the {name}" for name in ("report", "cautions") if name not in self._closing]
+        for name, reason in closing_differences(log, component):
+            self._add(name, reason)
+        result.missing += [f"the {name}" for name in ("report", "cautions") if name not in log.records.closing_header]
         result.missing += [self._film.missing] if self._film.missing else []
         if not self._film.missing and (reason := self._film.difference()):
             self._add("film", f"the film for other viewers differs: {reason}")
-
-    @property
-    def _closing(self) -> Mapping[str, Any]:
-        return self.log._closing.header if self.log._closing is not None else {}
 
     def _explain_identity(self) -> None:
         claim = "the log's parameters do not give the identity that it or its snapshots claim"
@@ -186,7 +181,7 @@ class _Replay:
             self._progress(min(done / self._total, 1.0))
 
     def _marks(self, segment: Segment) -> list[Iterator[tuple[Any, ...]]]:
-        rows = self.log._index.select(FRAMES, None, segment.number)
+        rows = self.log.records.index.select(FRAMES, None, segment.number)
         found = [self._frame_marks(rows[rows[:, DETAIL] == n], name) for n, name in enumerate(self.log.variables)]
         # At the same tick the inputs come first: a difference in them is the cause, one in the state what came of it.
         held, hashed = (self._hash_marks(segment, check) for check in (self._check_held, self._check_hash))
@@ -194,13 +189,13 @@ class _Replay:
 
     def _frame_marks(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
         for row in rows:
-            ticks, values = self.log._frames(row, name)
+            ticks, values = self.log.records.frames(row, name)
             for tick, value in zip(ticks.tolist(), values, strict=True):
                 yield tick, self._check_frame, name, value
 
     def _hash_marks(self, segment: Segment, check: Callable[..., None]) -> Iterator[tuple[Any, ...]]:
-        for row in self.log._index.select(HASHES, 0, segment.number):
-            record = self.log._record(row)
+        for row in self.log.records.index.select(HASHES, 0, segment.number):
+            record = self.log.records.read(row)
             ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
             width = len(self._names_to_hash())
             if ticks is None or rows is None or rows.shape != (record.count, width) or ticks.shape != (record.count,):
@@ -211,11 +206,11 @@ class _Replay:
                 yield tick, check, own
 
     def _event_marks(self, segment: Segment) -> Iterator[tuple[Any, ...]]:
-        for row in self.log._index.select(EVENTS, None, segment.number):
-            yield int(row[LAST]), self._check_events, self.log._event_rows(row)
+        for row in self.log.records.index.select(EVENTS, None, segment.number):
+            yield int(row[LAST]), self._check_events, self.log.records.event_rows(row)
 
     def _snapshot_marks(self, segment: Segment) -> Iterator[tuple[Any, ...]]:
-        for row in self.log._index.select(SNAPSHOTS, None, segment.number):
+        for row in self.log.records.index.select(SNAPSHOTS, None, segment.number):
             yield int(row[FIRST]), self._check_snapshot, row
 
     # -- comparing --------------------------------------------------------------------------------------------------
@@ -225,7 +220,7 @@ class _Replay:
             self._framed = tick
             self.result.frames += 1
             assert self._segment is not None
-            self._film.take(self.component, self._balances_now(), self.log._log_tick(self._segment.number, tick))
+            self._film.take(self.component, self._balances_now(), self.log.records.log_tick(self._segment.number, tick))
         if words(np.asarray(self._value(name), dtype=np.float64)) != words(value):
             own = np.atleast_1d(np.asarray(self._value(name), dtype=np.float64)).view(np.int64).ravel()
             index = (
@@ -260,7 +255,7 @@ class _Replay:
         self._agreed["events"] = tick
 
     def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
-        snapshot = self._adopt(self.log._snapshot(row))
+        snapshot = self._adopt(self.log.records.snapshot(row))
         mine = self.component.save()
         reason = f"the snapshot at {tick * self.log.step_size:.12g} s does not hold what the re-run gives"
         for name, value in mine.inputs.items():
@@ -293,7 +288,7 @@ class _Replay:
 
     def _adopt(self, snapshot: Snapshot) -> Snapshot:
         """With changed parameters, go on all the same: the first difference is what people want to know."""
-        if snapshot.identity != self.log._header.get("identity"):
+        if snapshot.identity != self.log.records.header.get("identity"):
             self._trusted = False
         snapshot.identity = self.component.identity
         return snapshot
