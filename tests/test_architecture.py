@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import grimp
 import pytest
@@ -48,8 +49,30 @@ def test_the_import_contracts_hold():
     code = "import sys; from importlinter.cli import lint_imports; sys.exit(lint_imports(no_cache=True))"
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stdout
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    assert f"Contracts: {len(contracts)} kept, 0 broken." in result.stdout
+    assert f"Contracts: {len(contracts())} kept, 0 broken." in result.stdout
+
+
+def contracts() -> list[dict[str, Any]]:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+
+
+def parts_of(folder: Path) -> set[str]:
+    """The packages and modules in a folder."""
+    packages = {path.parent.name for path in folder.glob("*/__init__.py")}
+    return packages | {path.stem for path in folder.glob("*.py")} - {"__init__", "__main__"}
+
+
+def test_every_module_has_its_place_in_the_layers():
+    layers = {one["containers"][0]: {*re.findall(r"\w+", " ".join(one["layers"]))} for one in contracts() if "layers" in one}
+    # A room and the table of domains import each other: another contract keeps them apart.
+    assert layers["granular_env"] == parts_of(ROOT / "granular_env") - {"domains"}
+    # A layer in brackets need not be there.
+    assert parts_of(ROOT / "components") <= layers["granular_env.components"]
+
+
+def test_every_generic_room_is_kept_apart_from_the_domains():
+    rooms = next(one["source_modules"] for one in contracts() if one["name"].startswith("Generic rooms"))
+    assert {name.removeprefix("granular_env.") for name in rooms} == parts_of(ROOT / "granular_env") - {"domains"}
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "components").rglob("*.py")), ids=lambda path: str(path.relative_to(ROOT)))
@@ -124,6 +147,35 @@ def test_only_the_domains_name_a_physical_system():
     for name in own:
         others = {match[2] for match in named.finditer((package / name).read_text()) if match[1] == "domains"}
         assert others <= {name.split("/")[1]}, name
+
+
+# The first system is the one whose words slip in.
+CHAIN_WORD = re.compile(r"chains?|grains?|pistons?|nesterenko", re.IGNORECASE)
+# "Such as" something; quoted names, keys and calls; an element of an array or of a list of what there may be.
+EXAMPLE = re.compile(
+    r"[Ss]uch as.*|granular-env run \S+|``?[^`]*``?|\"[\w./-]*\"|'[\w./-]*'|\w+\.\w+|\bgrain = \d+|\w+=|"
+    r"\((ge\.\w+\()?chain\b|\(time, grain\)|\(grains, nodes, cells\)"
+)
+
+
+def slipped_words(text: str) -> list[str]:
+    """The words of the chain in a line that give no example."""
+    return [word for word in re.findall(r"[A-Za-z]+", EXAMPLE.sub("", text)) if CHAIN_WORD.fullmatch(word)]
+
+
+def test_generic_rooms_speak_of_the_chain_in_examples_alone():
+    assert slipped_words("The grains of the chain.") == ["grains", "chain"] and slipped_words("_GRAINS_ROW = 105") == ["GRAINS"]
+    assert not slipped_words('such as {"component.grains": 5}')
+    package = ROOT / "granular_env"
+    rooms = [path for path in package.rglob("*.py") if path.relative_to(package).parts[0] not in ("components", "domains")]
+    assert len(rooms) > 150
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in rooms
+        for number, line in enumerate(path.read_text().splitlines(), start=1)
+        if slipped_words(line) and "itertools" not in line
+    ]
+    assert not found, "\n".join(found)
 
 
 @pytest.mark.parametrize("domain", DOMAINS)

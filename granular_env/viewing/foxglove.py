@@ -1,6 +1,6 @@
 """A layout for Foxglove: the preview of a log from the side, what it shows in words, and a plot for each unit.
 
-Foxglove hides every topic of a file that it does not know, and its camera stands 20 m away from a chain of a few centimetres.
+Foxglove hides every topic of a file that it does not know, and its camera stands 20 m away from a body of a few centimetres.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def _scene(log: Log) -> dict[str, Any]:
         "near": distance / 100,
         "far": distance * 100,
     }
-    # Foxglove draws the axes of each frame some centimetres long, over the grains.
+    # Foxglove draws the axes of each frame some centimetres long, over the particles.
     hidden = {f"frame:{FRAME}": {"visible": False}}
     followed = {"followMode": "follow-none", "followTf": FRAME}
     return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}

@@ -18,8 +18,8 @@ from ...components.support.memory_limits import refuse_beyond, whole_memory
 _ADVICE = ("pass ", Option("allow_large"), " if you trust where it comes from")
 # One chunk is decompressed as a whole; ours are near 1 MB or hold one array, which for the largest components is more [bytes].
 _CHUNK_BYTES = 256 << 20
-# A log that this machine could record, it may read as well: part of its memory that one chunk may take, and what a grain,
-# node or cell takes in a component, at least [bytes].
+# A log that this machine could record, it may read as well: part of its memory that one chunk may take, and what one of
+# the things that a component counts takes in it, at least [bytes].
 _CHUNK_SHARE, _COMPONENT_SHARE, _UNIT_BYTES = 4, 2, 160
 # What reading one variable, or all the steps, may allocate [bytes].
 _SERIES_BYTES = 8 << 30

@@ -1,4 +1,4 @@
-"""The scale of drawn displacements, so that a wave of microns is seen on grains of millimetres."""
+"""The scale of drawn displacements, so that a wave of microns is seen on bodies of millimetres."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...components.support.roots import round_down_to_125
 
 # The deepest overlap of two neighbours is drawn as about this part of the smaller radius.
 _DRAWN_OVERLAP = 0.5
-# What is stretched may reach this many lengths of the scene beyond the grains at rest.
+# What is stretched may reach this many lengths of the scene beyond the points at rest.
 _DRAWN_TRAVEL = 1.0
 _LARGEST = 1e9
 # Two points are neighbours up to so many sums of radii.

@@ -45,7 +45,7 @@ _SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 MOST_PICTURES = 100
 _MOST_PARTICLES, _MOST_SPHERES = 500, 200
 # Parts of the picture's length: how far the preview is lifted beside the true particles, the highest column. With less,
-# the camera that rerun chooses stands so near that it sees half the chain.
+# the camera that rerun chooses stands so near that it sees half of a long row.
 _LIFT, _HEIGHT = 0.55, 0.22
 _COLUMN_POINTS = 8
 # Dots that a link is drawn as; links, nodes or samples of a curve beyond which it is left out of the preview.

@@ -125,7 +125,7 @@ class LogReader:
 
         Args:
             kind: only of this kind; see `event_kinds`.
-            index: only of this link, grain, ...
+            index: only of this link, cell, ...
 
         Raises:
             ParameterError: there is no such kind, or the index is none.

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..elements import check_index, index_text, parse_index
-from ..errors import Location, ParameterError, one_line, to_location
-from .arrays import FloatArray
-from .validation import finite_number
+from .elements import check_index, index_text, parse_index
+from .errors import Location, ParameterError, one_line, to_location
+from .support.arrays import FloatArray
+from .support.validation import finite_number
 
 Shape = tuple[int, ...]
 _NUMBERS = frozenset([int, float, np.float64, np.int64])

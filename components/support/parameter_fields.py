@@ -1,4 +1,4 @@
-"""Kinds of fields that the parameters of components share."""
+"""Field types and bounds that the parameter models of components share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results of long computations that are soon asked for again, by the bits of what they were computed from."""
+"""A small cache of results of long computations, by the bits of what they were computed from."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _KEPT = 16
 T = TypeVar("T")
 
 
-class Recent:
+class ResultCache:
     """The last results of a function: a body that is built twice, as a part and as a copy, has its frequencies once."""
 
     def __init__(self) -> None:

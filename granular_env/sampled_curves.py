@@ -1,4 +1,4 @@
-"""Crests of a curve that was sampled: how high, when, from which minimum to which, how wide; between the samples."""
+"""Sampled curves: their crests (how high, when, how wide) and when they cross a level, between the samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Copies of environments: how each was made, and where it is; for `copy.deepcopy`, pickle, and libraries that use these."""
+"""Copying and pickling of environments: how each was made, and where it is; for `copy.deepcopy` and libraries that pickle."""
 
 from __future__ import annotations
 
