@@ -315,7 +315,7 @@ def _record(
     stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
 ) -> None:
     from granular_env.recording import record
-    from granular_env.recording.record import note_log_on_error
+    from granular_env.recording.recorder.record import note_log_on_error
 
     refuse_unrecordable(component)
     try:

@@ -25,9 +25,9 @@ from granular_env.experiments import load_experiment
 from granular_env.experiments.cost import recorded_bytes
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.estimate import estimated_bytes
-from granular_env.recording.mcap_reader import McapReader
-from granular_env.recording.sampling import doubling_for, frames_for
+from granular_env.recording.container.reader import McapReader
+from granular_env.recording.recorder.estimate import estimated_bytes
+from granular_env.recording.recorder.sampling import doubling_for, frames_for
 from granular_env.run_loop import run
 
 # -- opening -----------------------------------------------------------------------------------------------------------
@@ -413,7 +413,7 @@ def test_a_log_of_such_a_tick_is_different_in_seconds(tmp_path: Path) -> None:
         import dataclasses
 
         from granular_env.components.snapshot import Snapshot
-        from granular_env.recording.records import HEADER, SNAPSHOTS
+        from granular_env.recording.format.records import HEADER, SNAPSHOTS
 
         if old.kind == HEADER:
             parameters = {**old.header["parameters"], "step_size": 1e4}
@@ -453,7 +453,7 @@ except KeyboardInterrupt:
 def test_the_caps_on_work_hold_for_every_command_that_runs(
     command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from granular_env.recording import limits
+    from granular_env.recording.container import limits
 
     monkeypatch.chdir(tmp_path)
     oscillator_log(tmp_path / "a.mcap")

@@ -17,7 +17,7 @@ from granular_env.cli import main
 from granular_env.components.errors import StepError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.records import CLOSED, HASHES, HEADER, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record
+from granular_env.recording.format.records import CLOSED, HASHES, HEADER, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record
 
 
 def said(path: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
