@@ -478,21 +478,14 @@ class Coupled(Component):
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
             self.grid.failed_at[:] = self._failed
-            error = self.grid.explain(1)
-            return StepError(
-                f"grid_{error}", time=error.time, variable="grid_displacement", index=error.index, value=error.value, limit=0.0
-            )
+            return self.grid.explain(1).of_part("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as one of the whole."""
         begin = max(int(self._failed[1]) - 1, 0) if status != UNSOUND else self._tick
         self.automata.adopt(begin * self.micro_steps, {})
-        error = self.automata.explain(status)
-        return StepError(
-            f"automata_{error}", time=error.time, variable=f"automata_{error.variable}", index=error.index, value=error.value,
-            limit=error.limit,
-        )  # fmt: skip
+        return self.automata.explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

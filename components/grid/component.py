@@ -19,7 +19,6 @@ from ..snapshot import EVENT_ROWS, FloatArray
 from ..support.stable_step import refuse_large_step, suggest_step
 from . import kernels, layout, threads
 from .assembly import Assembly, assemble
-from .boundaries import Boundary
 from .drive import make_drive, signal_factors
 from .mesh import IntArray, Mesh, cell_areas
 from .parameters import GridParameters, Place
@@ -292,9 +291,9 @@ class Grid(Component):
         time = tick * self.step_size
         area = float(self._smallest_corner(cell))
         return StepError(
-            f"displacement: cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
+            f"cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
             f"load the grid less, or take a smaller step_size (now {self.step_size:g} s)",
-            time=time, variable="displacement", index=cell, value=area, limit=0.0,
+            time=time, at="displacement", variable="displacement", index=cell, value=area, limit=0.0,
         )  # fmt: skip
 
     def _smallest_corner(self, cell: int) -> Any:
@@ -386,7 +385,3 @@ class Grid(Component):
             Cells("grid", mesh.nodes, mesh.cells, "speed", "displacement"),
             Points("nodes", mesh.nodes, 0.25 * np.sqrt(area), "displacement", "speed"),
         )
-
-    def boundary_of(self, edge: str) -> Boundary | None:
-        """Return what an edge does; None where it is free."""
-        return self.parameters.boundaries.get(edge)

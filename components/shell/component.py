@@ -319,9 +319,9 @@ class Shell(Component):
         value, limit = (float(number) for number in self._scratch.pull[point, :2])
         what, variable = _FAILURES[status]
         return StepError(
-            f"{variable}: {what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
+            f"{what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
             f"less, or take a smaller step_size (now {self.step_size:g} s)",
-            time=time, variable=variable, index=point, value=value, limit=limit,
+            time=time, at=variable, variable=variable, index=point, value=value, limit=limit,
         )  # fmt: skip
 
     def _place_of(self, point: int) -> str:
