@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from .balances import Balance
 from .component import Component
-from .contract import Balance, Variable
+from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
 from .profiles import CompiledProfile

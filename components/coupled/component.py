@@ -17,8 +17,9 @@ from ..automata.schedule import make_parts
 from ..automata.state import Body, Scratch
 from ..automata.sweep import KEPT, STILL
 from ..automata.ties import Ties
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..drawables import Drawable, Links
 from ..errors import ParameterError, StepError
 from ..grid import layout
