@@ -56,6 +56,11 @@ def names() -> list[str]:
     return [*_OWN, *(point.name for point in _foreign() if point.name not in _OWN)]
 
 
+def own_names() -> list[str]:
+    """Return the names of our own components: those that a log may name without being trusted."""
+    return list(_OWN)
+
+
 def summary(name: str) -> str:
     """Return what a component is, in a sentence; a third party's is imported for it."""
     if name in _OWN:

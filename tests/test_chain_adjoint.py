@@ -17,16 +17,16 @@ from granular_env.components.chain.layout import FREE_ROW, U, V
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.specialisation import specialise
 from granular_env.components.support.jit import jit
-from granular_env.domains.chain.control.finite_differences import central_differences
-from granular_env.domains.chain.control.gradient import value_and_grad
-from granular_env.domains.chain.control.objective import (
+from granular_env.domains.chain.control import (
     applied,
+    central_differences,
     contact_force,
     displacement,
     energy,
     kinetic_energy,
     momentum,
     total,
+    value_and_grad,
     velocity,
 )
 
@@ -315,8 +315,7 @@ def test_without_the_jit() -> None:
     program = """
 import numpy as np
 from granular_env import Chain
-from granular_env.domains.chain.control.gradient import value_and_grad
-from granular_env.domains.chain.control.objective import contact_force, energy, total
+from granular_env.domains.chain.control import contact_force, energy, total, value_and_grad
 for law in ("hertz", {"name": "viscous", "dissipation": 20.0}):
     chain = Chain(grains=4, law=law, right="plane", precompression=20.0, step_size=1e-6)
     objective = total(chain, 1e3 * energy(1, 2).at_end(), contact_force(-1).peak(scale=20.0))

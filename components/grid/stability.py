@@ -8,7 +8,7 @@ import numpy as np
 
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
-from ..support.recent import Recent
+from ..support.result_cache import ResultCache
 from . import kernels
 from .layout import Conditions, Grid, State
 
@@ -18,7 +18,7 @@ _ITERATIONS = 100
 _SETTLED = 2e-5
 # The part of the largest stable step that is allowed, and the part that is suggested.
 ALLOWED, SUGGESTED = 0.9, 0.8
-_found = Recent()
+_found = ResultCache()
 
 
 def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -> float:

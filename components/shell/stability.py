@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..support.counter_random import uniform
-from ..support.recent import Recent
+from ..support.result_cache import ResultCache
 from . import kernels
 from .layout import Solid, State, make_scratch
 
@@ -20,7 +20,7 @@ ALLOWED, SUGGESTED = 0.9, 0.8
 # Stiffness of a wall against a node over mass times the highest frequency squared: the step is hardly smaller for it, and a
 # node that bounces loses no energy to the step (with ten times as much 1 % of an impact would be lost).
 WALL_STIFFNESS = 0.05
-_found = Recent()
+_found = ResultCache()
 
 
 def highest_frequency(solid: Solid) -> float:

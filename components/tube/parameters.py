@@ -9,7 +9,7 @@ from pydantic import model_validator
 from ..detonation.parameters import DetonationParameters
 from ..shell.geometry.bodies import Tube
 from ..shell.parameters import ShellParameters
-from ..support.fields import NotNegative, Positive, field
+from ..support.parameter_fields import NotNegative, Positive, field
 from ..support.validation import Parameters
 from .couplings import ChosenCoupling, OneWay
 

@@ -18,7 +18,7 @@ from ..components.elements import Element, parse_element
 from ..components.errors import ParameterError, StepError, one_line
 from ..components.support.validation import finite_number, positive_number, whole_number
 from .clock import clock_readings
-from .copies import Given, Recreatable, recreatable
+from .pickling import Given, Recreatable, recreatable
 from .render import draw
 from .state import Drawn, EnvState, bit_generator
 from .task import Task, refuse_incomplete, validate_judgement
