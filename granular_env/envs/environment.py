@@ -91,7 +91,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             raise ParameterError(f"got {render_mode!r}", expected='None or "rgb_array"', at="render_mode")
         refuse_incomplete(task)
         self.component, self.task, self.render_mode = component, task, render_mode
-        self._drawn: Drawn = {}
+        self.drawn: Drawn = {}
         self.internal_steps = whole_number("internal_steps", internal_steps)
         self.deadline = math.inf if deadline is None else whole_number("deadline", deadline)
         self.hold, self.clock = whole_number("hold", hold), _clock(clock, deadline)
@@ -230,7 +230,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """Everything that changes in an episode; restoring it gives the same bits from there on."""
         if self._random_state is None:
             self._random_state = self.np_random.bit_generator.state
-        state = EnvState(self.component.save(), self.task.name, self._episode(), self._random_state, self._drawn)
+        state = EnvState(self.component.save(), self.task.name, self._episode(), self._random_state, self.drawn)
         state.sound = True
         return state
 
@@ -242,11 +242,11 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """
         if (
             state.__class__ is not EnvState
-            or state.drawn is not self._drawn
+            or state.drawn is not self.drawn
             or state.random is not self._random_state
             or state.task != self.task.name
         ):
-            self._take_state(state, self.refuse_foreign(state))
+            self.take_state(state, self.refuse_foreign(state))
             return
         # One of the present component, as a tree search restores them: the component refuses what is not its own.
         self._refuse_episode(state)
@@ -254,7 +254,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self._go_on(state.episode)
 
     def refuse_foreign(self, state: EnvState) -> Any:
-        """Raise what `restore` would raise for this state, and change nothing; return what `_take_state` needs."""
+        """Raise what `restore` would raise for this state, and change nothing; return what `take_state` needs."""
         if state.__class__ is not EnvState or state.task != self.task.name:
             raise ParameterError(
                 f"got {one_line(state)}", expected=f"what save() of an environment of {self.task.name!r} gave", at="state"
@@ -264,7 +264,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         ready[0].refuse_foreign(state.snapshot)
         return ready, None if state.random is self._random_state else _bit_generator(state.random)
 
-    def _take_state(self, state: EnvState, ready: Any) -> None:
+    def take_state(self, state: EnvState, ready: Any) -> None:
         """Go on from a state that `refuse_foreign` has looked at."""
         drawn, random = ready
         self._take(*drawn)
