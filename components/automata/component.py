@@ -193,8 +193,8 @@ class Automata(Component):
     def _explain(self, status: int) -> StepError:
         if status == UNSOUND:
             return StepError(
-                "displacement: the contacts of this state name automata that do not exist; restore a snapshot that save() gave",
-                time=self.time, variable="displacement", index=None, value=np.nan, limit=float(self.count),
+                "the contacts of this state name automata that do not exist; restore a snapshot that save() gave",
+                time=self.time, at="displacement", variable="displacement", index=None, value=np.nan, limit=float(self.count),
             )  # fmt: skip
         variable, unit, limit = "velocity", "m/s", self._speed_limit
         meaning = f"{_LARGEST_MOVE:g} of a diameter in an internal step"
@@ -203,9 +203,9 @@ class Automata(Component):
         size = self._magnitude(variable)
         index = int(np.argmin(size <= limit))
         return StepError(
-            f"{variable}[{index}] reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} "
+            f"reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} "
             f"{unit}, {meaning}; take a smaller step_size, or load the specimen less",
-            time=self.time, variable=variable, index=index, value=float(size[index]), limit=limit,
+            time=self.time, at=(variable, index), variable=variable, index=index, value=float(size[index]), limit=limit,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------

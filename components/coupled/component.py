@@ -27,6 +27,7 @@ from ..grid.mesh import IntArray
 from ..inputs import Held
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
+from ..support.stable_step import ALLOWED, SUGGESTED
 from . import sums, threads
 from .advance import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
 from .edges import Edges
@@ -46,11 +47,10 @@ from .start import follow_nodes, join_forces, write_forces
 from .strays import find_strays
 from .zigzag import find_ties
 
-# The part of the largest stable step that is allowed, and the part that is suggested, for the grid and for the automata.
-_ALLOWED, _SUGGESTED = 0.9, 0.8
-# The same for the grid where automata make several steps in one of it: kicks that come at a multiple of the period of a mode
-# of the automata feed that mode, the faster the larger they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep
-# the energy to 1 % up to 0.35, to 25 % at 0.44, and not at all at 0.8.
+# The part of the largest stable step that is allowed, and the part that is suggested, for the grid where automata make several
+# steps in one of it: kicks that come at a multiple of the period of a mode of the automata feed that mode, the faster the
+# larger they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep the energy to 1 % up to 0.35, to 25 % at 0.44,
+# and not at all at 0.8.
 _ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.5, 0.35
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
@@ -112,18 +112,18 @@ class Coupled(Component):
         limits = 2.0 / grid_frequency, 2.0 / automata_frequency
         self.micro_steps: int = p.micro_steps or self._micro_steps_needed(*limits)
         together = self.micro_steps == 1 or p.scheme == "literal"
-        allowed, suggested = (_ALLOWED, _SUGGESTED) if together else (_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES)
-        suggestion = min(suggested * limits[0], _SUGGESTED * self.micro_steps * limits[1])
+        allowed, suggested = (ALLOWED, SUGGESTED) if together else (_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES)
+        suggestion = min(suggested * limits[0], SUGGESTED * self.micro_steps * limits[1])
         self.step_size = round_down_to_125(suggestion) if p.step_size is None else p.step_size
         self.grid_step_part: float = self.step_size / limits[0]
         self.automata_step_part: float = self.step_size / (self.micro_steps * limits[1])
-        largest = min(allowed * limits[0], _ALLOWED * self.micro_steps * limits[1])
+        largest = min(allowed * limits[0], ALLOWED * self.micro_steps * limits[1])
         if self.step_size > largest:
             raise ParameterError(
                 f"got {self.step_size:g} s with {self._told_micro_steps()}",
                 expected=(
                     f"at most {largest:.6g} s: {allowed:g} of the largest stable one of the grid, {limits[0]:.6g} s, and "
-                    f"{_ALLOWED:g} of that of the automata in each micro-step, {limits[1]:.6g} s"
+                    f"{ALLOWED:g} of that of the automata in each micro-step, {limits[1]:.6g} s"
                 ),
                 hint="leave it out, or change micro_steps",
                 at="step_size",
@@ -138,9 +138,9 @@ class Coupled(Component):
         """Return how many micro-steps of the automata a step of the grid holds; 1 where they are about as large."""
         step = self.parameters.step_size
         if step is not None:
-            return max(math.ceil(step / (_ALLOWED * automata_limit)), 1)
+            return max(math.ceil(step / (ALLOWED * automata_limit)), 1)
         step = _SUGGESTED_IMPULSES * grid_limit
-        return 1 if _SUGGESTED * automata_limit >= step else math.ceil(step / (_SUGGESTED * automata_limit))
+        return 1 if SUGGESTED * automata_limit >= step else math.ceil(step / (SUGGESTED * automata_limit))
 
     def _find_interface(self, grid: Grid, automata: Automata) -> Ties | None:
         """Find the interface; return the faces of automata that it carries along, None where there are none."""
@@ -362,7 +362,7 @@ class Coupled(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             own = {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
-            part._start(seed, own)
+            part.begin(seed, own)
         self._divided = None
         grid, automata = self._grid_part(), self._automata_part
         exchange = self._seam.exchange
@@ -426,7 +426,7 @@ class Coupled(Component):
         """Hand each part the inputs that are its own."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             held = {name.removeprefix(f"{prefix}_"): v for name, v in self._held.items() if name.startswith(f"{prefix}_")}
-            part._hold(held)
+            part.adopt_inputs(held)
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 
@@ -485,22 +485,15 @@ class Coupled(Component):
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
-            self.grid._failed[:] = self._failed
-            error = self.grid._explain(1)
-            return StepError(
-                f"grid_{error}", time=error.time, variable="grid_displacement", index=error.index, value=error.value, limit=0.0
-            )
+            self.grid.failed_at[:] = self._failed
+            return self.grid.explain(1).of_part("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as one of the whole."""
         begin = max(int(self._failed[1]) - 1, 0) if status != UNSOUND else self._tick
         self.automata.adopt(begin * self.micro_steps, {})
-        error = self.automata._explain(status)
-        return StepError(
-            f"automata_{error}", time=error.time, variable=f"automata_{error.variable}", index=error.index, value=error.value,
-            limit=error.limit,
-        )  # fmt: skip
+        return self.automata.explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

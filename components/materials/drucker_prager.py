@@ -16,8 +16,8 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from ..errors import ParameterError
-from ..support.fields import field
 from ..support.jit import internal_inlined
+from ..support.parameter_fields import field
 from .plastic_law import DRUCKER_PRAGER, PlasticLaw
 
 

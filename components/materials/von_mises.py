@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from ..support.fields import field
 from ..support.jit import internal_inlined
+from ..support.parameter_fields import field
 from .plastic_law import VON_MISES, PlasticLaw
 
 

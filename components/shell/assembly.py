@@ -49,11 +49,12 @@ def assemble(p: ShellParameters) -> Assembly:
     lattice, rule, radius = p.body.lattice(), p.rule, p.chosen_radius
     points = integration_points(lattice, rule.surface, rule.through)
     try:
-        stencils = make_stencils(lattice, points.lines, (radius, radius, radius), p.basis)
+        stencils = make_stencils(lattice, points.lines, (radius, radius, radius), p.basis, points.places)
     except ValueError as error:
         raise ParameterError(str(error), expected="more", hint="give a larger radius, or more nodes", at="radius") from None
     conditions = make_conditions(p.body, lattice, p.boundaries)
-    mass = p.material.density * lattice.volumes
+    # What a notch leaves out stays where it is, its mass is none of the body's.
+    mass = np.where(lattice.present, p.material.density * lattice.volumes, 1.0)
     seen_begin, seen_point, seen_slot = transpose(stencils, lattice.node_count)
     body = Body(
         mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, points.volume, points.sine,
@@ -103,7 +104,7 @@ def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:
     if p.rule.surface == "column" and p.hourglass > 0.0:
         return make_hourglass(lattice, p.rule.through, p.material.young, p.hourglass)
     return Hourglass(
-        lattice.shape[2], 1, np.zeros(lattice.shape[2]), np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int64), np.zeros((0, 4)),
+        lattice.shape[2], 1, np.zeros(lattice.node_count), np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int64), np.zeros((0, 4)),
         np.zeros((0, 4)),
     )  # fmt: skip
 
@@ -156,7 +157,7 @@ def gauge_columns(p: ShellParameters, lattice: Lattice) -> IntArray:
     for number, place in enumerate(p.gauges):
         indices = []
         for axis, value, unit in zip(lattice.axes[:2], place, ("m", "rad" if lattice.bent else "m"), strict=True):
-            low, high = axis.positions[0], axis.positions[-1] + (axis.period - axis.positions[-1] if axis.closed else 0.0)
+            low, high = (0.0, axis.period) if axis.closed else (axis.positions[0], axis.positions[-1])
             if not low <= value <= high:
                 raise ParameterError(
                     f"got {value:g} {unit}", expected=f"{low:g} to {high:g} {unit}", at=("gauges", number, len(indices))

@@ -61,4 +61,5 @@ def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, B
             prescribed[nodes, axis] = 1 + 3 * list(moved).index(edge) + axis
         elif kind == "wall":
             wall[:] = lattice.nodes[nodes[0], 0], 1.0 if end == 0 else -1.0
+    prescribed[~lattice.present] = AT_REST
     return Conditions(prescribed, moved, wall)

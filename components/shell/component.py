@@ -13,14 +13,15 @@ from ..contract import Balance, Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..snapshot import FloatArray
-from ..support.roots import round_down_to_125
+from ..support.stable_step import refuse_large_step, suggest_step
 from . import energies, kernels, layout
 from .assembly import Assembly, assemble, gauge_columns, node_stencils, surface_quads
 from .drive import pattern_of, tick_signals
+from .geometry.lattice import Lattice
 from .integration import RuleName
 from .layout import IntArray, Solid, State
 from .parameters import ShellParameters
-from .stability import ALLOWED, SUGGESTED, WALL_STIFFNESS, highest_frequency
+from .stability import WALL_STIFFNESS, highest_frequency
 from .stencils import Stencils
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
@@ -61,28 +62,17 @@ class Shell(Component):
     def _build(self) -> None:
         p = self.parameters
         self._assembly: Assembly = assemble(p)
-        self.nodes: FloatArray = self._assembly.lattice.nodes
-        self.mass: FloatArray = self._assembly.solid.body.mass
+        self.lattice: Lattice = self._assembly.lattice
+        self.nodes: FloatArray = self.lattice.nodes
+        present = self.lattice.present
+        self.mass: FloatArray = np.where(present, self._assembly.solid.body.mass, 0.0)
         self.highest_frequency: float = highest_frequency(self._assembly.solid)
-        if self.highest_frequency == 0.0:
-            raise ParameterError("no node can move", hint="leave an edge free, or give more nodes", at="boundaries")
-        self.step_size = self._suggest_step() if p.step_size is None else p.step_size
-        self._refuse_large_step()
+        suggested = suggest_step(self.highest_frequency, "leave an edge free, or give more nodes")
+        self.step_size = p.step_size or suggested
+        refuse_large_step(self.step_size, self.highest_frequency, "leave it out, or give fewer nodes")
         self._solid: Solid = self._finish_solid()
-        self._gauges: IntArray = gauge_columns(p, self._assembly.lattice)
+        self._gauges: IntArray = gauge_columns(p, self.lattice)
         self._lay_out_state()
-
-    def _suggest_step(self) -> float:
-        return round_down_to_125(SUGGESTED * 2.0 / self.highest_frequency)
-
-    def _refuse_large_step(self) -> None:
-        if self.highest_frequency * self.step_size > 2.0 * ALLOWED:
-            largest = 2.0 / self.highest_frequency
-            raise ParameterError(
-                f"got {self.step_size:g} s",
-                expected=f"at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest stable one",
-                hint="leave it out, or give fewer nodes", at="step_size",
-            )  # fmt: skip
 
     def _finish_solid(self) -> Solid:
         """Return the tables with what depends on the step."""
@@ -111,6 +101,11 @@ class Shell(Component):
         """Number of integration points."""
         return len(self._assembly.points.volume)
 
+    @property
+    def station_bounds(self) -> FloatArray:
+        """Ends of the part of the length that belongs to each plane of nodes along the body, shape (stations + 1,) [m]."""
+        return self._assembly.lattice.axes[0].bounds
+
     @cached_property
     def _node_stencils(self) -> Stencils:
         return node_stencils(self._assembly, self.parameters)
@@ -119,7 +114,7 @@ class Shell(Component):
 
     def _declare(self) -> Iterable[Variable]:
         n, m, k, s = len(self.nodes), self.point_count, len(self._gauges), len(self._solid.surface.nodes)
-        stations, nodes, points = self._assembly.lattice.shape[0], ("node", "direction"), ("point",)
+        stations, nodes, points = self.lattice.shape[0], ("node", "direction"), ("point",)
         yield Variable(
             "pressure", "input", "Pa", (stations,), "pressure on the inner surface (of a plate the lower one) at each plane of "
             "nodes along the body; it follows the surface", start=0.0, axes=("station",), nominal=1e6,
@@ -165,6 +160,11 @@ class Shell(Component):
             "surface_plastic_strain", "output", "1", (s,), "mean plastic strain around the nodes of the outer surface",
             minimum=0.0, axes=("surface_node",),
         )  # fmt: skip
+        if self.lattice.bent:
+            yield Variable(
+                "mean_inner_radius", "output", "m", (stations,), "mean radius of the inner surface at each plane of nodes "
+                "along the tube", minimum=0.0, axes=("station",), nominal=0.01,
+            )  # fmt: skip
         yield Variable(
             "gauge_strain", "output", "1", (k, 2), "Green-Lagrange strain on the outer surface at the `gauges`: along the "
             "body, and across or around it (hoop strain)", axes=("gauge", "direction"),
@@ -187,12 +187,13 @@ class Shell(Component):
             "surface_stress": lambda: self._at_nodes(self._equivalent_stress())[top],
             "surface_plastic_strain": lambda: self._at_nodes(self._plastic_strain())[top],
             "gauge_strain": self._gauge_strain,
+            **({"mean_inner_radius": self._mean_inner_radius} if self.lattice.bent else {}),
         }
 
     @property
     def surface_nodes(self) -> IntArray:
         """Numbers of the nodes of the outer surface, of a plate the upper one."""
-        return self._assembly.lattice.columns()[:, -1]
+        return self.lattice.top_nodes
 
     def _field(self, parameters: FloatArray) -> FloatArray:
         """Return a field where the nodes are, from its parameters, shape (n, 3)."""
@@ -225,6 +226,13 @@ class Shell(Component):
         at_start = self.parameters.initial_temperature
         return self._state.temperature if self._solid.plastic else np.full(self.point_count, at_start)
 
+    def _mean_inner_radius(self) -> FloatArray:
+        """Return the mean distance of the inner surface from the axis at each station, weighted by the arcs at rest."""
+        ring = self.lattice.axes[1]
+        place = (self.nodes + self._field(self._state.displacement))[self._solid.surface.nodes]
+        radius = np.sqrt(place[:, 1] * place[:, 1] + place[:, 2] * place[:, 2]).reshape(-1, ring.count)
+        return (radius * ring.widths).sum(axis=1) / ring.widths.sum()
+
     def _gauge_strain(self) -> FloatArray:
         """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
         some, found = self._node_stencils, np.zeros((len(self._gauges), 2))
@@ -241,7 +249,7 @@ class Shell(Component):
         return found
 
     def _turn_of_column(self, column: int) -> tuple[float, float]:
-        lattice = self._assembly.lattice
+        lattice = self.lattice
         place = column % lattice.shape[1]
         sine, cosine = lattice.turn(lattice.axes[1].positions[place : place + 1])
         return float(sine[0]), float(cosine[0])
@@ -254,8 +262,7 @@ class Shell(Component):
             self._refuse_bad_start()
         if "nodal_displacement" in values:
             # As if it had happened in one tick.
-            state.displacement[:] = values["nodal_displacement"]
-            self._refuse_held("nodal_displacement", state.displacement)
+            self._write_start("nodal_displacement", state.displacement, values)
         if self._update_forces():
             raise ParameterError(
                 f"the body would be inverted or strained beyond measure at point {self._failed[0]}",
@@ -265,8 +272,7 @@ class Shell(Component):
             state.stress[:] = values["stress"]
             self._update_forces()
         if "nodal_velocity" in values:
-            state.velocity[:] = values["nodal_velocity"]
-            self._refuse_held("nodal_velocity", state.velocity)
+            self._write_start("nodal_velocity", state.velocity, values)
         kernels.measure_wall(self._solid, state, self._block["tally"])
         kernels.write_areas(self._solid, state)
         sums = self._sums()
@@ -283,6 +289,11 @@ class Shell(Component):
             raise ParameterError("got 0 or less", expected="more than 0 everywhere", at=("start", "temperature"))
         if not (self._state.plastic_strain >= 0.0).all():
             raise ParameterError("got less than 0", expected="0 or more everywhere", at=("start", "plastic_strain"))
+
+    def _write_start(self, name: str, part: FloatArray, values: Mapping[str, FloatArray]) -> None:
+        """Write a start value of the nodes; those that a notch leaves out have none."""
+        part[:] = np.where(self.lattice.present[:, None], values[name], 0.0)
+        self._refuse_held(name, part)
 
     def _refuse_held(self, name: str, value: FloatArray) -> None:
         held = self._solid.body.prescribed == 255
@@ -313,18 +324,18 @@ class Shell(Component):
         value, limit = (float(number) for number in self._scratch.pull[point, :2])
         what, variable = _FAILURES[status]
         return StepError(
-            f"{variable}: {what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
+            f"{what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
             f"less, or take a smaller step_size (now {self.step_size:g} s)",
-            time=time, variable=variable, index=point, value=value, limit=limit,
+            time=time, at=variable, variable=variable, index=point, value=value, limit=limit,
         )  # fmt: skip
 
     def _place_of(self, point: int) -> str:
         """Return where an integration point is, in words."""
         lines = self._assembly.points.lines
         indices = np.unravel_index(point, [len(line.at) for line in lines])
-        axes = self._assembly.lattice.axes
+        axes = self.lattice.axes
         x, y, z = (float(axis.at(line.at[[i]])[0]) for axis, line, i in zip(axes, lines, indices, strict=True))
-        if self._assembly.lattice.bent:
+        if self.lattice.bent:
             return f"x = {x:.4g} m, angle {y:.3g} rad, radius {z:.4g} m"
         return f"x, y, z = {x:.4g}, {y:.4g}, {z:.4g} m"
 
@@ -377,7 +388,7 @@ class Shell(Component):
                 "largest plastic strain": float(self._state.plastic_strain.max()),
                 "highest temperature, K": float(self._state.temperature.max()),
                 "largest fracture ratio now": float(ratio[nearest]),
-                "where along the body, m": float(self._assembly.lattice.axes[0].at(along)),
+                "where along the body, m": float(self.lattice.axes[0].at(along)),
             }
         return found
 
@@ -406,7 +417,7 @@ class Shell(Component):
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the outer surface and all nodes, coloured by the equivalent stress."""
-        lattice = self._assembly.lattice
+        lattice = self.lattice
         size = 0.15 * float(min(axis.slope(np.zeros(1))[0] for axis in lattice.axes[::2]))
         return (
             Cells("surface", self.nodes[self.surface_nodes], surface_quads(lattice), "surface_stress", "surface_displacement"),

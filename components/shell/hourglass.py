@@ -31,10 +31,12 @@ def misfit(solid, state, c, d):
     )  # fmt: skip
     x, y, z = 0.0, 0.0, 0.0
     for layer in range(tied.layers):
-        a, b, share = c * tied.layers + layer, d * tied.layers + layer, tied.shares[layer]
-        x += share * (u[b, 0] - u[a, 0])
-        y += share * (u[b, 1] - u[a, 1])
-        z += share * (u[b, 2] - u[a, 2])
+        a, b = c * tied.layers + layer, d * tied.layers + layer
+        # Layers have other shares below a notch.
+        share, other = tied.shares[a], tied.shares[b] - tied.shares[a]
+        x += share * (u[b, 0] - u[a, 0]) + other * u[b, 0]
+        y += share * (u[b, 1] - u[a, 1]) + other * u[b, 1]
+        z += share * (u[b, 2] - u[a, 2]) + other * u[b, 2]
     part = 0.5 / tied.points
     for point in range(tied.points):
         p, q = c * tied.points + point, d * tied.points + point
@@ -131,8 +133,8 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     """
     n, m, layers = lattice.shape
     volumes = lattice.volumes.reshape(n * m, layers)
-    shares = volumes[0] / volumes[0].sum()
-    place = (lattice.nodes.reshape(n * m, layers, 3) * shares[:, None]).sum(axis=1)
+    shares = volumes / volumes.sum(axis=1)[:, None] if lattice.hollow else np.tile(volumes[0] / volumes[0].sum(), (n * m, 1))
+    place = (lattice.nodes.reshape(n * m, layers, 3) * shares[..., None]).sum(axis=1)
     partner = np.stack([*_partners(lattice, 0), *_partners(lattice, 1)], axis=-1).reshape(n * m, 4)
     partner = np.where(alpha > 0.0, partner, -1)
     apart = place[partner] - place[:, None]
@@ -141,7 +143,7 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     # Volume of half of both columns over the distance: the section of what lies between them.
     section = 0.5 * (volumes.sum(axis=1)[:, None] + volumes.sum(axis=1)[partner]) / distance
     section = np.where(partner >= 0, section, 0.0)
-    return Hourglass(layers, points, shares, place, partner, alpha * young * section / distance, section)
+    return Hourglass(layers, points, shares.ravel(), place, partner, alpha * young * section / distance, section)
 
 
 def _partners(lattice: Lattice, axis: int) -> tuple[IntArray, IntArray]:

@@ -36,12 +36,14 @@ class IntegrationPoints(NamedTuple):
     """Points of a body, those of a column together.
 
     Attributes:
-        lines: the points along each axis, whose product they are.
+        lines: the points along each axis, whose product they are; below a notch they lie elsewhere through the thickness.
+        places: fractional indices of the axes of each point, shape (m, 3).
         volume: shape (m,) [m^3].
         sine, cosine: of the angle by which the frame of each is turned, shape (m,).
     """
 
     lines: tuple[LinePoints, LinePoints, LinePoints]
+    places: FloatArray
     volume: FloatArray
     sine: FloatArray
     cosine: FloatArray
@@ -62,10 +64,10 @@ def points_in_cells(axis: Axis) -> LinePoints:
     return LinePoints(index, np.repeat(0.5 * length, 2))
 
 
-def points_through(axis: Axis, count: int) -> LinePoints:
-    """Return Gauss points between the first plane and the last."""
+def points_through(axis: Axis, count: int, top: int = -1) -> LinePoints:
+    """Return Gauss points between the first plane and the last, or that of number `top`."""
     offset, weight = gauss_points(count)
-    first, last = axis.positions[0], axis.positions[-1]
+    first, last = axis.positions[0], axis.positions[top]
     place = 0.5 * (first + last) + 0.5 * (last - first) * offset
     index = np.interp(place, axis.positions, np.arange(axis.count, dtype=np.float64))
     return LinePoints(index, 0.5 * (last - first) * weight)
@@ -91,11 +93,23 @@ def integration_points(lattice: Lattice, rule: RuleName, through: int) -> Integr
     surface = points_at_planes if rule == "column" else points_in_cells
     along, across, thickness = lattice.axes
     lines = surface(along), surface(across), points_through(thickness, through)
-    second, third = np.broadcast_to(1.0, len(lines[1].at)), lines[2].length
-    if lattice.bent:
-        third = third * thickness.at(lines[2].at)
-    volume = lines[0].length[:, None, None] * (second * lines[1].length)[:, None] * third
+    third = thickness_volumes(lattice, lines[2])
+    section = lines[0].length[:, None, None] * lines[1].length[:, None]
+    volume = section * third
+    places: FloatArray = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1)
+    if lattice.hollow is not None:
+        # A point is below the notch where the nearest column is.
+        nearest = np.rint(lines[0].at).astype(np.int64), np.rint(lines[1].at).astype(np.int64) % across.count
+        below = lattice.hollow.columns[nearest[0][:, None], nearest[1]]
+        line = points_through(thickness, through, lattice.hollow.bottom)
+        volume = np.where(below[..., None], section * thickness_volumes(lattice, line), volume)
+        places[below, :, 2] = line.at
     sine, cosine = lattice.turn(across.at(lines[1].at))
     shape = volume.shape
     spread = (np.broadcast_to(one[:, None], shape).ravel() for one in (sine, cosine))
-    return IntegrationPoints(lines, volume.ravel(), *spread)
+    return IntegrationPoints(lines, places.reshape(-1, 3), volume.ravel(), *spread)
+
+
+def thickness_volumes(lattice: Lattice, line: LinePoints) -> FloatArray:
+    """Return what the volume of points through the thickness is, over their part of the surface coordinates."""
+    return line.length * lattice.axes[2].at(line.at) if lattice.bent else line.length

@@ -279,7 +279,7 @@ def gather_forces(solid, state, scratch, begin, end):
             y -= gx * pull[p, 1] + gy * pull[p, 4] + gz * pull[p, 7]
             z -= gx * pull[p, 2] + gy * pull[p, 5] + gz * pull[p, 8]
         if held:
-            column, share = j // layers, shares[j % layers]
+            column, share = j // layers, shares[j]
             x += share * scratch.column_force[column, 0]
             y += share * scratch.column_force[column, 1]
             z += share * scratch.column_force[column, 2]
@@ -342,6 +342,8 @@ def interpolate(begin, nodes, kind, first, values, field, out):
 def spread_to_nodes(body, values, weights, out):
     """Write at each node the mean of a field over the points that see it, each with its volume and how much it sees.
 
+    It is 0 where no point does.
+
     Args:
         body: `layout.Body`.
         values: shape functions, shape (rows,).
@@ -355,4 +357,4 @@ def spread_to_nodes(body, values, weights, out):
             share = abs(values[body.first[body.kind[p]] + body.seen_slot[entry]]) * body.volume[p]
             total += share
             field += share * weights[p]
-        out[j] = field / total
+        out[j] = field / total if total > 0.0 else 0.0

@@ -58,7 +58,7 @@ class Hourglass(NamedTuple):
     Attributes:
         layers: nodes of a column.
         points: integration points of a column.
-        shares: of each layer in the mean displacement of its column, shape (layers,).
+        shares: of each node in the mean displacement of its column, shape (n,).
         place: mean position of each column, shape (c, 3) [m].
         partner: columns that each is tied to, -1 for none, shape (c, 4).
         stiffness: of those ties, shape (c, 4) [N/m].

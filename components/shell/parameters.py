@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from ..support.fields import NotNegative, Pair, Positive, field
+from ..support.parameter_fields import NotNegative, Pair, Positive, field
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
-from .geometry.bodies import ChosenBody, Rod, Tube
+from .geometry.bodies import ChosenBody, Plate, Rod, Tube
 from .integration import RuleName
 from .material import ChosenMaterial, LinearElastic
 from .shape_functions import BasisName
@@ -88,6 +88,11 @@ class ShellParameters(Parameters):
         _, across, layers = self.body.counts
         if self.basis == "quadratic" and layers < 3:
             raise ValueError(f"body.layers: got {layers}, expected at least 3 with the basis 'quadratic'")
+        notched = isinstance(self.body, Tube | Plate) and self.body.notch is not None
+        if notched and self.chosen_radius >= 2.0:
+            raise ValueError(
+                f"radius: got {self.chosen_radius:g} spacings, expected less than 2 with a notch, across which points would see"
+            )
         closed = isinstance(self.body, Tube) and not self.body.half
         if closed and across <= 2.0 * self.chosen_radius:
             raise ValueError(

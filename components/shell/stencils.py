@@ -7,7 +7,7 @@ gradients of the shape functions are kept once for each kind of neighbourhood, a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +37,10 @@ class Stencils(NamedTuple):
     first: npt.NDArray[np.uint32]
     values: FloatArray
     gradients: FloatArray
+
+
+_Marks = npt.NDArray[np.bool_]
+_Rows = tuple[FloatArray, FloatArray]
 
 
 class _Line(NamedTuple):
@@ -73,19 +77,112 @@ def _line(axis: Axis, index: FloatArray, radius: float, shared: bool) -> _Line:
 
 
 def make_stencils(
-    lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radii: tuple[float, float, float], basis: BasisName
+    lattice: Lattice,
+    lines: tuple[LinePoints, LinePoints, LinePoints],
+    radii: tuple[float, float, float],
+    basis: BasisName,
+    index: FloatArray | None = None,
 ) -> Stencils:
-    """Return the stencils of points that are the product of points along the axes.
+    """Return the stencils of points that are the product of points along the axes, but for those at a notch.
 
     Args:
         lattice: the nodes.
         lines: points along each axis.
         radii: within which a point sees nodes along each axis, in spacings.
         basis: of the shape functions.
+        index: where the points are, shape (m, 3), if a notch makes that differ from the product.
 
     Raises:
         ValueError: the neighbours of a point do not span the basis.
     """
+    even = _product_stencils(lattice, lines, radii, basis)
+    if lattice.hollow is None:
+        return even
+    places = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1).reshape(-1, 3)
+    if index is None:
+        index = places
+    counts = np.diff(even.begin.astype(np.int64))
+    lost = np.bincount(np.repeat(np.arange(len(counts)), counts), weights=~lattice.present[even.nodes], minlength=len(counts))
+    picked = np.flatnonzero((lost > 0) | (index != places).any(axis=1))
+    return _replace(even, picked, *_stencils_at(lattice, index[picked], radii, basis))
+
+
+def _replace(even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, rows: _Rows) -> Stencils:
+    """Return stencils in which some points have others, each its own."""
+    counts, own = np.diff(even.begin.astype(np.int64)), there.sum(axis=1)
+    is_own = np.zeros(len(counts), dtype=bool)
+    is_own[picked] = True
+    kept = even.nodes[np.repeat(~is_own, counts)]
+    counts[picked] = own
+    mixed = np.empty(counts.sum(), dtype=np.uint32)
+    entries = np.repeat(is_own, counts)
+    mixed[~entries], mixed[entries] = kept, nodes[there]
+    kind = even.kind.copy()
+    kind[picked] = len(even.first) - 1 + np.arange(len(picked))
+    first = np.concatenate([even.first[:-1], even.first[-1] + _ends(own)]).astype(np.uint32)
+    values, gradients = (np.concatenate(pair) for pair in zip((even.values, even.gradients), rows, strict=True))
+    return Stencils(_ends(counts), mixed, kind, first, values, gradients)
+
+
+def _stencils_at(
+    lattice: Lattice, index: FloatArray, radii: tuple[float, float, float], basis: BasisName
+) -> tuple[IntArray, _Marks, _Rows]:
+    """Return the neighbours of points anywhere, which of them there are, both of shape (m, k), and their shape functions."""
+    planes, near = [], []
+    for axis, place, radius in zip(lattice.axes, index.T, radii, strict=True):
+        some = np.ceil(place - radius).astype(np.int64)[:, None] + np.arange(int(2.0 * radius) + 2)
+        there = np.abs(some - place[:, None]) < radius
+        near.append(there if axis.closed else there & (some >= 0) & (some < axis.count))
+        planes.append(np.clip(some, 0, axis.count - 1) if not axis.closed else some)
+    seen, marks = _cross(planes), _cross(near)
+    nodes = lattice.number(*seen)
+    present = marks[0] & marks[1] & marks[2] & lattice.present[nodes]
+    values, gradients = shape_functions_at(lattice, index, seen, present, radii, basis)
+    return nodes, present, (values[present], gradients[present])
+
+
+def _cross(lines: list[Any]) -> list[Any]:
+    """Return the product of what each point has along three axes, each of shape (m, k)."""
+    shape = (len(lines[0]), *(line.shape[1] for line in lines))
+    forms = ((slice(None), slice(None), None, None), (slice(None), None, slice(None), None), (slice(None), None, None))
+    return [np.broadcast_to(line[form], shape).reshape(shape[0], -1) for line, form in zip(lines, forms, strict=True)]
+
+
+def shape_functions_at(
+    lattice: Lattice,
+    index: FloatArray,
+    seen: list[IntArray],
+    present: _Marks,
+    radii: tuple[float, float, float],
+    basis: BasisName,
+) -> _Rows:
+    """Return shape functions (m, k) and their gradients (m, k, 3) [1/m] of points anywhere.
+
+    Args:
+        lattice: the nodes.
+        index: of the points, shape (m, 3).
+        seen: planes of the neighbours along each axis, counted on beyond a seam, each of shape (m, k).
+        present: which of them there are, shape (m, k).
+        radii: as in `make_stencils`.
+        basis: of the shape functions.
+
+    Raises:
+        ValueError: the neighbours of a point do not span the basis; the point is named.
+    """
+    own = [index[:, axis, None] for axis in range(3)]
+    offsets, weights, slopes = _weights(lattice, own, seen, present, radii)
+    try:
+        values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+    except ValueError as error:
+        place = ", ".join(f"{float(axis.at(one)):.4g}" for axis, one in zip(lattice.axes, index[int(str(error))], strict=True))
+        raise ValueError(f"the point at {place} sees too few nodes for the basis {basis!r}") from None
+    return values.T, gradients.swapaxes(0, 1)
+
+
+def _product_stencils(
+    lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radii: tuple[float, float, float], basis: BasisName
+) -> Stencils:
+    """Return the stencils of points that are the product of points along the axes, as if all nodes were there."""
     rows = tuple(
         _line(axis, line.at, radius, not (lattice.bent and place == 2))
         for place, (axis, line, radius) in enumerate(zip(lattice.axes, lines, radii, strict=True))
@@ -148,6 +245,17 @@ def _neighbourhoods(
     seen, present = _product(rows, picks), _presence(rows, picks)
     points = np.meshgrid(*(row.at[row.kept] for row in rows), indexing="ij")
     own = [one.ravel()[:, None] for one in points]
+    return *_weights(lattice, own, seen, present, radii), present
+
+
+def _weights(
+    lattice: Lattice,
+    own: list[FloatArray],
+    seen: list[IntArray],
+    present: _Marks,
+    radii: tuple[float, float, float],
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at indices `own` (m, 1)."""
     parts = [quartic_spline((own[k] - seen[k]) / radii[k]) for k in range(3)]
     there = present.astype(np.float64)
     weights = parts[0][0] * parts[1][0] * parts[2][0] * there
@@ -159,7 +267,7 @@ def _neighbourhoods(
         stretch[1] = stretch[1] * at_point[2]
     offsets = local_offsets(lattice, at_planes, at_point)
     slopes = np.stack([one / along for one, along in zip(by_index, stretch, strict=True)], axis=-1)
-    return offsets, weights, slopes, present
+    return offsets, weights, slopes
 
 
 def local_offsets(lattice: Lattice, seen: list[FloatArray], own: list[FloatArray]) -> FloatArray:

@@ -11,8 +11,8 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from ...support.fields import field
 from ...support.jit import internal_inlined
+from ...support.parameter_fields import field
 from .criterion import DRUCKER_PRAGER, Criterion
 
 

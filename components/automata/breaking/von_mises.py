@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...support.fields import field
 from ...support.jit import internal_inlined
+from ...support.parameter_fields import field
 from .criterion import VON_MISES, Criterion
 
 

@@ -8,10 +8,11 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import SerializeAsAny
 
-from ...support.fields import Positive, field
+from ...support.parameter_fields import Positive, field
 from ...support.tagged_union import ByName, Named
 from .axis import Axis, closed_axis, even_axis
 from .lattice import Lattice
+from .notch import Notch, graded_axes, hollow_of, planes_through
 
 # The ends of the three axes of a lattice, by name.
 EDGES = {"start": (0, 0), "end": (0, -1), "left": (1, 0), "right": (1, -1), "bottom": (2, 0), "top": (2, -1)}
@@ -47,13 +48,16 @@ class Plate(BodyShape):
     along: int = field(21, "planes of nodes along x", "1", ge=3)
     across: int = field(11, "planes of nodes along y", "1", ge=3)
     layers: int = field(3, "planes of nodes along z, the two surfaces among them", "1", ge=2)
+    notch: Notch | None = field(None, "a slot in the upper surface", "1")
 
     def lattice(self) -> Lattice:
         """Return its nodes."""
-        return Lattice(
-            (even_axis(self.length, self.along), even_axis(self.width, self.across), even_axis(self.thickness, self.layers)),
-            bent=False,
-        )
+        along, across = even_axis(self.length, self.along), even_axis(self.width, self.across)
+        if self.notch is None:
+            return Lattice((along, across, even_axis(self.thickness, self.layers)), bent=False)
+        along, across = graded_axes(self.notch, along, across, 1.0, "across")
+        through, bottom = planes_through(self.notch, 0.0, self.thickness, self.layers)
+        return Lattice((along, across, through), bent=False, hollow=hollow_of(self.notch, along, across, 1.0, bottom))
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -92,12 +96,19 @@ class Tube(BodyShape):
     around: int = field(96, "planes of nodes around; of a half tube from one plane of symmetry to the other", "1", ge=4)
     layers: int = field(3, "nodes through the wall, on both surfaces and between", "1", ge=2)
     half: bool = field(False, "only y >= 0; y = 0 is a plane of symmetry", "1")
+    notch: Notch | None = field(None, "a slot in the outer surface", "1")
 
     def lattice(self) -> Lattice:
         """Return its nodes."""
         ring = even_axis(math.pi, self.around) if self.half else closed_axis(2.0 * math.pi, self.around)
-        part = np.arange(self.layers) / (self.layers - 1)
-        return Lattice((even_axis(self.length, self.along), ring, Axis(self.inner_radius + self.wall * part)), bent=True)
+        along = even_axis(self.length, self.along)
+        if self.notch is None:
+            part = np.arange(self.layers) / (self.layers - 1)
+            return Lattice((along, ring, Axis(self.inner_radius + self.wall * part)), bent=True)
+        outer = self.inner_radius + self.wall
+        along, ring = graded_axes(self.notch, along, ring, outer, "around")
+        through, bottom = planes_through(self.notch, self.inner_radius, self.wall, self.layers)
+        return Lattice((along, ring, through), bent=True, hollow=hollow_of(self.notch, along, ring, outer, bottom))
 
     @property
     def counts(self) -> tuple[int, int, int]:

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from ...support.arrays import FloatArray
 from ...support.elementary import sine_of_pi
 from .axis import Axis, IntArray
+from .notch import Hollow
 
 
 @dataclass(frozen=True)
@@ -22,10 +24,12 @@ class Lattice:
     Attributes:
         axes: along, across or around, through the thickness.
         bent: whether the second axis is an angle [rad] and the third one a radius.
+        hollow: what a notch leaves out; its nodes are there, without mass, and no point sees them.
     """
 
     axes: tuple[Axis, Axis, Axis]
     bent: bool
+    hollow: Hollow | None = None
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -46,11 +50,32 @@ class Lattice:
     @cached_property
     def volumes(self) -> FloatArray:
         """Volume that belongs to each node, shape (n,) [m^3]."""
-        along, across, through = (axis.widths for axis in self.axes)
-        if self.bent:
-            bounds = self.axes[2].bounds
-            through = 0.5 * np.diff(bounds * bounds)
-        return (along[:, None, None] * across[:, None] * through).ravel()
+        along, across, _ = (axis.widths for axis in self.axes)
+        through = self._thickness_parts(self.axes[2].bounds)
+        volumes = along[:, None, None] * across[:, None] * through
+        if self.hollow is not None:
+            bottom = self.axes[2].positions[self.hollow.bottom]
+            left = self._thickness_parts(np.minimum(self.axes[2].bounds, bottom))
+            volumes = np.where(self.hollow.columns[..., None], along[:, None, None] * across[:, None] * left, volumes)
+        return volumes.ravel()
+
+    def _thickness_parts(self, bounds: FloatArray) -> FloatArray:
+        return 0.5 * np.diff(bounds * bounds) if self.bent else np.diff(bounds)
+
+    @cached_property
+    def present(self) -> npt.NDArray[np.bool_]:
+        """The nodes that no notch leaves out, as marks of shape (n,)."""
+        there = np.ones(self.shape, dtype=bool)
+        if self.hollow is not None:
+            there[self.hollow.columns, self.hollow.bottom + 1 :] = False
+        return there.ravel()
+
+    @property
+    def top_nodes(self) -> IntArray:
+        """The outermost node of each column, shape (columns,)."""
+        layers = self.shape[2]
+        last = self.present.reshape(-1, layers).sum(axis=1) - 1
+        return np.arange(len(last)) * layers + last
 
     def place(self, along: FloatArray, across: FloatArray, through: FloatArray) -> FloatArray:
         """Return the points at coordinates of the axes, shape (m, 3) [m]."""

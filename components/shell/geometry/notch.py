@@ -1,0 +1,121 @@
+"""A notch: a slot that is cut into the outer surface of a tube, or the upper one of a plate."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError
+from ...support.parameter_fields import NotNegative, Positive, field
+from ...support.validation import Parameters
+from .axis import Axis
+from .grading import covers, graded_axis
+
+# Positions that agree within this part of the notch are the same.
+_ROUNDING = 1e-9
+_FEWEST_ALONG = 3
+
+
+class Notch(Parameters):
+    """A slot in the outer surface; the lattice is graded so that it is resolved."""
+
+    length: Positive = field(0.0254, "of the slot", "m")
+    depth: Positive = field(0.0006, "from the outer surface, less than the wall", "m")
+    width: Positive = field(0.0005, "of the slot", "m")
+    position: NotNegative | None = field(None, "where its middle lies along the body; default: half way", "m")
+    around: NotNegative = field(0.0, "where its middle lies around a tube [rad], or across a plate [m]", "1")
+    direction: Literal["axial", "hoop"] = field("axial", "along the body (axial), or around or across it (hoop)", "1")
+    spacing: Positive | None = field(None, "largest distance of nodes along its length; default: as elsewhere", "m")
+
+
+class Hollow(NamedTuple):
+    """The part of a lattice that a notch leaves out.
+
+    Attributes:
+        columns: whether a column of nodes ends at the bottom of the notch, shape (along, across).
+        bottom: number of the plane of nodes through the thickness that is the bottom.
+    """
+
+    columns: npt.NDArray[np.bool_]
+    bottom: int
+
+
+def graded_axes(notch: Notch, along: Axis, across: Axis, radius: float, name: str) -> tuple[Axis, Axis]:
+    """Return the first two axes of a body with as many planes as these, graded towards the notch.
+
+    Args:
+        notch: the slot.
+        along: planes at equal distances.
+        across: planes at equal distances.
+        radius: of the outer surface of a tube, of which the second axis is an angle; 1 of a plate.
+        name: of the number of planes along the second axis.
+
+    Raises:
+        ParameterError: the notch lies outside, or so many planes do not resolve it.
+    """
+    length, width = extents(notch, radius)
+    position = 0.5 * along.positions[-1] if notch.position is None else notch.position
+    first = graded_axis(along, position, length, notch_spacing(notch, "hoop", along, 1.0), "along")
+    second = graded_axis(across, notch.around, width, notch_spacing(notch, "axial", across, radius), name)
+    return first, second
+
+
+def extents(notch: Notch, radius: float) -> tuple[float, float]:
+    """Return how far it goes along the body, and across it or around."""
+    if notch.direction == "axial":
+        return notch.length, notch.width / radius
+    return notch.width, notch.length / radius
+
+
+def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float:
+    """Return the largest distance of planes in the notch: that of the even axis, across its length its width."""
+    even = float(axis.slope(np.zeros(1))[0])
+    if notch.direction == narrow:
+        return min(even, notch.width / radius)
+    if notch.length < _FEWEST_ALONG * min(even, (notch.spacing or even * radius) / radius) * radius:
+        raise ParameterError(
+            f"got a length of {notch.length:g} m with nodes {even * radius:.4g} m apart",
+            expected=f"at least {_FEWEST_ALONG} nodes along it",
+            hint="give notch.spacing, or more nodes",
+            at=("body", "notch", "length"),
+        )
+    return even if notch.spacing is None else min(even, notch.spacing / radius)
+
+
+def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tuple[Axis, int]:
+    """Return the planes through a wall, one of them at the bottom of the notch, and the number of that.
+
+    Raises:
+        ParameterError: the notch is deeper than the wall, or there are too few layers.
+    """
+    if notch.depth >= wall:
+        raise ParameterError(
+            f"got {notch.depth:g} m", expected=f"less than the wall, {wall:g} m", at=("body", "notch", "depth")
+        )
+    if layers < 3:
+        raise ParameterError(f"got {layers}", expected="at least 3 with a notch", at=("body", "layers"))
+    left = wall - notch.depth
+    below = min(max(round(left / wall * (layers - 1)), 1), layers - 2)
+    above = layers - 1 - below
+    lower, upper = left * np.arange(below + 1) / below, left + notch.depth * np.arange(1, above + 1) / above
+    return Axis(inner + np.concatenate([lower, upper])), below
+
+
+def hollow_of(notch: Notch, along: Axis, across: Axis, radius: float, bottom: int) -> Hollow:
+    """Return which columns of the graded lattice the notch shortens."""
+    position = 0.5 * along.positions[-1] if notch.position is None else notch.position
+    length, width = extents(notch, radius)
+    inside = (planes_inside(along, position, length), planes_inside(across, notch.around, width))
+    return Hollow(inside[0][:, None] & inside[1], bottom)
+
+
+def planes_inside(axis: Axis, middle: float, extent: float) -> npt.NDArray[np.bool_]:
+    """Return which planes of an axis lie in an interval."""
+    if covers(axis, middle, extent):
+        return np.ones(axis.count, dtype=bool)
+    distance = np.abs(axis.positions - middle)
+    if axis.closed:
+        distance = np.minimum(distance, axis.period - distance)
+    return distance < 0.5 * extent * (1.0 + _ROUNDING)

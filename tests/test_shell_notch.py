@@ -1,0 +1,144 @@
+"""The solid with a notch: its lattice, and how the ligament below the notch bears the load."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from support.solid_tools import RADIUS, WALL
+
+import granular_env as ge
+from granular_env.components.shell.geometry.bodies import BODIES
+from granular_env.components.shell.integration import integration_points
+from granular_env.components.shell.stencils import make_stencils
+from granular_env.components.shell.zero_modes import RIGID_MOTIONS, stiffness_matrix
+
+SLOT = {"length": 0.006, "depth": 0.0006, "width": 0.0005}
+TUBE = {"name": "tube", "length": 0.02, "along": 15, "around": 40, "notch": SLOT}
+PLATE = {"name": "plate", "length": 0.012, "width": 0.006, "along": 15, "across": 9, "notch": {**SLOT, "around": 0.003}}
+
+
+def lattice_of(body: dict[str, Any]) -> Any:
+    return BODIES[body["name"]](**{key: value for key, value in body.items() if key != "name"}).lattice()
+
+
+@pytest.mark.parametrize("direction", ["axial", "hoop"])
+def test_a_notch_takes_its_volume_from_nodes_and_points(direction: str) -> None:
+    slot = {**SLOT, "length": 0.0045, "direction": direction, "spacing": 0.0015}
+    outer, bottom = RADIUS + WALL, RADIUS + WALL - 0.0006
+    tube = {**TUBE, "notch": slot}
+    whole = math.pi * (outer**2 - RADIUS**2) * 0.02
+    cut = 0.0045 * (0.0005 / outer) * 0.5 * (outer**2 - bottom**2)
+    plate = {**PLATE, "across": 15, "notch": {**slot, "around": 0.003}}
+    for body, volume in ((tube, whole - cut), (plate, 0.012 * 0.006 * WALL - 0.0045 * 0.0005 * 0.0006)):
+        lattice = lattice_of(body)
+        assert lattice.volumes.sum() == pytest.approx(volume, rel=1e-12)
+        for rule in ("column", "cell"):
+            points = integration_points(lattice, rule, 2)
+            # Of cells each point counts as one below the notch, or none: to the width of the slot.
+            assert points.volume.sum() == pytest.approx(volume, rel=1e-12 if rule == "column" else 0.01)
+
+
+def test_planes_lie_closer_at_the_notch_and_one_at_its_bottom() -> None:
+    lattice = lattice_of({**TUBE, "along": 27, "notch": {**SLOT, "spacing": 0.0006}})
+    along, around, through = (axis.positions for axis in lattice.axes)
+    assert (RADIUS + WALL - 0.0006) == pytest.approx(through[1], rel=1e-12)
+    distance = np.diff(along)
+    inside = distance[np.abs(along[:-1] + 0.5 * distance - 0.01) < 0.003]
+    np.testing.assert_allclose(inside, inside[0], rtol=1e-9)
+    assert inside[0] < 0.0006 < distance[0]
+    assert (distance[1:] / distance[:-1]).max() < 1.6
+    np.testing.assert_allclose(along + along[::-1], 0.02, rtol=1e-12)
+    arcs = np.diff(np.append(around, 2.0 * math.pi)) * (RADIUS + WALL)
+    assert arcs[0] == pytest.approx(0.0005, rel=1e-9)
+    assert arcs[0] == pytest.approx(arcs.min(), rel=1e-9)
+    np.testing.assert_allclose(arcs, arcs[::-1], rtol=1e-9)
+    # The middle of the slot on a plane of symmetry, of which it leaves one half.
+    half = lattice_of({**TUBE, "half": True, "around": 21})
+    assert half.hollow.columns[:, 0].any()
+    assert not half.hollow.columns[:, 1:].any()
+    assert half.axes[1].widths[0] * (RADIUS + WALL) == pytest.approx(0.00025, rel=1e-9)
+
+
+def test_a_patch_with_a_notch_has_the_rigid_motions_as_its_only_modes_without_energy() -> None:
+    """And those of the nodes that the notch leaves out."""
+    notch = {"length": 0.003, "depth": 0.0006, "width": 0.0008, "around": 0.003}
+    lattice = lattice_of({"name": "plate", "length": 0.006, "width": 0.006, "along": 7, "across": 7, "notch": notch})
+    points = integration_points(lattice, "column", 2)
+    stencils = make_stencils(lattice, points.lines, (1.7, 1.7, 1.7), "linear", points.places)
+    assert lattice.present[stencils.nodes].all()
+    values = np.linalg.eigvalsh(stiffness_matrix(lattice.node_count, points, stencils, 1.0, 0.3))
+    assert (values < 1e-10 * values[-1]).sum() == RIGID_MOTIONS + 3 * (~lattice.present).sum()
+
+
+def test_a_notched_body_deforms_evenly_and_keeps_its_momentum() -> None:
+    solid: Any = ge.make("shell", body=TUBE)
+    slope = np.array([[1e-3, 2e-4, 0.0], [0.0, -1e-3, 1e-4], [3e-4, 0.0, 5e-4]])
+    solid.reset(nodal_displacement=solid.nodes @ slope)
+    present = solid.mass > 0.0
+    _, state, _, _ = solid.tables()
+    np.testing.assert_allclose(state.gradient.reshape(-1, 3, 3), np.tile(slope.T, (solid.point_count, 1, 1)), atol=1e-14)
+    np.testing.assert_allclose(solid.get("displacement")[present], (solid.nodes @ slope)[present], rtol=0.0, atol=1e-17)
+    assert solid.get("hourglass_energy") < 1e-20 * solid.get("elastic_energy")
+    solid.step(40 * solid.step_size)
+    energy, momentum, mass = solid.balances()
+    assert abs(energy.residual) < 1e-4 * energy.initial
+    assert np.abs(momentum.residual).max() < 1e-12 * np.abs(solid.mass[:, None] * solid.get("nodal_velocity")).sum()
+    assert mass.entries["mass"] == pytest.approx(2719.0 * solid.tables()[0].body.volume.sum(), rel=1e-12)
+    assert (solid.get("nodal_velocity")[~present] == 0.0).all()
+
+
+@pytest.mark.parametrize("columns", [1, 9])
+def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
+    """A strip with a groove across, pulled slowly: stress times section is the same everywhere, over pairs of columns."""
+    along, width = (23, 0.0005) if columns == 1 else (41, 0.0025)
+    groove = {"length": 0.002, "depth": 0.0006, "width": width, "around": 0.001, "direction": "hoop"}
+    body = {"name": "plate", "length": 0.012, "width": 0.002, "along": along, "across": 4, "notch": groove}
+    edges = {"start": "symmetry", "end": "platen", "bottom": "symmetry"}
+    solid: Any = ge.make("shell", body=body, boundaries=edges, material={"name": "elastic", "poisson": 0.0})
+    lattice = solid.lattice
+    assert lattice.hollow.columns[:, 0].sum() == columns
+    # Sound needs 2.4 us along the strip: what is pulled for 10 us is nearly at rest.
+    pulled = ge.Profile.table([0.0, 2e-5, 4e-5, 1.0], [0.0, 0.3, 0.3, 0.3])
+    solid.step(round(2e-5 / solid.step_size) * solid.step_size, end_velocity=pulled)
+    forces, stresses = [], []
+    for _ in range(10):
+        solid.step(round(2e-6 / solid.step_size) * solid.step_size, end_velocity=pulled)
+        stress = solid.get("stress")[:, 0].reshape(along, -1)
+        volume = solid.tables()[0].body.volume.reshape(along, -1)
+        forces.append((stress * volume).sum(axis=1) / lattice.axes[0].widths)
+        stresses.append(stress.mean(axis=1))
+    force, stress = np.mean(forces, axis=0), np.mean(stresses, axis=0)
+    paired = 0.25 * force[:-2] + 0.5 * force[1:-1] + 0.25 * force[2:]
+    np.testing.assert_allclose(paired, force[:5].mean(), rtol=0.03)
+    middle = along // 2
+    assert stress[middle] > 2.0 * stress[:5].mean()
+    if columns == 9:  # of one column the stress is that of both steps too
+        assert stress[middle] / stress[:5].mean() == pytest.approx(WALL / (WALL - 0.0006), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("notch", "message"),
+    [
+        ({"length": 0.05}, r"body.notch.position: got a notch from -0.015 to 0.035, expected one within 0 to 0.02"),
+        ({"position": 0.019}, r"body.notch.position: got a notch from 0.016 to 0.022"),
+        ({"around": 7.0}, r"body.notch.around: got a notch from"),
+        ({"depth": 0.00089}, r"body.notch.depth: got 0.00089 m, expected less than the wall, 0.00089 m"),
+        ({"length": 0.002}, r"body.notch.length: got a length of 0.002 m with nodes 0.001429 m apart, expected at least 3"),
+        ({"spacing": 0.0002}, r"body.along: too few nodes beside the notch"),
+        ({"width": 1e-9}, r"body.around: too few nodes beside the notch: distances would grow by"),
+        ({"direction": "radial"}, r"body.notch.direction: got 'radial'"),
+    ],
+)
+def test_notches_that_cannot_be_are_refused(notch: dict[str, Any], message: str) -> None:
+    with pytest.raises(ge.GranularError, match=message):
+        ge.make("shell", body={**TUBE, "notch": {**SLOT, **notch}})
+
+
+def test_a_notch_wants_layers_and_points_that_do_not_see_across_it() -> None:
+    with pytest.raises(ge.GranularError, match=r"body.layers: got 2, expected at least 3 with a notch"):
+        lattice_of({**TUBE, "layers": 2})
+    with pytest.raises(ge.GranularError, match=r"radius: got 2.7 spacings, expected less than 2 with a notch"):
+        ge.make("shell", body=TUBE, basis="quadratic")
