@@ -44,6 +44,10 @@ _OWN = {
         ".shell.component:Shell",
         "A solid with thin walls, meshfree and in three dimensions: the tube of Gato & Shie (2010).",
     ),
+    "tube": (
+        ".tube.component:Tube",
+        "A detonation in a rigid tube, a section of which is a shell: the experiment of Gato & Shie (2010).",
+    ),
 }
 
 

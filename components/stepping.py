@@ -200,6 +200,10 @@ class Stepping(Physics):
         """Hold from now on what `hold` gave, of the part or of the parent: all inputs of the part, by its own names."""
         self._hold(held)
 
+    def advance(self, ticks: int) -> int:
+        """Advance the memory by whole ticks, from the tick and with the inputs adopted last; 0, or a status for `explain`."""
+        return self._advance(ticks)
+
     def explain(self, status: int) -> StepError:
         """Return the error for a status of the part's kernels, while the failed state is still there."""
         return self._explain(status)

@@ -266,10 +266,13 @@ def test_a_folder_that_cannot_be(tmp_path: Path) -> None:
 
 def test_another_error_is_not_hidden_by_the_disk(tmp_path: Path) -> None:
     component = catalogue.make("oscillator")
-    recorder = Recorder(component, Path("x.mcap"), _FullDisk(9000), ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
+    disk = _FullDisk(1_000_000)
+    recorder = Recorder(component, Path("x.mcap"), disk, ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
     with pytest.raises(ZeroDivisionError), recorder:
         component.step(100.0)
+        disk.room = 0  # from here on: the thread that writes could also be told of it while the step lasts
         raise ZeroDivisionError
+    assert disk.room < 0
 
 
 # -- damage ------------------------------------------------------------------------------------------------------------

@@ -67,7 +67,7 @@ class DetonationTube(Component):
         self.centres: FloatArray = np.asarray((np.arange(p.cells) + 0.5) * p.cell_size, dtype=np.float64)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
         self.front: Detonation = chapman_jouguet(self.gas, p.initial_pressure, self.ahead.density)
-        self._areas: FloatArray = np.full(p.cells, 1.0) * np.array(p.cross_section)
+        self.areas: FloatArray = np.full(p.cells, 1.0) * np.array(p.cross_section)
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
         self._medium = Medium(
             self.gas.gamma, self.gas.gas_constant, self.gas.heat_release, p.cell_size, self.step_size, LIMITERS[p.limiter],
@@ -130,7 +130,7 @@ class DetonationTube(Component):
         )
         yield Variable(
             "area", "input", "m^2", (n,), "cross-section of each cell; walls that move do work on the gas",
-            start=float(self._areas[0]), minimum=0.0, axes=cells, nominal=float(self._areas.mean()),
+            start=float(self.areas[0]), minimum=0.0, axes=cells, nominal=float(self.areas.mean()),
         )  # fmt: skip
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code in (OPEN, DIAPHRAGM):
@@ -212,7 +212,7 @@ class DetonationTube(Component):
         self._fill_regions()
         super()._start(seed, values)
         self._refuse_bad_start()
-        state.area[:] = self._areas
+        state.area[:] = values.get("area", self.areas)
         state.momentum[:] = state.density * state.velocity
         state.fuel[:] = state.density * (1.0 - state.progress)
         state.energy[:] = (
@@ -226,7 +226,7 @@ class DetonationTube(Component):
         state.flags[layout.IGNITED] = burnt.any()
         sums = self._sums()
         self._block["start"][:] = sums["mass"], sums["momentum"], sums["energy"]
-        return {"area": self._areas}
+        return {"area": self.areas}
 
     def _fill_regions(self) -> None:
         p, state = self.parameters, self._state
@@ -369,9 +369,9 @@ class DetonationTube(Component):
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the tube from the side, coloured by pressure, and pressure, velocity, temperature and progress along it."""
-        radius = np.sqrt(self._areas / np.pi)
+        radius = np.sqrt(self.areas / np.pi)
         radius = np.concatenate([radius[:1], 0.5 * (radius[1:] + radius[:-1]), radius[-1:]])
-        x, n = np.arange(len(radius)) * self.cell_size, len(self._areas)
+        x, n = np.arange(len(radius)) * self.cell_size, len(self.areas)
         nodes: FloatArray = np.array([*zip(x, -radius, strict=True), *zip(x, radius, strict=True)], dtype=np.float64)
         below = np.arange(n)
         cells = np.stack([below, below + 1, below + n + 2, below + n + 1], axis=1)

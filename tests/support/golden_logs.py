@@ -265,6 +265,31 @@ def bulging_tube(tube: ge.Component) -> None:
     tube.step(1e-6, pressure=ge.Profile.half_sine(6e7, 1e-6) * [1.0, 0.5, 0.25])
 
 
+# A gas that burns into half a tube, which it bends, and leaves it by a vent.
+BURNING = {
+    "gas": {
+        "length": 0.016,
+        "cells": 16,
+        "cross_section": 1.4137e-5,
+        "regions": [{"x": [0.0, 0.004], "pressure": 1.2e6, "temperature": 3500.0}],
+        "right": "open",
+        "gauges": [0.008],
+    },
+    "shell": {**{key: BULGING[key] for key in ("body", "material", "gauges")}, "boundaries": {"start": "clamped"}},
+    "position": 0.0055,
+    "coupling": "two_way",
+    "vent": 0.005,
+    "step_size": 5e-8,
+}
+
+
+def burning_tube(tube: ge.Component) -> None:
+    """Let the gas burn, heat it, open the vent."""
+    tube.step(1e-6)
+    tube.step(1e-6, gas_ignition_power=ge.Profile.half_sine(1e5, 1e-6), vent_area=2e-6)
+    tube.step(1e-6, vent_area=ge.Profile.triangle(4e-6, 1e-6), gas_right_pressure=5e4)
+
+
 # Name -> (component, what is done, seconds between frames).
 CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "piston": (make("chain", grains=40, left="piston", **PAPER), plain(2.5e-4, velocity={0: 5.0}), 1e-5),
@@ -344,6 +369,7 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "detonation-bursting": (make("detonation", **BURSTING), bursting_tube, 1e-5),
     "detonation-nozzle": (make("detonation", **NOZZLE), driven_nozzle, 1e-5),
     "shell-bulging": (make("shell", **BULGING), bulging_tube, 5e-7),
+    "tube-burning": (make("tube", **BURNING), burning_tube, 1e-6),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")
