@@ -462,7 +462,7 @@ def test_a_run_that_fails_names_its_control_step_and_leaves_the_chain() -> None:
     drive = np.zeros((30, 2))
     drive[20:, 0] = 1e7
     before, objective = chain.save().to_bytes(), total(chain, velocity(1).at_end())
-    with pytest.raises(StepError, match=r"control step 2\d of 30: (overlap|velocity)\[\d\] reached") as caught:
+    with pytest.raises(StepError, match=r"control step 2\d of 30: (overlap|velocity)\[\d\]: reached") as caught:
         value_and_grad(objective, chain, drive, ticks=TICKS)
     assert caught.value.variable in ("overlap", "velocity")
     with pytest.raises(StepError, match="control step 2"):

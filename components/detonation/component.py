@@ -288,24 +288,25 @@ class DetonationTube(Component):
         if status == layout.TOO_FAST:
             courant = float(self._wave_speeds()[cell]) * self.step_size / self.cell_size
             return StepError(
-                f"courant_number: reached {courant:.4g} in {where}, expected at most {kernels.LARGEST_COURANT:g}; take a "
+                f"reached {courant:.4g} in {where}, expected at most {kernels.LARGEST_COURANT:g}; take a "
                 f"step_size of {0.7 * self.step_size / courant:.2g} s or less, now {self.step_size:g} s",
-                time=time, variable="courant_number", index=None, value=courant, limit=kernels.LARGEST_COURANT,
+                time=time, at="courant_number", variable="courant_number", index=None, value=courant,
+                limit=kernels.LARGEST_COURANT,
             )  # fmt: skip
         if status == layout.BAD_AREA:
             area = float(tick_signals(self._held, tick - 1, 1)[0, layout.AREA] * area_pattern(self._held)[cell])
             largest = float(state.area[cell]) * (1.0 + 2.0 / (self.gas.gamma - 1.0)) if area > 0.0 else 0.0
             return StepError(
-                f"area: got {area:g} m^2 for {where}, expected more than 0 and less than {largest:g} m^2, where walls leave "
+                f"got {area:g} m^2 for {where}, expected more than 0 and less than {largest:g} m^2, where walls leave "
                 "the gas behind; let them move less in a step",
-                time=time, variable="area", index=cell, value=area, limit=largest,
+                time=time, at="area", variable="area", index=cell, value=area, limit=largest,
             )  # fmt: skip
         name = "pressure" if state.density[cell] > 0.0 else "density"
         value = float(getattr(state, name)[cell])
         return StepError(
-            f"{name}: fell to {value:g} {self.variables[name].unit} in {where}, expected more than 0; take a smaller "
+            f"fell to {value:g} {self.variables[name].unit} in {where}, expected more than 0; take a smaller "
             "step_size, or the limiter minmod",
-            time=time, variable=name, index=cell, value=value, limit=0.0,
+            time=time, at=name, variable=name, index=cell, value=value, limit=0.0,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, SupportsFloat, TypeVar
 
@@ -135,12 +135,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             else:
                 self._entries += [str(Element(element.name, index)) for index in np.ndindex(shape)]
             self._driven.append(_Driven(element, scale, slice(begin, len(self._entries)), shape))
-        whole = {one.element.name for one in self._driven if not one.element.index}
-        for one in self._driven:
-            if one.element.index and one.element.name in whole:
-                raise ParameterError(
-                    f"{one.element.name} is driven as a whole and by elements", hint="give one or the other", at="actions"
-                )
+        _refuse_elements_driven_twice(self._driven)
 
     def _lay_out_observation(self) -> None:
         parts, begin = [], 0  # of each output: its place in the observation, and the factor that scales it
@@ -486,6 +481,21 @@ class _Driven:
     scale: float
     part: slice
     shape: tuple[int, ...]
+
+
+def _refuse_elements_driven_twice(driven: Sequence[_Driven]) -> None:
+    named: dict[Element, Element] = {}
+    for one in driven:
+        place = one.element.counted_from_the_start(one.shape)
+        if place in named:
+            came = "twice" if named[place] == one.element else f"and {named[place]}, which are the same element"
+            raise ParameterError(f"got {one.element} {came}", expected="each element once", at="actions")
+        named[place] = one.element
+    for element in named:
+        if element.index and Element(element.name) in named:
+            raise ParameterError(
+                f"{element.name} is driven as a whole and by elements", hint="give one or the other", at="actions"
+            )
 
 
 def element_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[Element, float]]:
