@@ -24,8 +24,7 @@ chain = ge.Chain(grains=100, precompression=100.0, right="plane")
 chain.step(1e-5, left_force=1.0)
 chain.balances()
 note()
-from granular_env.domains.chain.control.gradient import value_and_grad
-from granular_env.domains.chain.control.objective import total, velocity
+from granular_env.domains.chain.control import total, value_and_grad, velocity
 value_and_grad(total(chain, velocity(-1).at_end()), chain, np.zeros((20, 2)), ticks=3)
 note()
 import gymnasium

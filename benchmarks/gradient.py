@@ -10,8 +10,7 @@ import numpy as np
 
 from granular_env import Chain
 from granular_env.components.chain.adjoint import evaluate
-from granular_env.domains.chain.control.gradient import value_and_grad
-from granular_env.domains.chain.control.objective import total, velocity
+from granular_env.domains.chain.control import total, value_and_grad, velocity
 
 from .figures import Figure
 from .timing import interleaved, ratio

@@ -50,7 +50,7 @@ def bytes_of_tick(grid: Any) -> int:
 def _arguments(grid: Any, ticks: int) -> tuple[Any, ...]:
     return (
         grid._grid, grid._state, grid._conditions, np.ones((ticks, 1)), grid._corner, grid._block["tally"], grid.step_size, 0,
-        np.zeros((1, 5)), np.zeros(1, dtype=np.int64), grid._failed,
+        np.zeros((1, 5)), np.zeros(1, dtype=np.int64), grid.failed_at,
     )  # fmt: skip
 
 

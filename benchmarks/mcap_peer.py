@@ -11,10 +11,10 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from granular_env.recording.limits import Limits
-from granular_env.recording.mcap_reader import McapReader
-from granular_env.recording.mcap_writer import McapWriter, Part
-from granular_env.recording.records import PROFILE
+from granular_env.recording.container import PROFILE
+from granular_env.recording.container.limits import Limits
+from granular_env.recording.container.reader import McapReader
+from granular_env.recording.container.writer import McapWriter, Part
 
 from .figures import Figure
 from .timing import interleaved, ratio

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import SerializeAsAny, model_validator
 
 from .support.arrays import FloatArray
-from .support.fields import Pair, field
+from .support.parameter_fields import Pair, field
 from .support.tagged_union import ByName, Named
 
 

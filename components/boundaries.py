@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .contract import Variable
-from .support.fields import field
+from .support.parameter_fields import field
 from .support.tagged_union import Named
 
 OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}

@@ -44,12 +44,21 @@ _OWN = {
         ".shell.component:Shell",
         "A solid with thin walls, meshfree and in three dimensions: the tube of Gato & Shie (2010).",
     ),
+    "tube": (
+        ".tube.component:Tube",
+        "A detonation in a rigid tube, a section of which is a shell: the experiment of Gato & Shie (2010).",
+    ),
 }
 
 
 def names() -> list[str]:
     """All known component names, ours first."""
     return [*_OWN, *(point.name for point in _foreign() if point.name not in _OWN)]
+
+
+def own_names() -> list[str]:
+    """Return the names of our own components: those that a log may name without being trusted."""
+    return list(_OWN)
 
 
 def summary(name: str) -> str:

@@ -18,10 +18,10 @@ from .contract import Balance, Event, Variable
 from .drawables import validate_drawables
 from .errors import ParameterError, nearest, one_line
 from .inputs import Held, input_value
+from .number_arrays import start_array
 from .snapshot import Block, FloatArray, Snapshot
 from .stepping import Stepping
 from .support.memory_limits import refuse_beyond
-from .support.number_arrays import start_array
 from .support.serialization import canonical_json
 from .support.validation import validate_parameters, whole_number
 

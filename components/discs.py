@@ -112,9 +112,9 @@ class Discs(Component):
         speed, limit = self._speed(), self.parameters.radius / self.step_size
         disc = int(np.argmin(speed <= limit))
         return StepError(
-            f"velocity[{disc}] reached {speed[disc]:g} m/s soon after {self.time:g} s, expected at most {limit:g} m/s, a "
+            f"reached {speed[disc]:g} m/s soon after {self.time:g} s, expected at most {limit:g} m/s, a "
             "radius in a step; take a smaller step_size",
-            time=self.time, variable="velocity", index=disc, value=float(speed[disc]), limit=limit,
+            time=self.time, at=("velocity", disc), variable="velocity", index=disc, value=float(speed[disc]), limit=limit,
         )  # fmt: skip
 
     def _pairs(self) -> tuple[FloatArray, FloatArray]:

@@ -37,6 +37,10 @@ class Element:
         """Return the element of a value of the variable; the value itself without an index."""
         return value[self.index] if self.index else value
 
+    def counted_from_the_start(self, shape: tuple[int, ...]) -> Element:
+        """Return the same element of an array of that shape with no negative number in its index."""
+        return Element(self.name, tuple(number % size for number, size in zip(self.index, shape, strict=False)))
+
     def find(self, variables: Mapping[str, Variable], what: str, *causalities: str) -> Variable:
         """Return the variable.
 

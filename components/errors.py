@@ -221,17 +221,38 @@ class ParameterError(GranularError, ValueError):
 class StepError(GranularError, ArithmeticError):
     """A step would have left the physics; the component still has the state from before it.
 
+    Args:
+        message: what happened to the variable, what was expected, what to do.
+        at: where, such as "velocity[3]"; its first part is the variable.
+
     Attributes:
         time: simulated time at which the limit was passed [s].
         variable: name of the variable that passed it.
-        index: position in that variable, or None for a scalar.
+        index: position in that variable, or of the cell or point that it belongs to; None for a scalar.
         value: what was reached.
         limit: what is allowed.
     """
 
-    def __init__(self, message: str, *, time: float, variable: str, index: int | None, value: float, limit: float):
-        super().__init__(message)
+    def __init__(
+        self,
+        message: str,
+        *,
+        time: float,
+        variable: str,
+        index: int | None,
+        value: float,
+        limit: float,
+        at: str | Location = (),
+    ):
+        super().__init__(message, at=at)
         self.time, self.variable, self.index, self.value, self.limit = time, variable, index, value, limit
+
+    def of_part(self, part: str) -> Self:
+        """Return the error with its variable called by the name that it has in a whole: that of the part before its own."""
+        name = f"{part}_{self.variable}"
+        error = self.renamed(self.variable, name)
+        error.variable = name
+        return error
 
 
 class LogError(GranularError):
@@ -244,10 +265,6 @@ class ExperimentError(GranularError, ValueError):
 
 class SweepError(GranularError):
     """A sweep's results cannot be kept or read, or the processes or the cluster that compute it cannot be used."""
-
-
-class FmuError(GranularError):
-    """An FMU cannot be exported, loaded or run."""
 
 
 class MissingExtraError(GranularError, ImportError):

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import Location, ParameterError, location_text
+from .number_arrays import number_array
 from .profiles import CompiledProfile, Profile
-from .support.number_arrays import number_array
 from .support.validation import finite_number
 
 # A number for an input of shape (); for another one a read-only array of its shape. Or a profile of the input's shape.

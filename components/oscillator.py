@@ -68,8 +68,8 @@ class Oscillator(Component):
         name = max(("velocity", "position"), key=lambda one: np.nan_to_num(abs(self._block[one]), nan=np.inf))
         value, unit = float(self._block[name]), self.variables[name].unit
         return StepError(
-            f"{name} became {value} {unit} soon after {self.time:g} s; take a smaller step_size",
-            time=self.time, variable=name, index=None, value=value, limit=math.sqrt(np.finfo(float).max),
+            f"became {value} {unit} soon after {self.time:g} s; take a smaller step_size",
+            time=self.time, at=name, variable=name, index=None, value=value, limit=math.sqrt(np.finfo(float).max),
         )  # fmt: skip
 
     def _energy(self) -> float:

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any, ClassVar
 
 from .contract import Physics, Variable
-from .errors import GranularError, Location, ParameterError, caution, nearest, one_line
+from .errors import GranularError, Location, ParameterError, StepError, caution, nearest, one_line
 from .inputs import Held, hold_input
 from .observer import Observer
 from .profiles import CompiledProfile
@@ -174,12 +174,6 @@ class Stepping(Physics):
         """Return whether an input that is held is a profile of time."""
         return self._profiled
 
-    def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:
-        """Take over that whoever owns the memory has advanced it, to this tick and with these numbers held last."""
-        self._tick = tick
-        if any(self._held.get(name) != value for name, value in inputs.items()):
-            self._held = {**self._held, **inputs}
-
     def observe(self, observer: Observer) -> None:
         """Let an observer look on from now; `ParameterError` where it is none."""
         if not all(callable(getattr(observer, call, None)) for call in ("on_reset", "on_sample", "on_step", "on_failure")):
@@ -191,6 +185,33 @@ class Stepping(Physics):
         """Stop an observer's looking on."""
         if observer in self._observers:
             self._observers.remove(observer)
+
+    # -- a part of a parent, whose kernels advance it ------------------------------------------------------------------
+
+    def begin(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        """Write the start state into the memory, which the parent has cleared; return start values of inputs that follow.
+
+        `reset` does more: it checks the values, and puts the tick and the inputs back.
+        """
+        return self._start(seed, values)
+
+    def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:
+        """Take over that whoever owns the memory has advanced it, to this tick and with these numbers held last."""
+        self._tick = tick
+        if any(self._held.get(name) != value for name, value in inputs.items()):
+            self._held = {**self._held, **inputs}
+
+    def adopt_inputs(self, held: Mapping[str, Held]) -> None:
+        """Hold from now on what `hold` gave, of the part or of the parent: all inputs of the part, by its own names."""
+        self._hold(held)
+
+    def advance(self, ticks: int) -> int:
+        """Advance the memory by whole ticks, from the tick and with the inputs adopted last; 0, or a status for `explain`."""
+        return self._advance(ticks)
+
+    def explain(self, status: int) -> StepError:
+        """Return the error for a status of the part's kernels, while the failed state is still there."""
+        return self._explain(status)
 
     # -- durations --------------------------------------------------------------------------------------------------
 

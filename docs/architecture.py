@@ -33,7 +33,7 @@ class Room(NamedTuple):
 def layers() -> list[list[Room]]:
     """Return the rooms of each layer, uppermost first; imports point downwards only."""
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    names = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    names = next(contract["layers"] for contract in contracts if contract.get("containers") == ["granular_env"])
     above = [[_room(ROOT / "granular_env", name) for name in re.findall(r"\w+", layer)] for layer in names]
     domains = ROOT / "granular_env" / "domains"
     folders = [path.name for path in sorted(domains.iterdir()) if (path / "__init__.py").exists()]

@@ -6,7 +6,6 @@ from .components.component import Component
 from .components.contract import Variable
 from .components.errors import (
     ExperimentError,
-    FmuError,
     GranularError,
     GranularWarning,
     LogError,
@@ -28,7 +27,6 @@ __all__ = [
     "Chain",
     "Component",
     "ExperimentError",
-    "FmuError",
     "GranularError",
     "GranularWarning",
     "LogError",

@@ -12,7 +12,7 @@ from granular_env.progress import Progress
 from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_told
 
 if TYPE_CHECKING:
-    from granular_env.recording.branch import Branch
+    from granular_env.recording.replay.branch import Branch
 
 
 def run_branch(

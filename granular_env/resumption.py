@@ -11,7 +11,7 @@ from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Experiment, Source, load_experiment
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress
-from granular_env.recording.log import Log
+from granular_env.recording.replay.log import Log
 from granular_env.run_loop import RunResult, advance, collect_warnings, memory_told, refuse_unrecordable
 
 
@@ -49,8 +49,8 @@ def resume(
         StepError: the physics would break down; the log is complete up to the last good state.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.continuation import continuation_of
-    from granular_env.recording.record import note_log_on_error
+    from granular_env.recording.recorder.record import note_log_on_error
+    from granular_env.recording.replay.continuation import continuation_of
 
     wanted = None if experiment is None else load_experiment(experiment, overrides)
     where = f"log {str(path)!r}"
@@ -91,7 +91,7 @@ def resume(
 
 def _experiment_of(log: Log, where: str) -> Experiment:
     """Return the experiment that a log is of."""
-    header = log._header
+    header = log.records.header
     if header.get("parent") is not None:
         raise LogError("it is a branch of another log", hint="branch off it anew: granular-env branch", source=where)
     content = header.get("experiment")
@@ -128,9 +128,9 @@ def _refuse_ended(log: Log, where: str) -> None:
 
 
 def _tell_of_versions(log: Log, where: str) -> None:
-    from granular_env.recording.header import versions
+    from granular_env.recording.format.header import versions
 
-    recorded = log._header.get("versions")
+    recorded = log.records.header.get("versions")
     for name, version in versions().items():
         if isinstance(recorded, dict) and recorded.get(name) != version:
             caution(f"{where} was begun with {name} {recorded.get(name)}, and goes on with {version}")

@@ -147,7 +147,7 @@ def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_lar
     where = f"log {str(log)!r}"
     with memory_told(where, LogError), collect_warnings() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
-        opened._caps.work(opened.end_tick - opened.start_tick, component.state_bytes // 8)
+        opened.records.limits.work(opened.end_tick - opened.start_tick, component.state_bytes // 8)
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)
@@ -315,7 +315,7 @@ def _record(
     stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
 ) -> None:
     from granular_env.recording import record
-    from granular_env.recording.record import note_log_on_error
+    from granular_env.recording.recorder.record import note_log_on_error
 
     refuse_unrecordable(component)
     try:

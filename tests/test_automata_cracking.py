@@ -17,7 +17,7 @@ from granular_env.components.automata.breaking import CRITERIA
 from granular_env.components.automata.breaking.functions import failure
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support import memory_limits
-from granular_env.recording.nearness import nearest
+from granular_env.recording.replay.nearness import nearest
 
 
 def confined(**laws: object) -> Automata:

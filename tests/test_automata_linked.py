@@ -9,10 +9,10 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory, threads
-from granular_env.components.automata.advance import update_forces
 from granular_env.components.automata.edges import edge_automata
 from granular_env.components.automata.schedule import make_parts
 from granular_env.components.automata.state import Motion
+from granular_env.components.automata.sweep import update_forces
 from granular_env.components.errors import ParameterError, StepError
 
 ROW = 0.5 * math.sqrt(3.0)
@@ -371,7 +371,7 @@ def test_packings_and_parameters_that_do_not_fit_are_refused(parameters: dict[st
 
 def test_a_specimen_that_is_torn_too_fast_is_refused_and_unharmed() -> None:
     automata = block("square", forced_automata=[0])
-    with pytest.raises(StepError, match=r"velocity\[0\] reached .* smaller step_size"):
+    with pytest.raises(StepError, match=r"velocity\[0\]: reached .* smaller step_size"):
         automata.step(10.0, force=1e6)
     assert automata.tick == 0 and not automata.get("velocity").any()
 

@@ -17,16 +17,16 @@ from granular_env.components.chain.layout import FREE_ROW, U, V
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.specialisation import specialise
 from granular_env.components.support.jit import jit
-from granular_env.domains.chain.control.finite_differences import central_differences
-from granular_env.domains.chain.control.gradient import value_and_grad
-from granular_env.domains.chain.control.objective import (
+from granular_env.domains.chain.control import (
     applied,
+    central_differences,
     contact_force,
     displacement,
     energy,
     kinetic_energy,
     momentum,
     total,
+    value_and_grad,
     velocity,
 )
 
@@ -315,8 +315,7 @@ def test_without_the_jit() -> None:
     program = """
 import numpy as np
 from granular_env import Chain
-from granular_env.domains.chain.control.gradient import value_and_grad
-from granular_env.domains.chain.control.objective import contact_force, energy, total
+from granular_env.domains.chain.control import contact_force, energy, total, value_and_grad
 for law in ("hertz", {"name": "viscous", "dissipation": 20.0}):
     chain = Chain(grains=4, law=law, right="plane", precompression=20.0, step_size=1e-6)
     objective = total(chain, 1e3 * energy(1, 2).at_end(), contact_force(-1).peak(scale=20.0))
@@ -463,7 +462,7 @@ def test_a_run_that_fails_names_its_control_step_and_leaves_the_chain() -> None:
     drive = np.zeros((30, 2))
     drive[20:, 0] = 1e7
     before, objective = chain.save().to_bytes(), total(chain, velocity(1).at_end())
-    with pytest.raises(StepError, match=r"control step 2\d of 30: (overlap|velocity)\[\d\] reached") as caught:
+    with pytest.raises(StepError, match=r"control step 2\d of 30: (overlap|velocity)\[\d\]: reached") as caught:
         value_and_grad(objective, chain, drive, ticks=TICKS)
     assert caught.value.variable in ("overlap", "velocity")
     with pytest.raises(StepError, match="control step 2"):

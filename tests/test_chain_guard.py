@@ -64,7 +64,7 @@ def test_too_deep(scheme: str) -> None:
     chain = ge.make("chain", grains=4, radius=3e-3, overlap_limit=1e-3, integrator=scheme, step_size=1e-7)
     chain.reset(velocity={0: 5.0})
     before = chain.save().to_bytes()
-    with pytest.raises(ge.StepError, match=r"overlap\[\d\] reached .* radii, contact laws.*overlap_limit"):
+    with pytest.raises(ge.StepError, match=r"overlap\[\d\]: reached .* radii, contact laws.*overlap_limit"):
         chain.step(1e-5)
     assert chain.save().to_bytes() == before
 
@@ -84,7 +84,7 @@ def test_too_fast() -> None:
 def test_a_start_too_deep_is_refused_at_once() -> None:
     chain = ge.make("chain", grains=3)
     before = chain.save().to_bytes()
-    with pytest.raises(ge.ParameterError, match=r"start: overlap\[1\]"):
+    with pytest.raises(ge.ParameterError, match=r"start.overlap\[1\]"):
         chain.reset(displacement={0: 1e-3})
     assert chain.save().to_bytes() == before
 
@@ -301,7 +301,7 @@ def test_leapfrog_speaks_up_where_its_error_is_of_percents() -> None:
 
 
 def test_a_start_whose_static_overlap_dissipates_too_much_is_refused_with_that_reason() -> None:
-    with pytest.raises(ge.ParameterError, match=r"start: .*dissipation would stop .* take a smaller step_size"):
+    with pytest.raises(ge.ParameterError, match=r"start.overlap.*dissipation would stop .* take a smaller step_size"):
         ge.make("chain", grains=5, precompression=1000.0, law=KK, integrator="rk4", step_size=5e-7)
 
 

@@ -11,7 +11,7 @@ import pytest
 import granular_env as ge
 from granular_env.components.chain.adjoint import evaluate
 from granular_env.domains.chain import measurement
-from granular_env.domains.chain.control.objective import contact_force, total
+from granular_env.domains.chain.control import contact_force, total
 from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.sweep import run_sweep
 

@@ -17,7 +17,7 @@ from granular_env.components.chain.quantities import contact_force, input_work
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.jit import JIT, jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
-from granular_env.domains.chain.control.gradient import value_and_grad
+from granular_env.domains.chain.control import value_and_grad
 
 LAWS: dict[str, dict[str, Any]] = {
     "hertz": {},

@@ -351,7 +351,7 @@ OPENING = [
 
 @pytest.mark.parametrize("arguments", OPENING, ids=lambda arguments: " ".join(arguments))
 def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder, capsys, monkeypatch):
-    from granular_env.recording import limits
+    from granular_env.recording.container import limits
 
     monkeypatch.setattr(limits, "_CHUNK_BYTES", 10)
     monkeypatch.setattr(limits, "whole_memory", lambda: 0)

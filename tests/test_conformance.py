@@ -25,7 +25,7 @@ from granular_env.components.drawables import Curve, Points, drawn_outputs
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.snapshot import Snapshot
 from granular_env.components.stepping import LIFE_CYCLE
-from granular_env.recording.drawables import drawable_facts, drawables_from
+from granular_env.recording.format.drawables import drawable_facts, drawables_from
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -14,18 +14,18 @@ from granular_env.components.chain.adjoint import evaluate
 from granular_env.components.chain.layout import MASS, PEAK, V
 from granular_env.components.chain.objective import Objective
 from granular_env.components.support.jit import jit
-from granular_env.domains.chain.control.finite_differences import central_differences
-from granular_env.domains.chain.control.gradient import value_and_grad
-from granular_env.domains.chain.control.gradient_check import check_objective
-from granular_env.domains.chain.control.objective import (
+from granular_env.domains.chain.control import (
     Term,
     applied,
+    central_differences,
+    check_objective,
     contact_force,
     displacement,
     energy,
     kinetic_energy,
     momentum,
     total,
+    value_and_grad,
     velocity,
 )
 

@@ -22,7 +22,7 @@ MODULE = '''
 import granular_env as ge
 from granular_env.components.chain.layout import V
 from granular_env.components.support.jit import jit
-from granular_env.domains.chain.control.objective import total, velocity
+from granular_env.domains.chain.control import total, velocity
 from granular_env.domains.chain import ChainEnv, ChainTask
 
 

@@ -14,7 +14,7 @@ from granular_env.components.coupled import Coupled
 from granular_env.components.errors import GranularError, StepError
 from granular_env.components.support import memory_limits
 from granular_env.recording import open_log, verify
-from granular_env.recording.event_places import place_of
+from granular_env.recording.reader.event_places import place_of
 
 # With density and shear modulus 1: strains of half a percent break a link.
 WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}
@@ -261,7 +261,7 @@ def test_automata_that_fly_too_fast_or_too_far_and_cells_that_invert_are_named()
     medium.reset()
     before = medium.save().to_bytes()
     with pytest.raises(
-        StepError, match=r"automata_velocity\[30\] reached .* soon after .* s, expected at most 0.5 m/s"
+        StepError, match=r"automata_velocity\[30\]: reached .* soon after .* s, expected at most 0.5 m/s"
     ) as fast:
         medium.step(20.0, automata_force=[[3.0, 0.0]])
     assert fast.value.variable == "automata_velocity" and fast.value.index == 30 and fast.value.time <= 20.0

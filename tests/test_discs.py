@@ -133,7 +133,7 @@ def test_faults_name_what_is_wrong() -> None:
     discs = Discs(rows=2, columns=2)
     with pytest.raises(ParameterError, match=r"force.*shape \(4, 2\)"):
         discs.step(None, force=np.zeros((4, 3)))
-    with pytest.raises(StepError, match=r"velocity\[0\] reached .* take a smaller step_size"):
+    with pytest.raises(StepError, match=r"velocity\[0\]: reached .* take a smaller step_size"):
         discs.step(0.01, force=1e9)
     assert discs.tick == 0 and not discs.get("velocity").any()
     with pytest.raises(ParameterError, match="discs"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -147,8 +149,23 @@ def test_a_task_drives_and_sees_elements() -> None:
     with pytest.raises(ParameterError, match=r"action: got nan for force\[-1,0\]"):
         env.step([0.0, np.nan])
 
-    class Twice(Tear):
-        actions = {"force": 1.0, "force[0,0]": 1.0}
 
-    with pytest.raises(ParameterError, match="actions: force is driven as a whole and by elements"):
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (("force", "force[0,0]"), "force is driven as a whole and by elements"),
+        (("force[0,0]", "force"), "force is driven as a whole and by elements"),
+        (
+            ("force[2,0]", "force[-1,0]"),
+            "got force[-1,0] and force[2,0], which are the same element, expected each element once",
+        ),
+        (("force[0,0]", "force[0, 0]"), "got force[0,0] twice, expected each element once"),
+        (("force", " force"), "got force twice, expected each element once"),
+    ],
+)
+def test_an_element_is_driven_once(names, message) -> None:
+    class Twice(Tear):
+        actions = dict.fromkeys(names, 1.0)
+
+    with pytest.raises(ParameterError, match=re.escape(f"actions: {message}")):
         ComponentEnv(ge.make("discs", rows=1, columns=3), Twice())

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from granular_env.domains import environments
-from granular_env.envs import register_all
+from granular_env.envs.registration import register_all
 
 register_all()
 ENVIRONMENTS = environments()

@@ -21,7 +21,8 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
-from granular_env.envs import ComponentEnv, register_all
+from granular_env.envs import ComponentEnv
+from granular_env.envs.registration import register_all
 
 register_all()
 NAMES = ["granular_env/Piston-v1", "granular_env/Protection-v1"]

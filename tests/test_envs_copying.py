@@ -18,7 +18,8 @@ from granular_env.domains.chain import ChainVectorEnv
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
-from granular_env.envs import RecordEnv, register_all
+from granular_env.envs import RecordEnv
+from granular_env.envs.registration import register_all
 
 register_all()
 cloudpickle = pytest.importorskip("cloudpickle")

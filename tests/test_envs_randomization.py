@@ -18,7 +18,8 @@ from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
-from granular_env.envs import EnvState, RecordEnv, register_all
+from granular_env.envs import EnvState, RecordEnv
+from granular_env.envs.registration import register_all
 from granular_env.recording import record, verify
 
 register_all()

@@ -12,7 +12,8 @@ import pytest
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
-from granular_env.envs import RecordEnv, register_all
+from granular_env.envs import RecordEnv
+from granular_env.envs.registration import register_all
 from granular_env.recording import open_log, verify
 
 register_all()

@@ -25,8 +25,8 @@ IMPORTS = {
     "ours first": "import granular_env, gymnasium",
     "gymnasium first": "import gymnasium, granular_env",
     "a part of gymnasium first": "import gymnasium.spaces, granular_env, gymnasium",
-    "ours twice": "import granular_env, granular_env.envs; granular_env.envs.register_when_imported(); import gymnasium",
-    "ours again later": "import granular_env, gymnasium; granular_env.envs.register_when_imported()",
+    "ours twice": "import granular_env; granular_env.envs.registration.register_when_imported(); import gymnasium",
+    "ours again later": "import granular_env, gymnasium; granular_env.envs.registration.register_when_imported()",
 }
 
 

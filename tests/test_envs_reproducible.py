@@ -19,7 +19,7 @@ import hashlib, json
 import gymnasium as gym
 import numpy as np
 import granular_env
-from granular_env.domains.chain.control.gradient import value_and_grad
+from granular_env.domains.chain.control import value_and_grad
 
 CASES = [
     ("PulseForming-v1", {}), ("PulseForming-v1", {"action": "piston", "chain": {"precompression": 10.0}}),

@@ -20,8 +20,8 @@ from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.domains.chain.tasks.soliton_train import make_soliton_train
-from granular_env.envs import register_all
 from granular_env.envs.policies import Constant, play
+from granular_env.envs.registration import register_all
 
 register_all()
 # Where the reward speaks of a time, the agent is shown it.

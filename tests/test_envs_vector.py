@@ -15,7 +15,7 @@ from granular_env.domains.chain import ChainEnv, ChainVectorEnv
 from granular_env.domains.chain.tasks.piston import PistonTask, make_piston
 from granular_env.domains.chain.tasks.protection import ProtectionTask, make_protection
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
-from granular_env.envs import register_all
+from granular_env.envs.registration import register_all
 from granular_env.recording import record, verify
 
 register_all()

@@ -281,8 +281,8 @@ def test_a_step_beyond_the_stable_one_blows_up() -> None:
     with pytest.raises(StepError):
         for _ in range(100):
             grid._advance(100)
-            if grid._failed[1]:
-                raise grid._explain(1)
+            if grid.failed_at[1]:
+                raise grid.explain(1)
 
 
 # -- bad input -----------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from granular_env.components.grid import Grid
 from granular_env.components.materials.elastic import Material
 
 YIELD = 1e-4
-SHEAR, BULK = MEDIUM.shear_modulus, MEDIUM.bulk_modulus
+SHEAR, BULK = MEDIUM.shear_modulus, MEDIUM.young / (3.0 * (1.0 - 2.0 * MEDIUM.poisson))
 VON_MISES = {"name": "von_mises", "yield_stress": YIELD}
 CONE = {"name": "drucker_prager", "yield_stress": YIELD, "friction": 0.6, "dilatancy": 0.3}
 

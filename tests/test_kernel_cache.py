@@ -104,8 +104,7 @@ import numpy as np
 from granular_env import Chain
 from granular_env.components.support.jit import jit
 from granular_env.components.chain.layout import V
-from granular_env.domains.chain.control.gradient import value_and_grad
-from granular_env.domains.chain.control.objective import Objective
+from granular_env.domains.chain.control import Objective, value_and_grad
 @jit
 def note(a, step, steps, inputs, constants, sums): sums[0] += W * a[V, 1]
 @jit

@@ -11,7 +11,7 @@ from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, LogError, ParameterError
 from granular_env.components.support import memory_limits
-from granular_env.recording.limits import Limits
+from granular_env.recording.container.limits import Limits
 from granular_env.run_loop import replay, run
 
 CHAIN = {

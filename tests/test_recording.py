@@ -16,7 +16,7 @@ from granular_env.components.errors import LogError, ParameterError, StepError
 from granular_env.components.profiles import Profile
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.records import FRAMES, HASHES, HEADER, SNAPSHOTS, STEPS, Record
+from granular_env.recording.format.records import FRAMES, HASHES, HEADER, SNAPSHOTS, STEPS, Record
 
 
 def test_frames_are_what_the_component_said(tmp_path: Path) -> None:
@@ -160,7 +160,7 @@ def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
 
 
 def test_parts_of_a_long_step_that_were_written_are_a_segment_of_their_own_if_it_fails(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001
-    monkeypatch.setattr("granular_env.recording.recorder._WAKE_BYTES", 0)
+    monkeypatch.setattr("granular_env.recording.recorder.recorder._WAKE_BYTES", 0)
     component = catalogue.make("chain", **CHAIN)
     h = component.step_size
     with record(component, tmp_path / "a.mcap", every=10 * h):
@@ -192,7 +192,7 @@ def test_the_film_has_no_pictures_of_a_step_that_was_undone(tmp_path: Path) -> N
 
 def test_a_long_step_is_written_while_it_lasts(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001
     """The same bits as unrecorded, and every frame."""
-    monkeypatch.setattr("granular_env.recording.recorder._WAKE_BYTES", 0)
+    monkeypatch.setattr("granular_env.recording.recorder.recorder._WAKE_BYTES", 0)
     component = catalogue.make("chain", **CHAIN)
     h = component.step_size
     component.reset(velocity={0: 1.0})

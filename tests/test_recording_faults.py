@@ -21,11 +21,13 @@ from support.recording_helpers import chain_log, mutated, oscillator_log, rewrit
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError, ParameterError
 from granular_env.components.snapshot import Snapshot
-from granular_env.recording import log_file, open_log, record, recover, verify
-from granular_env.recording.message_index import CHUNK
-from granular_env.recording.recorder import Recorder
-from granular_env.recording.records import HEADER, PROFILE, STEPS, Record
-from granular_env.recording.sampling import Schedule
+from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording.container import PROFILE
+from granular_env.recording.format.message_index import CHUNK
+from granular_env.recording.format.records import HEADER, STEPS, Record
+from granular_env.recording.recorder import log_file
+from granular_env.recording.recorder.recorder import Recorder
+from granular_env.recording.recorder.sampling import Schedule
 
 # Steps on, and now and then tells how far it is and how long it has been running.
 _VICTIM = """
@@ -67,7 +69,7 @@ def _kill(path: Path, after: float, mode: str = "busy") -> list[tuple[int, float
 
 def _check_killed(path: Path, told: list[tuple[int, float]]) -> None:
     log = open_log(path)
-    assert not log.complete and log._header["component"] == "oscillator"
+    assert not log.complete and log.records.header["component"] == "oscillator"
     safe = max((tick for tick, age in told if age > _LOST_SECONDS), default=0)
     assert log.end_tick >= safe, f"{safe - log.end_tick} ticks older than {_LOST_SECONDS} s were lost"
     result = verify(log)
@@ -198,9 +200,7 @@ def test_a_disk_that_fails_while_it_takes_a_long_log(tmp_path: Path, monkeypatch
 def test_recovering_onto_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     oscillator_log(tmp_path / "a.mcap")
     before = (tmp_path / "a.mcap").read_bytes()
-    # The package's name `recover` is the function; the module of that name is only among the loaded ones.
-    module = sys.modules["granular_env.recording.recover"]
-    monkeypatch.setattr(module, "create", lambda path, overwrite: _FullDisk(5000))
+    monkeypatch.setattr("granular_env.recording.replay.recover.create", lambda path, overwrite: _FullDisk(5000))
     with pytest.raises(LogError, match=r"whole\.mcap'.*No space left.*a\.mcap' is as it was") as caught:
         recover(tmp_path / "a.mcap", tmp_path / "whole.mcap")
     assert ".part" not in str(caught.value) and "granular-env recover" not in str(caught.value)
@@ -211,7 +211,7 @@ def test_recovering_onto_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int, grains: float, fits: bool) -> None:
     """A log that a machine could record is not refused by it for its size."""
     from granular_env.components.chain.component import Chain
-    from granular_env.recording import limits
+    from granular_env.recording.container import limits
 
     monkeypatch.setattr(limits, "whole_memory", lambda: gigabytes << 30)
     checks = limits.Limits("a.mcap")
@@ -249,10 +249,13 @@ def test_a_folder_that_cannot_be(tmp_path: Path) -> None:
 
 def test_another_error_is_not_hidden_by_the_disk(tmp_path: Path) -> None:
     component = catalogue.make("oscillator")
-    recorder = Recorder(component, Path("x.mcap"), _FullDisk(9000), ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
+    disk = _FullDisk(1_000_000)
+    recorder = Recorder(component, Path("x.mcap"), disk, ["velocity"], Schedule(1, 64, 64, 0))  # type: ignore[arg-type]
     with pytest.raises(ZeroDivisionError), recorder:
         component.step(100.0)
+        disk.room = 0  # from here on: the thread that writes could also be told of it while the step lasts
         raise ZeroDivisionError
+    assert disk.room < 0
 
 
 # -- damage ------------------------------------------------------------------------------------------------------------
@@ -325,8 +328,8 @@ def test_damage_in_the_middle_names_recover_and_recover_saves_the_front(tmp_path
             component.step(1.0)
             time.sleep(0.15)
     whole = open_log(tmp_path / "a.mcap")
-    middle = whole._index.select(STEPS)[2]
-    offset, length = whole._container._places[middle[CHUNK]]
+    middle = whole.records.index.select(STEPS)[2]
+    offset, length = whole.records.container.places[middle[CHUNK]]
     data = bytearray((tmp_path / "a.mcap").read_bytes())
     data[offset + length // 2] ^= 0xFF
     (tmp_path / "b.mcap").write_bytes(data)
@@ -358,8 +361,8 @@ def test_a_message_of_another_log_is_noticed(tmp_path: Path) -> None:
         oscillator_log(tmp_path / name, every=every)
     contents = []
     for name in "ab":
-        from granular_env.recording.limits import Limits
-        from granular_env.recording.mcap_reader import McapReader
+        from granular_env.recording.container.limits import Limits
+        from granular_env.recording.container.reader import McapReader
 
         container = McapReader(tmp_path / name, Limits(name))
         contents.append([[(m.topic, bytes(m.data)) for m in container.messages(c)] for c in range(container.chunk_count)])

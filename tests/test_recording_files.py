@@ -25,9 +25,9 @@ from granular_env.experiments import load_experiment
 from granular_env.experiments.cost import recorded_bytes
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.estimate import estimated_bytes
-from granular_env.recording.mcap_reader import McapReader
-from granular_env.recording.sampling import doubling_for, frames_for
+from granular_env.recording.container.reader import McapReader
+from granular_env.recording.recorder.estimate import estimated_bytes
+from granular_env.recording.recorder.sampling import doubling_for, frames_for
 from granular_env.run_loop import run
 
 # -- opening -----------------------------------------------------------------------------------------------------------
@@ -63,7 +63,7 @@ def _long_log(path: Path, grains: int, frames: int) -> None:
 def test_opening_reads_the_first_and_the_last_chunk(tmp_path: Path, reads: dict[str, int]) -> None:
     _long_log(tmp_path / "a.mcap", 1000, 300)
     log = open_log(tmp_path / "a.mcap")
-    assert log.complete and log._container.chunk_count > 10
+    assert log.complete and log.records.container.chunk_count > 10
     assert reads["chunks"] == 2 and reads["bytes"] < log.size / 20
     log.get("velocity", log.duration / 2)
     assert reads["chunks"] <= 4, "one frame is in one chunk"
@@ -121,7 +121,7 @@ def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, An
     with record(component, tmp_path / "a.mcap", **options):
         component.reset(velocity={0: 1.0})
         component.step(1e-3)
-    container = open_log(tmp_path / "a.mcap")._container
+    container = open_log(tmp_path / "a.mcap").records.container
     size = sum(len(message.data) for chunk in range(container.chunk_count) for message in container.messages(chunk))
     # Spheres of grains at rest take less in a preview.
     assert 0.7 < size / estimate < 1.06 or not (options.get("every") or options.get("experiment"))
@@ -140,7 +140,7 @@ def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, An
 def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str, Any], tmp_path: Path) -> None:
     ready = prepare(load_experiment(experiment, overrides))
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
-    container = open_log(tmp_path / "a.mcap")._container
+    container = open_log(tmp_path / "a.mcap").records.container
     size = sum(len(message.data) for chunk in range(container.chunk_count) for message in container.messages(chunk))
     assert recorded_bytes(ready) == pytest.approx(size, rel=0.05)
     assert (tmp_path / "a.mcap").stat().st_size < size
@@ -357,7 +357,7 @@ def test_half_of_a_short_log_holds_half_of_it(tmp_path: Path, capsys: pytest.Cap
 
 def test_nothing_recovered_is_told_by_the_exit_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     oscillator_log(tmp_path / "a.mcap")
-    offset, length = open_log(tmp_path / "a.mcap")._container._places[0]
+    offset, length = open_log(tmp_path / "a.mcap").records.container.places[0]
     (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
     assert main(["recover", str(tmp_path / "cut.mcap"), "-o", str(tmp_path / "b.mcap")]) == 1
     assert "nothing was recovered but the start" in capsys.readouterr().out
@@ -413,7 +413,7 @@ def test_a_log_of_such_a_tick_is_different_in_seconds(tmp_path: Path) -> None:
         import dataclasses
 
         from granular_env.components.snapshot import Snapshot
-        from granular_env.recording.records import HEADER, SNAPSHOTS
+        from granular_env.recording.format.records import HEADER, SNAPSHOTS
 
         if old.kind == HEADER:
             parameters = {**old.header["parameters"], "step_size": 1e4}
@@ -453,7 +453,7 @@ except KeyboardInterrupt:
 def test_the_caps_on_work_hold_for_every_command_that_runs(
     command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from granular_env.recording import limits
+    from granular_env.recording.container import limits
 
     monkeypatch.chdir(tmp_path)
     oscillator_log(tmp_path / "a.mcap")

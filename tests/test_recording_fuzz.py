@@ -14,7 +14,7 @@ from support.recording_helpers import changed, mutated, rewrite
 import granular_env as ge
 from granular_env.components.errors import GranularError
 from granular_env.recording import open_log, verify
-from granular_env.recording.records import SNAPSHOTS, Record
+from granular_env.recording.format.records import SNAPSHOTS, Record
 
 APART = np.array([[-1.0, 0.5], [0.0, 0.0], [0.0, 0.0], [1.0, -0.5]])
 

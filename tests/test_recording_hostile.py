@@ -20,8 +20,9 @@ from support.work import count_calls
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import LogError
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.message_index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
-from granular_env.recording.records import CLOSED, FRAMES, HEADER, INCIDENTS, PROFILE, STEPS, Record
+from granular_env.recording.container import PROFILE
+from granular_env.recording.format.message_index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
+from granular_env.recording.format.records import CLOSED, FRAMES, HEADER, INCIDENTS, STEPS, Record
 
 # -- sizes -------------------------------------------------------------------------------------------------------------
 
@@ -76,7 +77,7 @@ def test_another_programs_file_is_refused_before_it_is_unpacked(tmp_path: Path) 
 
 def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """JSON of 1.5 MB that a file of 20 kB unfolds to would take forty times as much once it is parsed."""
-    from granular_env.recording import limits
+    from granular_env.recording.container import limits
 
     oscillator_log(tmp_path / "a.mcap")
 
@@ -118,7 +119,7 @@ def _with_index(tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]) -> P
 
 def rewrite_index(path: Path, out: Path, change: Callable[[Record], Record]) -> None:
     """As `rewrite`, but the index is what `change` says."""
-    from granular_env.recording.log_writer import LogWriter
+    from granular_env.recording.recorder.log_writer import LogWriter
 
     class Lying(LogWriter):
         def add(self, record: Record, nanoseconds: int) -> None:

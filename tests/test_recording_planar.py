@@ -20,7 +20,7 @@ from granular_env.components.drawables import Links, Points
 from granular_env.components.errors import GranularError, LogError
 from granular_env.components.profiles import Profile
 from granular_env.recording import open_log, record, verify
-from granular_env.recording.records import EVENTS, HASHES, HEADER, SNAPSHOTS, STEPS, Record
+from granular_env.recording.format.records import EVENTS, HASHES, HEADER, SNAPSHOTS, STEPS, Record
 from granular_env.viewing import plot, report
 
 

@@ -20,8 +20,9 @@ from granular_env import run_loop
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, LogError, ParameterError
 from granular_env.experiments import load_experiment
-from granular_env.recording import Log, open_log, recorder, recover, verify
-from granular_env.recording.records import HEADER, Record
+from granular_env.recording import Log, open_log, recover, verify
+from granular_env.recording.format.records import HEADER, Record
+from granular_env.recording.recorder import recorder
 from granular_env.resumption import resume
 from granular_env.run_loop import RunResult, run
 

@@ -18,7 +18,7 @@ from mcap_ros2.decoder import DecoderFactory
 import granular_env as ge
 from granular_env.cli import main
 from granular_env.recording import open_log, recover
-from granular_env.recording.preview_frames import PreviewFrames, facts_of, scalar_values
+from granular_env.recording.preview.frames import PreviewFrames, facts_of, scalar_values
 from granular_env.viewing import save_foxglove_layout
 
 GRAINS, DURATION = 30, 2.5e-4

@@ -17,7 +17,7 @@ from granular_env.cli import main
 from granular_env.components.errors import StepError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.records import CLOSED, HASHES, HEADER, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record
+from granular_env.recording.format.records import CLOSED, HASHES, HEADER, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record
 
 
 def said(path: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
@@ -53,7 +53,7 @@ def test_a_log_that_was_not_closed_is_incomplete(tmp_path: Path, capsys: pytest.
 def test_a_log_of_which_only_the_start_is_left_was_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     oscillator_log(tmp_path / "a.mcap")
     whole = open_log(tmp_path / "a.mcap")
-    offset, length = whole._container._places[0]
+    offset, length = whole.records.container.places[0]
     (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
     result = verify(tmp_path / "b.mcap")
     assert result.outcome == "nothing was compared" and not result.identical and result.ticks == 0
@@ -217,7 +217,7 @@ def test_a_recovered_log_is_compared_too_film_and_all(tmp_path: Path, cut: int) 
 def test_what_a_recovered_log_lost_is_named(tmp_path: Path) -> None:
     chain_log(tmp_path / "a.mcap")
     whole = open_log(tmp_path / "a.mcap")
-    offset, _ = whole._container._places[-1]
+    offset, _ = whole.records.container.places[-1]
     (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:offset])
     recover(tmp_path / "cut.mcap", tmp_path / "b.mcap").close()
     result = verify(tmp_path / "b.mcap")

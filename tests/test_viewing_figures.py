@@ -11,7 +11,7 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.domains.chain.viewing.space_time import space_time_picture
 from granular_env.recording import open_log, record
-from granular_env.recording.displacement_scale import choose_exaggeration
+from granular_env.recording.preview.displacement_scale import choose_exaggeration
 from granular_env.viewing import figures, report
 from granular_env.viewing.incidents import incident_sentences
 from granular_env.viewing.scene_data import from_component, from_log

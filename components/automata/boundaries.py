@@ -11,7 +11,7 @@ from pydantic import SerializeAsAny
 
 from .. import boundaries
 from ..boundaries import Boundary, Free, Periodic, Symmetry, Traction
-from ..support.fields import field
+from ..support.parameter_fields import field
 from ..support.tagged_union import ByName
 
 __all__ = [

@@ -10,7 +10,7 @@ from ..areas import ChosenArea
 from ..boundaries import OPPOSITE
 from ..errors import nearest
 from ..materials.elastic import Material, Preset, preset_list
-from ..support.fields import Index, Pair, field
+from ..support.parameter_fields import Index, Pair, field
 from ..support.validation import Parameters
 from .boundaries import ChosenBoundary, Periodic, Traction
 from .breaking import ChosenCriterion, Unbreakable

@@ -12,7 +12,7 @@ from pydantic import SerializeAsAny, model_validator
 from ..areas import ChosenArea
 from ..errors import one_line
 from ..support.arrays import FloatArray
-from ..support.fields import Pair, field
+from ..support.parameter_fields import Pair, field
 from ..support.tagged_union import ByName, Named
 
 # Points this close to the outline are on it, in diameters of an automaton.

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..support.counter_random import uniform
 from ..support.jit import jit
-from ..support.recent import Recent
+from ..support.result_cache import ResultCache
 from .state import Body, Motion, Scratch, make_scratch
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.
@@ -20,7 +20,7 @@ _ROUNDS, _CHANGE, _MOST_ROUNDS, _MOST_WORK = 20, 1e-5, 1000, 30_000_000
 # The parts of the limit 2 / omega_max of leapfrog that a step may take, and that the default takes.
 ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 
-_found = {breakable: Recent() for breakable in (False, True)}
+_found = {breakable: ResultCache() for breakable in (False, True)}
 
 
 def largest_frequency(

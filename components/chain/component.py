@@ -375,8 +375,8 @@ class Chain(Component):
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
         unit = self.variables[name].unit
         return StepError(
-            f"{name}[{index}] reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
-            time=time, variable=name, index=index, value=value, limit=limit,
+            f"reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
+            time=time, at=(name, index), variable=name, index=index, value=value, limit=limit,
         )  # fmt: skip
 
     def _exhaustion_error(self, time: float) -> StepError:

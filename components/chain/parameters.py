@@ -8,8 +8,8 @@ from pydantic import SerializerFunctionWrapHandler, model_serializer, model_vali
 
 from ..errors import ParameterError, one_line
 from ..materials.elastic import Material, Preset, preset_list
-from ..support.fields import Index, NotNegative, Positive
-from ..support.fields import field as _field
+from ..support.parameter_fields import Index, NotNegative, Positive
+from ..support.parameter_fields import field as _field
 from ..support.validation import Parameters
 from .arrangements import ChosenArrangement, Uniform, refuse_misfit
 from .laws import ChosenLaw, Hertz

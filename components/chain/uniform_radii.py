@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import model_validator
 
 from ..errors import ParameterError
-from ..support.fields import field
+from ..support.parameter_fields import field
 from ..support.validation import Parameters
 
 

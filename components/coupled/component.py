@@ -15,8 +15,8 @@ from ..automata.cracking_steps import UNSOUND, CrackingSteps
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
 from ..automata.schedule import make_parts
 from ..automata.state import Body, Scratch
-from ..automata.sweep import KEPT, STILL
-from ..automata.ties import Ties
+from ..automata.sweep import KEPT, update_forces
+from ..automata.ties import Ties, add_ties
 from ..component import Component
 from ..contract import Balance, Variable
 from ..drawables import Drawable, Links
@@ -27,6 +27,7 @@ from ..grid.mesh import IntArray
 from ..inputs import Held
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
+from ..support.stable_step import ALLOWED, SUGGESTED
 from . import sums, threads
 from .advance import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
 from .edges import Edges
@@ -38,21 +39,18 @@ from .exchange import (
     WORK_ON_AUTOMATA,
     WORK_ON_GRID,
     Exchange,
-    assemble,
-    follow,
-    keep_grid_forces,
 )
 from .interface import Interface, Places, carried_mass, common_sides, find_interface
 from .parameters import CoupledParameters
-from .parts import AutomataPart, Cracking, GridPart, Seam, Steps, update_automata_forces
+from .parts import AutomataPart, Cracking, GridPart, Seam, Steps
+from .start import follow_nodes, join_forces, write_forces
 from .strays import find_strays
 from .zigzag import find_ties
 
-# The part of the largest stable step that is allowed, and the part that is suggested, for the grid and for the automata.
-_ALLOWED, _SUGGESTED = 0.9, 0.8
-# The same for the grid where automata make several steps in one of it: kicks that come at a multiple of the period of a mode
-# of the automata feed that mode, the faster the larger they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep
-# the energy to 1 % up to 0.35, to 25 % at 0.44, and not at all at 0.8.
+# The part of the largest stable step that is allowed, and the part that is suggested, for the grid where automata make several
+# steps in one of it: kicks that come at a multiple of the period of a mode of the automata feed that mode, the faster the
+# larger they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep the energy to 1 % up to 0.35, to 25 % at 0.44,
+# and not at all at 0.8.
 _ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.5, 0.35
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
@@ -114,18 +112,18 @@ class Coupled(Component):
         limits = 2.0 / grid_frequency, 2.0 / automata_frequency
         self.micro_steps: int = p.micro_steps or self._micro_steps_needed(*limits)
         together = self.micro_steps == 1 or p.scheme == "literal"
-        allowed, suggested = (_ALLOWED, _SUGGESTED) if together else (_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES)
-        suggestion = min(suggested * limits[0], _SUGGESTED * self.micro_steps * limits[1])
+        allowed, suggested = (ALLOWED, SUGGESTED) if together else (_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES)
+        suggestion = min(suggested * limits[0], SUGGESTED * self.micro_steps * limits[1])
         self.step_size = round_down_to_125(suggestion) if p.step_size is None else p.step_size
         self.grid_step_part: float = self.step_size / limits[0]
         self.automata_step_part: float = self.step_size / (self.micro_steps * limits[1])
-        largest = min(allowed * limits[0], _ALLOWED * self.micro_steps * limits[1])
+        largest = min(allowed * limits[0], ALLOWED * self.micro_steps * limits[1])
         if self.step_size > largest:
             raise ParameterError(
                 f"got {self.step_size:g} s with {self._told_micro_steps()}",
                 expected=(
                     f"at most {largest:.6g} s: {allowed:g} of the largest stable one of the grid, {limits[0]:.6g} s, and "
-                    f"{_ALLOWED:g} of that of the automata in each micro-step, {limits[1]:.6g} s"
+                    f"{ALLOWED:g} of that of the automata in each micro-step, {limits[1]:.6g} s"
                 ),
                 hint="leave it out, or change micro_steps",
                 at="step_size",
@@ -140,9 +138,9 @@ class Coupled(Component):
         """Return how many micro-steps of the automata a step of the grid holds; 1 where they are about as large."""
         step = self.parameters.step_size
         if step is not None:
-            return max(math.ceil(step / (_ALLOWED * automata_limit)), 1)
+            return max(math.ceil(step / (ALLOWED * automata_limit)), 1)
         step = _SUGGESTED_IMPULSES * grid_limit
-        return 1 if _SUGGESTED * automata_limit >= step else math.ceil(step / (_SUGGESTED * automata_limit))
+        return 1 if SUGGESTED * automata_limit >= step else math.ceil(step / (SUGGESTED * automata_limit))
 
     def _find_interface(self, grid: Grid, automata: Automata) -> Ties | None:
         """Find the interface; return the faces of automata that it carries along, None where there are none."""
@@ -364,23 +362,33 @@ class Coupled(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             own = {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
-            part._start(seed, own)
+            part.begin(seed, own)
         self._divided = None
         grid, automata = self._grid_part(), self._automata_part
-        follow(self.interface, grid.state, automata.motion)
-        keep_grid_forces(self.interface, self._seam.exchange, grid.state)
+        exchange = self._seam.exchange
+        follow_nodes(self.interface, exchange, grid.state, automata.motion)
         if self._cracking is not None:
             # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
             self._cracking.find_contacts()
             self._cracking.dilation()
-        cracking, ties = self._cracking_part(), self.automata.steps.ties
-        update_automata_forces(automata, cracking, ties, self._seam, self._steps, 0.0, 0, STILL)
-        if self._in_lockstep:
-            half = 0.5 * self.step_size
-            assemble(self.interface, self._seam.exchange, grid.state, grid.conditions, half, self._steps.scheme)
+        self._write_automata_forces()
+        join_forces(
+            self.interface, exchange, grid.state, grid.conditions, automata.scratch.force, 0.5 * self.step_size,
+            self._steps.scheme, self._in_lockstep,
+        )  # fmt: skip
         found = self._sums()
         self._block["start"][:] = self._energy(found), *self._momentum(found), self._angular_momentum(found)
         return {}
+
+    def _write_automata_forces(self) -> None:
+        """Write the forces of the automata where they are."""
+        automata, cracking, ties = self._automata_part, self._cracking_part(), self.automata.steps.ties
+        if cracking is not None:
+            write_forces(cracking, automata.motion, automata.scratch)
+            return
+        update_forces(automata.body, automata.part, automata.motion, automata.scratch)
+        if ties is not None:
+            add_ties(automata.body, ties, automata.motion, automata.scratch)
 
     @property
     def _in_lockstep(self) -> bool:
@@ -418,7 +426,7 @@ class Coupled(Component):
         """Hand each part the inputs that are its own."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             held = {name.removeprefix(f"{prefix}_"): v for name, v in self._held.items() if name.startswith(f"{prefix}_")}
-            part._hold(held)
+            part.adopt_inputs(held)
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 
@@ -477,22 +485,15 @@ class Coupled(Component):
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
-            self.grid._failed[:] = self._failed
-            error = self.grid._explain(1)
-            return StepError(
-                f"grid_{error}", time=error.time, variable="grid_displacement", index=error.index, value=error.value, limit=0.0
-            )
+            self.grid.failed_at[:] = self._failed
+            return self.grid.explain(1).of_part("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as one of the whole."""
         begin = max(int(self._failed[1]) - 1, 0) if status != UNSOUND else self._tick
         self.automata.adopt(begin * self.micro_steps, {})
-        error = self.automata._explain(status)
-        return StepError(
-            f"automata_{error}", time=error.time, variable=f"automata_{error.variable}", index=error.index, value=error.value,
-            limit=error.limit,
-        )  # fmt: skip
+        return self.automata.explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

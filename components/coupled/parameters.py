@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from ..automata.parameters import AutomataParameters
 from ..grid.parameters import GridParameters
-from ..support.fields import Pair, Positive, field
+from ..support.parameter_fields import Pair, Positive, field
 from ..support.validation import Parameters
 
 Scheme = Literal["force", "momentum", "literal"]

@@ -66,7 +66,7 @@ class DetonationTube(Component):
         self.centres: FloatArray = np.asarray((np.arange(p.cells) + 0.5) * p.cell_size, dtype=np.float64)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
         self.front: Detonation = chapman_jouguet(self.gas, p.initial_pressure, self.ahead.density)
-        self._areas: FloatArray = np.full(p.cells, 1.0) * np.array(p.cross_section)
+        self.areas: FloatArray = np.full(p.cells, 1.0) * np.array(p.cross_section)
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
         self._medium = Medium(
             self.gas.gamma, self.gas.gas_constant, self.gas.heat_release, p.cell_size, self.step_size, LIMITERS[p.limiter],
@@ -129,7 +129,7 @@ class DetonationTube(Component):
         )
         yield Variable(
             "area", "input", "m^2", (n,), "cross-section of each cell; walls that move do work on the gas",
-            start=float(self._areas[0]), minimum=0.0, axes=cells, nominal=float(self._areas.mean()),
+            start=float(self.areas[0]), minimum=0.0, axes=cells, nominal=float(self.areas.mean()),
         )  # fmt: skip
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code in (OPEN, DIAPHRAGM):
@@ -211,7 +211,7 @@ class DetonationTube(Component):
         self._fill_regions()
         super()._start(seed, values)
         self._refuse_bad_start()
-        state.area[:] = self._areas
+        state.area[:] = values.get("area", self.areas)
         state.momentum[:] = state.density * state.velocity
         state.fuel[:] = state.density * (1.0 - state.progress)
         state.energy[:] = (
@@ -225,7 +225,7 @@ class DetonationTube(Component):
         state.flags[layout.IGNITED] = burnt.any()
         sums = self._sums()
         self._block["start"][:] = sums["mass"], sums["momentum"], sums["energy"]
-        return {"area": self._areas}
+        return {"area": self.areas}
 
     def _fill_regions(self) -> None:
         p, state = self.parameters, self._state
@@ -288,24 +288,25 @@ class DetonationTube(Component):
         if status == layout.TOO_FAST:
             courant = float(self._wave_speeds()[cell]) * self.step_size / self.cell_size
             return StepError(
-                f"courant_number: reached {courant:.4g} in {where}, expected at most {kernels.LARGEST_COURANT:g}; take a "
+                f"reached {courant:.4g} in {where}, expected at most {kernels.LARGEST_COURANT:g}; take a "
                 f"step_size of {0.7 * self.step_size / courant:.2g} s or less, now {self.step_size:g} s",
-                time=time, variable="courant_number", index=None, value=courant, limit=kernels.LARGEST_COURANT,
+                time=time, at="courant_number", variable="courant_number", index=None, value=courant,
+                limit=kernels.LARGEST_COURANT,
             )  # fmt: skip
         if status == layout.BAD_AREA:
             area = float(tick_signals(self._held, tick - 1, 1)[0, layout.AREA] * area_pattern(self._held)[cell])
             largest = float(state.area[cell]) * (1.0 + 2.0 / (self.gas.gamma - 1.0)) if area > 0.0 else 0.0
             return StepError(
-                f"area: got {area:g} m^2 for {where}, expected more than 0 and less than {largest:g} m^2, where walls leave "
+                f"got {area:g} m^2 for {where}, expected more than 0 and less than {largest:g} m^2, where walls leave "
                 "the gas behind; let them move less in a step",
-                time=time, variable="area", index=cell, value=area, limit=largest,
+                time=time, at="area", variable="area", index=cell, value=area, limit=largest,
             )  # fmt: skip
         name = "pressure" if state.density[cell] > 0.0 else "density"
         value = float(getattr(state, name)[cell])
         return StepError(
-            f"{name}: fell to {value:g} {self.variables[name].unit} in {where}, expected more than 0; take a smaller "
+            f"fell to {value:g} {self.variables[name].unit} in {where}, expected more than 0; take a smaller "
             "step_size, or the limiter minmod",
-            time=time, variable=name, index=cell, value=value, limit=0.0,
+            time=time, at=name, variable=name, index=cell, value=value, limit=0.0,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -367,9 +368,9 @@ class DetonationTube(Component):
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the tube from the side, coloured by pressure, and pressure, velocity, temperature and progress along it."""
-        radius = np.sqrt(self._areas / np.pi)
+        radius = np.sqrt(self.areas / np.pi)
         radius = np.concatenate([radius[:1], 0.5 * (radius[1:] + radius[:-1]), radius[-1:]])
-        x, n = np.arange(len(radius)) * self.cell_size, len(self._areas)
+        x, n = np.arange(len(radius)) * self.cell_size, len(self.areas)
         nodes: FloatArray = np.array([*zip(x, -radius, strict=True), *zip(x, radius, strict=True)], dtype=np.float64)
         below = np.arange(n)
         cells = np.stack([below, below + 1, below + n + 2, below + n + 1], axis=1)

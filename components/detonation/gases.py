@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 from pydantic import AfterValidator
 
 from ..errors import nearest
-from ..support.fields import NotNegative, Positive, field
+from ..support.parameter_fields import NotNegative, Positive, field
 from ..support.validation import Parameters
 
 

@@ -6,7 +6,7 @@ import math
 
 from pydantic import model_validator
 
-from ..support.fields import NotNegative, Pair, Positive, field
+from ..support.parameter_fields import NotNegative, Pair, Positive, field
 from ..support.validation import Parameters
 from .ends import ChosenEnd, Closed
 from .gases import MIXTURES, Gas, GasName, gas_at

@@ -8,7 +8,7 @@ from pydantic import SerializeAsAny
 
 from .. import boundaries
 from ..boundaries import Boundary, Fixed, Free, Symmetry
-from ..support.fields import field
+from ..support.parameter_fields import field
 from ..support.tagged_union import ByName
 
 __all__ = [

@@ -16,14 +16,13 @@ from ..inputs import Held
 from ..materials.elastic import Material, material
 from ..profiles import CompiledProfile
 from ..snapshot import EVENT_ROWS, FloatArray
-from ..support.roots import round_down_to_125
+from ..support.stable_step import refuse_large_step, suggest_step
 from . import kernels, layout, threads
 from .assembly import Assembly, assemble
-from .boundaries import Boundary
 from .drive import make_drive, signal_factors
 from .mesh import IntArray, Mesh, cell_areas
 from .parameters import GridParameters, Place
-from .stability import ALLOWED, SUGGESTED, highest_frequency
+from .stability import highest_frequency
 
 # A cell with so little of its area has passed what the step was chosen for.
 _COMPRESSED = 0.5
@@ -65,8 +64,8 @@ class Grid(Component):
         self.attach(None)
         self.mass: FloatArray = self._assembly.mass
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
-        self.step_size = self._suggest_step() if p.step_size is None else p.step_size
-        self._refuse_large_step()
+        self.step_size = p.step_size or suggest_step(self.highest_frequency, "leave an edge free, or make the mesh finer")
+        refuse_large_step(self.step_size, self.highest_frequency, "leave it out, or make the cells larger")
         self._lay_out_state()
 
     def _materials_of_cells(self) -> IntArray:
@@ -135,23 +134,6 @@ class Grid(Component):
         """Return in how many parts threads can advance the grid: yielding cells note events, in the order of cells."""
         return 2 if len(self.mesh.cells) >= threads.LEAST_CELLS and not self._plastic else 1
 
-    def _suggest_step(self) -> float:
-        if self.highest_frequency == 0.0:
-            raise ParameterError("no node can move", hint="leave an edge free, or make the mesh finer", at="boundaries")
-        return round_down_to_125(SUGGESTED * 2.0 / self.highest_frequency)
-
-    def _refuse_large_step(self) -> None:
-        if self.highest_frequency * self.step_size > 2.0 * ALLOWED:
-            largest = 2.0 / self.highest_frequency
-            raise ParameterError(
-                f"got {self.step_size:g} s",
-                expected=(
-                    f"at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest stable one, 2 / omega = {largest:.4g} s"
-                ),
-                hint="leave it out, or make the cells larger",
-                at="step_size",
-            )
-
     def _lay_out_state(self) -> None:
         n, m = len(self.mesh.nodes), len(self.mesh.cells)
         plastic = m if self._plastic else 0
@@ -166,7 +148,7 @@ class Grid(Component):
         self._state = layout.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []
-        self._failed = np.zeros(2, dtype=np.int64)
+        self.failed_at = np.zeros(2, dtype=np.int64)
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -287,7 +269,7 @@ class Grid(Component):
         advance = threads.advance if len(self._grid.parts) > 2 and threads.available() else kernels.advance
         status = advance(
             self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
-            events, counts, self._failed,
+            events, counts, self.failed_at,
         )  # fmt: skip
         self.keep_events(counts)
         return int(status)
@@ -305,13 +287,13 @@ class Grid(Component):
             self._block.set_count("events", int(counts[0]))
 
     def _explain(self, status: int) -> StepError:
-        cell, tick = (int(number) for number in self._failed)
+        cell, tick = (int(number) for number in self.failed_at)
         time = tick * self.step_size
         area = float(self._smallest_corner(cell))
         return StepError(
-            f"displacement: cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
+            f"cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
             f"load the grid less, or take a smaller step_size (now {self.step_size:g} s)",
-            time=time, variable="displacement", index=cell, value=area, limit=0.0,
+            time=time, at="displacement", variable="displacement", index=cell, value=area, limit=0.0,
         )  # fmt: skip
 
     def _smallest_corner(self, cell: int) -> Any:
@@ -403,7 +385,3 @@ class Grid(Component):
             Cells("grid", mesh.nodes, mesh.cells, "speed", "displacement"),
             Points("nodes", mesh.nodes, 0.25 * np.sqrt(area), "displacement", "speed"),
         )
-
-    def boundary_of(self, edge: str) -> Boundary | None:
-        """Return what an edge does; None where it is free."""
-        return self.parameters.boundaries.get(edge)

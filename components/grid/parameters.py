@@ -10,7 +10,7 @@ from ..areas import ChosenArea
 from ..errors import nearest
 from ..materials.elastic import Material, Preset, preset_list
 from ..materials.plasticity import ChosenPlasticity, Elastic
-from ..support.fields import Index, Pair, Positive, field
+from ..support.parameter_fields import Index, Pair, Positive, field
 from ..support.validation import Parameters
 from .boundaries import ChosenBoundary
 from .shapes import ChosenShape, Rectangle

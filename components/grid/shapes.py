@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from ..areas import ChosenArea
-from ..support.fields import Index, Pair, Positive, PositivePair, field
+from ..support.parameter_fields import Index, Pair, Positive, PositivePair, field
 from ..support.tagged_union import ByName, Named
 from .mesh import Mesh, rectangle, without_cells
 

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from ..support import stable_step
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
-from ..support.recent import Recent
+from ..support.result_cache import ResultCache
 from . import kernels
 from .layout import Conditions, Grid, State
 
@@ -16,9 +17,7 @@ from .layout import Conditions, Grid, State
 _SMALL = 1e-13
 _ITERATIONS = 100
 _SETTLED = 2e-5
-# The part of the largest stable step that is allowed, and the part that is suggested.
-ALLOWED, SUGGESTED = 0.9, 0.8
-_found = Recent()
+_found = ResultCache()
 
 
 def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -> float:
@@ -49,23 +48,18 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
         members = group[group >= 0]
         shape[members] = shape[members[0]]
     events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
-    square = 0.0
-    for _ in range(_ITERATIONS):
-        shape[held] = 0.0
-        largest = float(np.abs(shape).max())
-        if largest == 0.0:
-            return 0.0
-        state.velocity[:] = shape * (size / largest)
+
+    def force(moved: FloatArray) -> FloatArray:
+        # In one step of 1 s.
+        state.velocity[:] = moved
         state.stress[:] = 0.0
         state.hourglass_force[:] = 0.0
         kernels.forces(elastic, state, conditions.groups, corner, 1.0, 0, events, counts)
-        state.force[held] = 0.0
-        shape = state.force / (-grid.mass[:, np.newaxis])
-        # |K x| / |M x| in the norm of the masses: between Rayleigh's quotient and the highest one.
-        before, square = square, kernels.norm_ratio(shape, state.velocity, grid.mass)
-        if abs(square - before) <= _SETTLED * square:
-            break
-    return math.sqrt(square)
+        return state.force
+
+    return stable_step.highest_frequency(
+        shape, size, held, grid.mass, force, kernels.norm_ratio, iterations=_ITERATIONS, settled=_SETTLED
+    )
 
 
 def corner_area(grid: Grid) -> FloatArray:

@@ -58,11 +58,6 @@ class Material(Fixed):
         return self.young / (2.0 * (1.0 + self.poisson))
 
     @property
-    def bulk_modulus(self) -> float:
-        """E / (3 (1 - 2 nu)) [Pa]."""
-        return self.young / (3.0 * (1.0 - 2.0 * self.poisson))
-
-    @property
     def first_lame(self) -> float:
         """Lame's first constant E nu / ((1 + nu)(1 - 2 nu)) [Pa]."""
         return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import ClassVar, Literal
 
-from ..support.fields import field
+from ..support.parameter_fields import field
 from ..support.tagged_union import Named
 
 # How many constants kernels get of each law.

@@ -28,8 +28,8 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from ..support.fields import field
 from ..support.jit import inlined
+from ..support.parameter_fields import field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
 from .stress_invariants import equivalent_stress

@@ -13,7 +13,7 @@ from ..contract import Balance, Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..snapshot import FloatArray
-from ..support.roots import round_down_to_125
+from ..support.stable_step import refuse_large_step, suggest_step
 from . import energies, kernels, layout
 from .assembly import Assembly, assemble, gauge_columns, node_stencils, surface_quads
 from .drive import pattern_of, tick_signals
@@ -25,7 +25,7 @@ from .geometry.lattice import Lattice
 from .integration import RuleName
 from .layout import IntArray, Solid, State
 from .parameters import ShellParameters
-from .stability import ALLOWED, ALLOWED_BREAKING, SUGGESTED, SUGGESTED_BREAKING, WALL_STIFFNESS, highest_frequency
+from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 from .stencils import Stencils
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
@@ -71,35 +71,17 @@ class Shell(Component):
         present = self.lattice.present
         self.mass: FloatArray = np.where(present, self._assembly.solid.body.mass, 0.0)
         self.highest_frequency: float = highest_frequency(self._assembly.solid)
-        if self.highest_frequency == 0.0:
-            raise ParameterError("no node can move", hint="leave an edge free, or give more nodes", at="boundaries")
-        self.step_size = self._suggest_step() if p.step_size is None else p.step_size
-        self._refuse_large_step()
-        self._whole: Solid = self._finish_solid()
         law = p.fracture
+        bounding = self.highest_frequency * (CRACKED if isinstance(law, FractureLaw) else 1.0)
+        suggested = suggest_step(bounding, "leave an edge free, or give more nodes")
+        self.step_size = p.step_size or suggested
+        refuse_large_step(self.step_size, bounding, "leave it out, or give fewer nodes")
+        self._whole: Solid = self._finish_solid()
         self._breaking = BreakingBody(p, law, self._assembly, self._whole) if isinstance(law, FractureLaw) else None
         if self._breaking is not None:
             vars(self)["event_kinds"], vars(self)["event_details"] = KINDS, self._breaking.details
         self._gauges: IntArray = gauge_columns(p, self.lattice)
         self._lay_out_state()
-
-    def _suggest_step(self) -> float:
-        part = SUGGESTED_BREAKING if self._breaks else SUGGESTED
-        return round_down_to_125(part * 2.0 / self.highest_frequency)
-
-    @property
-    def _breaks(self) -> bool:
-        return isinstance(self.parameters.fracture, FractureLaw)
-
-    def _refuse_large_step(self) -> None:
-        allowed = ALLOWED_BREAKING if self._breaks else ALLOWED
-        if self.highest_frequency * self.step_size > 2.0 * allowed:
-            largest = 2.0 / self.highest_frequency
-            raise ParameterError(
-                f"got {self.step_size:g} s",
-                expected=f"at most {allowed * largest:.4g} s, {allowed:g} of the largest stable one",
-                hint="leave it out, or give fewer nodes", at="step_size",
-            )  # fmt: skip
 
     def _finish_solid(self) -> Solid:
         """Return the tables with what depends on the step."""
@@ -135,6 +117,11 @@ class Shell(Component):
     def point_count(self) -> int:
         """Number of integration points."""
         return len(self._assembly.points.volume)
+
+    @property
+    def station_bounds(self) -> FloatArray:
+        """Ends of the part of the length that belongs to each plane of nodes along the body, shape (stations + 1,) [m]."""
+        return self._assembly.lattice.axes[0].bounds
 
     @cached_property
     def _node_stencils(self) -> Stencils:
@@ -392,9 +379,9 @@ class Shell(Component):
         value, limit = (float(number) for number in self._scratch.pull[point, :2])
         what, variable = _FAILURES[status]
         return StepError(
-            f"{variable}: {what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
+            f"{what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
             f"less, or take a smaller step_size (now {self.step_size:g} s)",
-            time=time, variable=variable, index=point, value=value, limit=limit,
+            time=time, at=variable, variable=variable, index=point, value=value, limit=limit,
         )  # fmt: skip
 
     def _place_of(self, point: int) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import SerializeAsAny
 
 from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
-from ..support.fields import field
+from ..support.parameter_fields import field
 from ..support.tagged_union import ByName, Named
 
 

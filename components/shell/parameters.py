@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from ..support.fields import NotNegative, Pair, Positive, field
+from ..support.parameter_fields import NotNegative, Pair, Positive, field
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
 from .fracture.laws import ChosenFracture, NoFracture

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from ..support import stable_step
+from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
-from ..support.recent import Recent
+from ..support.result_cache import ResultCache
 from . import kernels
 from .layout import Solid, State, make_scratch
 
@@ -15,14 +15,13 @@ from .layout import Solid, State, make_scratch
 _SMALL = 1e-7
 _ITERATIONS = 60
 _SETTLED = 1e-4
-# The part of the largest stable step that is allowed, and the part that is suggested.
-ALLOWED, SUGGESTED = 0.9, 0.8
-# The same of a body that breaks: what sees one side of a crack alone is stiffer, by up to 1.35 as measured.
-ALLOWED_BREAKING, SUGGESTED_BREAKING = 0.67, 0.6
+# The highest frequency of a body with cracks over that of a whole one, as measured at most: what sees one side of a crack alone
+# is stiffer.
+CRACKED = 1.35
 # Stiffness of a wall against a node over mass times the highest frequency squared: the step is hardly smaller for it, and a
 # node that bounces loses no energy to the step (with ten times as much 1 % of an impact would be lost).
 WALL_STIFFNESS = 0.05
-_found = Recent()
+_found = ResultCache()
 
 
 def highest_frequency(solid: Solid) -> float:
@@ -49,23 +48,16 @@ def _compute_frequency(solid: Solid) -> float:
         np.zeros((0, 3)),
     )  # fmt: skip
     scratch, failed = make_scratch(m, len(solid.hourglass.partner), 0), np.zeros(2, dtype=np.int64)
-    held = body.prescribed > 0
     size = _SMALL / float(np.abs(body.gradients).max())
     shape = uniform(1, 0, 3 * n).reshape(n, 3) - 0.5
-    square = 0.0
-    for _ in range(_ITERATIONS):
-        shape[held] = 0.0
-        largest = float(np.abs(shape).max())
-        if largest == 0.0:
-            return 0.0
-        state.displacement[:] = shape * (size / largest)
+
+    def force(displacement: FloatArray) -> FloatArray:
+        state.displacement[:] = displacement
         state.gradient[:] = 0.0
         state.stress[:] = 0.0
         kernels.update_forces(solid._replace(plastic=False), state, scratch, failed)
-        state.force[held] = 0.0
-        shape = state.force / (-body.mass[:, np.newaxis])
-        # |K x| / |M x| in the norm of the masses: between Rayleigh's quotient and the highest one.
-        before, square = square, kernels.norm_ratio(shape, state.displacement, body.mass)
-        if abs(square - before) <= _SETTLED * square:
-            break
-    return math.sqrt(square)
+        return state.force
+
+    return stable_step.highest_frequency(
+        shape, size, body.prescribed > 0, body.mass, force, kernels.norm_ratio, iterations=_ITERATIONS, settled=_SETTLED
+    )

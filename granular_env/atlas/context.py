@@ -18,7 +18,7 @@ from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.output_files import file_name
 from granular_env.recording import open_log
-from granular_env.recording.log import Log
+from granular_env.recording.replay.log import Log
 from granular_env.run_loop import run
 
 from .folder import PART
@@ -70,7 +70,7 @@ class Context:
         """Return the motion in an experiment, sampled at even intervals [s] while it runs; its log may be much thinner.
 
         For ensembles: what is measured is never written, and the logs still replay. It is run anew at each call. What keeps the
-        motion is the `watch` of the component's domain; of a chain a `measurement.History` is returned.
+        motion is the `watch` of the component's domain, and its history is returned.
 
         Args:
             experiment: a shipped experiment's name, or the content of one.

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import os
 from collections.abc import Callable, Sequence
-from itertools import chain, zip_longest
 from typing import Any
 
 import click
@@ -30,7 +30,7 @@ class Command(click.Command):
         """Parse; an option whose value is missing does not take the next option for it."""
         options = {name: one for one in self.get_params(ctx) if isinstance(one, click.Option) for name in one.opts}
         before = args[: args.index("--")] if "--" in args else args
-        for given, following in zip_longest(before, before[1:]):
+        for given, following in itertools.zip_longest(before, before[1:]):
             if given in options and not options[given].is_flag and (following is None or following in options):
                 if not ctx.resilient_parsing:
                     raise click.BadOptionUsage(given, f"Option {given!r} requires an argument.", ctx)
@@ -134,4 +134,4 @@ def list_option(flag: str, metavar: str, each: click.ParamType, text: str) -> De
 
 
 def _join(ctx: click.Context, param: click.Parameter, lists: Sequence[list[Any]]) -> list[Any] | None:
-    return list(chain.from_iterable(lists)) or None
+    return list(itertools.chain.from_iterable(lists)) or None

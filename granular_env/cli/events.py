@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from granular_env.components.contract import Event, EventDetail
     from granular_env.components.drawables import Drawable
-    from granular_env.recording.nearness import Nearness
+    from granular_env.recording.replay.nearness import Nearness
 
 _MOST = 40
 
@@ -41,7 +41,7 @@ def events(
 ) -> int:
     """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
-    from granular_env.recording.nearness import nearest
+    from granular_env.recording.replay.nearness import nearest
 
     with open_log(log, allow_large=allow_large) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
@@ -95,7 +95,7 @@ def _cells(event: Event, step_size: float) -> tuple[str, ...]:
 
 def _facts(event: Event, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
     """Return unit and place of an event, for programs."""
-    from granular_env.recording.event_places import place_of
+    from granular_env.recording.reader.event_places import place_of
 
     place = place_of(event, detail, drawables)
     unit = {"unit": detail.unit} if detail is not None and detail.unit else {}

@@ -81,7 +81,7 @@ def _print_for_people(result: RunResult) -> None:
     for text in (*result.warnings, *result.cautions):
         print(wrap_text(f"note: {printable(text)}"))
     for name, value in result.report.items():
-        # What nothing in the run gave rise to, such as the pressure where no grains touched, has no figure.
+        # What nothing in the run gave rise to, such as the pressure where nothing touched, has no figure.
         if not math.isnan(value):
             print(f"  {name}: {value:.4g}")
     if result.log is not None:

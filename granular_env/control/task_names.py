@@ -77,8 +77,8 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
         ParameterError: it does not take one of the arguments, the nearest is named; what makes it raises something else than an
             error of this package; or it is no environment of a component.
     """
-    from granular_env.envs.copies import known_arguments
     from granular_env.envs.environment import ComponentEnv
+    from granular_env.envs.pickling import known_arguments
     from granular_env.envs.task import Task
 
     known = known_arguments(make)

@@ -148,8 +148,7 @@ class TaskProblem:
 
     def baselines(self) -> Mapping[str, Actor]:
         """Return the agents to compare with; doing nothing is always among them."""
-        known = getattr(self.env.task, "baselines", dict)()
-        return {"nothing": Drive(np.zeros((self.steps, self.entries))), **known}
+        return {"nothing": Drive(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
 
     def play(self, actor: Actor, seed: int, log: Path | None = None) -> Episode:
         """One episode in the single environment, recorded where a path is given."""
@@ -158,7 +157,7 @@ class TaskProblem:
         env, actions, total = self.env, [], 0.0
         with ExitStack() as stack:
             if log is not None:
-                # Where a chain is drawn for each episode, the recorder has to look at that of this one.
+                # Where a component is drawn for each episode, the recorder has to look at that of this one.
                 env.reset(seed=seed)
                 stack.enter_context(record(env.component, log, overwrite=True))
             observation, info = env.reset(seed=seed)

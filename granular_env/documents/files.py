@@ -77,7 +77,7 @@ def begins_as_log(path: Path) -> bool:
 def nearest_names(name: str, known: Iterable[str]) -> str:
     """Return advice for an unknown name: the right one if it is plain, else the nearest, and where the list is.
 
-    The last part of a name will do: 3.4-piston for nesterenko-1983/3.4-piston.
+    The last part of a name will do: `3.4-piston` for `nesterenko-1983/3.4-piston`.
     """
     names = sorted(known)
     known_as = {name.rpartition("/")[2]: name for name in names} | {name: name for name in names}

@@ -1,6 +1,5 @@
 from .environment import ComponentEnv
 from .policies import Constant, OpenLoop
-from .registration import register_all, register_when_imported
 from .state import EnvState
 from .task import Task
 from .wrappers import RecordEnv
@@ -12,6 +11,4 @@ __all__ = [
     "OpenLoop",
     "RecordEnv",
     "Task",
-    "register_all",
-    "register_when_imported",
 ]

@@ -24,8 +24,8 @@ def show_clock(elapsed, steps, out):
 def clock_readings(elapsed: int, steps: int, count: int) -> npt.NDArray[np.float32]:
     """Return the time as an agent sees it, see `show_clock`; shape (count,).
 
-    An agent that does not see how late it is cannot do the right thing before a deadline (Pardo et al. 2018): a chain at rest
-    looks the same at any time.
+    An agent that does not see how late it is cannot do the right thing before a deadline (Pardo et al. 2018): what is at
+    rest looks the same at any time.
     """
     out = np.empty(count, np.float32)
     show_clock(elapsed, steps, out)

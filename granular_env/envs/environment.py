@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, SupportsFloat, TypeVar
 
@@ -18,7 +18,7 @@ from ..components.elements import Element, parse_element
 from ..components.errors import ParameterError, StepError, one_line
 from ..components.support.validation import finite_number, positive_number, whole_number
 from .clock import clock_readings
-from .copies import Given, Recreatable, recreatable
+from .pickling import Given, Recreatable, recreatable
 from .render import draw
 from .state import Drawn, EnvState, bit_generator
 from .task import Task, refuse_incomplete, validate_judgement
@@ -91,7 +91,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             raise ParameterError(f"got {render_mode!r}", expected='None or "rgb_array"', at="render_mode")
         refuse_incomplete(task)
         self.component, self.task, self.render_mode = component, task, render_mode
-        self._drawn: Drawn = {}
+        self.drawn: Drawn = {}
         self.internal_steps = whole_number("internal_steps", internal_steps)
         self.deadline = math.inf if deadline is None else whole_number("deadline", deadline)
         self.hold, self.clock = whole_number("hold", hold), _clock(clock, deadline)
@@ -135,12 +135,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             else:
                 self._entries += [str(Element(element.name, index)) for index in np.ndindex(shape)]
             self._driven.append(_Driven(element, scale, slice(begin, len(self._entries)), shape))
-        whole = {one.element.name for one in self._driven if not one.element.index}
-        for one in self._driven:
-            if one.element.index and one.element.name in whole:
-                raise ParameterError(
-                    f"{one.element.name} is driven as a whole and by elements", hint="give one or the other", at="actions"
-                )
+        _refuse_elements_driven_twice(self._driven)
 
     def _lay_out_observation(self) -> None:
         parts, begin = [], 0  # of each output: its place in the observation, and the factor that scales it
@@ -235,7 +230,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """Everything that changes in an episode; restoring it gives the same bits from there on."""
         if self._random_state is None:
             self._random_state = self.np_random.bit_generator.state
-        state = EnvState(self.component.save(), self.task.name, self._episode(), self._random_state, self._drawn)
+        state = EnvState(self.component.save(), self.task.name, self._episode(), self._random_state, self.drawn)
         state.sound = True
         return state
 
@@ -247,11 +242,11 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """
         if (
             state.__class__ is not EnvState
-            or state.drawn is not self._drawn
+            or state.drawn is not self.drawn
             or state.random is not self._random_state
             or state.task != self.task.name
         ):
-            self._take_state(state, self.refuse_foreign(state))
+            self.take_state(state, self.refuse_foreign(state))
             return
         # One of the present component, as a tree search restores them: the component refuses what is not its own.
         self._refuse_episode(state)
@@ -259,7 +254,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self._go_on(state.episode)
 
     def refuse_foreign(self, state: EnvState) -> Any:
-        """Raise what `restore` would raise for this state, and change nothing; return what `_take_state` needs."""
+        """Raise what `restore` would raise for this state, and change nothing; return what `take_state` needs."""
         if state.__class__ is not EnvState or state.task != self.task.name:
             raise ParameterError(
                 f"got {one_line(state)}", expected=f"what save() of an environment of {self.task.name!r} gave", at="state"
@@ -269,7 +264,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         ready[0].refuse_foreign(state.snapshot)
         return ready, None if state.random is self._random_state else _bit_generator(state.random)
 
-    def _take_state(self, state: EnvState, ready: Any) -> None:
+    def take_state(self, state: EnvState, ready: Any) -> None:
         """Go on from a state that `refuse_foreign` has looked at."""
         drawn, random = ready
         self._take(*drawn)
@@ -486,6 +481,21 @@ class _Driven:
     scale: float
     part: slice
     shape: tuple[int, ...]
+
+
+def _refuse_elements_driven_twice(driven: Sequence[_Driven]) -> None:
+    named: dict[Element, Element] = {}
+    for one in driven:
+        place = one.element.counted_from_the_start(one.shape)
+        if place in named:
+            came = "twice" if named[place] == one.element else f"and {named[place]}, which are the same element"
+            raise ParameterError(f"got {one.element} {came}", expected="each element once", at="actions")
+        named[place] = one.element
+    for element in named:
+        if element.index and Element(element.name) in named:
+            raise ParameterError(
+                f"{element.name} is driven as a whole and by elements", hint="give one or the other", at="actions"
+            )
 
 
 def element_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[Element, float]]:

@@ -24,7 +24,7 @@ from .task import Task
 Colour = tuple[int, ...]
 WIDTH, HEIGHT = 960, 360
 _MARGIN = 40
-_GRAINS_ROW, _BARS_ROW, _BARS_REACH = 105, 255, 72
+_POINTS_ROW, _BARS_ROW, _BARS_REACH = 105, 255, 72
 _LETTERS = 16
 
 _PAPER, _INK, _PALE = (255, 255, 255), (40, 40, 48), (205, 205, 212)
@@ -123,16 +123,16 @@ def _draw_row(
     title = f"{particles.colour} of each particle, {component.variables[particles.colour].unit}" if particles.colour else ""
     scale = task.observations.get(particles.colour) or float(np.abs(values).max()) or 1.0
     colours = _colours(values / scale)
-    pen.rectangle((_MARGIN, _GRAINS_ROW - 1, WIDTH - _MARGIN, _GRAINS_ROW), _PALE)
+    pen.rectangle((_MARGIN, _POINTS_ROW - 1, WIDTH - _MARGIN, _POINTS_ROW), _PALE)
     for place, shift, radius, colour in zip(along, moved, particles.radius, colours, strict=True):
-        _disc(pen, _MARGIN + (place + shift - begin) * pixels, _GRAINS_ROW, max(radius * pixels, 1.5), colour)
+        _disc(pen, _MARGIN + (place + shift - begin) * pixels, _POINTS_ROW, max(radius * pixels, 1.5), colour)
     half = 0.4 * pixels * float(np.diff(along).min()) if len(along) > 1 else 8.0
     _draw_axis(pen, title, scale)
     for place, value, colour in zip(along, values / scale, colours, strict=True):
         _bar(pen, _MARGIN + (place - begin) * pixels, half, value, colour)
     for side, column in ((0, _MARGIN - 8), (1, WIDTH - _MARGIN)):
         if walls[side]:
-            pen.rectangle((column, _GRAINS_ROW - 40, column + 7, _GRAINS_ROW + 39), _INK)
+            pen.rectangle((column, _POINTS_ROW - 40, column + 7, _POINTS_ROW + 39), _INK)
     for place, value in zip(along, [] if wanted is None else wanted / scale, strict=wanted is not None):
         column, row = _MARGIN + (place - begin) * pixels, _BARS_ROW - round(float(np.clip(value, -1.0, 1.0)) * _BARS_REACH)
         if row != _BARS_ROW:

@@ -19,7 +19,7 @@ _GENERATORS = {
 }
 
 Drawn = Mapping[str, float | Mapping[str, float]]
-"""Parameters of a chain that were drawn for an episode, name -> number, or the limits and the seed of a draw."""
+"""Parameters of the component that were drawn for an episode, name -> number, or the limits and the seed of a draw."""
 
 
 class EnvState:
@@ -28,10 +28,10 @@ class EnvState:
     Attributes:
         snapshot: the component's state.
         task: name of the task.
-        episode: what else changes in an episode: of a chain's environment the bits of its memory (counters, commands on their
-            way, the seed of the noise), otherwise control steps done, whether it goes on, and the task's counters.
+        episode: what else changes in an episode: control steps done, whether it goes on, and the task's counters; of an
+            environment that a compiled batch can run the bits of its memory.
         random: state of the environment's random numbers, a mapping that numpy's bit generator gave.
-        drawn: parameters of the chain that were drawn for this episode; empty without `randomise`.
+        drawn: parameters of the component that were drawn for this episode; empty where an environment draws none.
         sound: whether the episode has been looked at, or comes from `save`: a tree search restores a state many times.
     """
 

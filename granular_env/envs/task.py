@@ -16,6 +16,7 @@ from numpy.random import Generator
 
 from ..components.component import Component
 from ..components.errors import ParameterError, one_line
+from .policies import Policy
 
 Seen = Mapping[str, npt.NDArray[np.float64]]
 """The observed outputs, unscaled, name -> value."""
@@ -54,6 +55,10 @@ class Task(ABC):
     @abstractmethod
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
+
+    def baselines(self) -> Mapping[str, Policy]:
+        """Return policies to compare with, by name: "nothing", "theory" (made by hand), "best" (best known); here none."""
+        return {}
 
 
 def validate_judgement(task: Task, given: Any) -> tuple[float, bool]:

@@ -21,8 +21,8 @@ from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
 from granular_env.components.elements import is_index
 from granular_env.components.errors import ParameterError, nearest, one_line
+from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
-from granular_env.components.support.number_arrays import number_array
 from granular_env.components.support.validation import as_refusal, refusal
 from granular_env.documents import ByKey, Table
 

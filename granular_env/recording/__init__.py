@@ -1,10 +1,10 @@
 """Logs: record what a component does, open it, re-run it, branch off it, repair it."""
 
-from .branch import Branch
-from .log import Log, open_log
-from .record import record
-from .recorder import Recorder
-from .recover import recover
-from .verification import Verification, verify
+from .recorder.record import record
+from .recorder.recorder import Recorder
+from .replay.branch import Branch
+from .replay.log import Log, open_log
+from .replay.recover import recover
+from .verification.verification import Verification, verify
 
 __all__ = ["Branch", "Log", "Recorder", "Verification", "open_log", "record", "recover", "verify"]

@@ -192,7 +192,7 @@ def program() -> str:
     for path in (
         *own,
         package / "run_loop.py",
-        package / "peaks.py",
+        package / "sampled_curves.py",
         *sorted((package / "experiments").glob("*.py")),
         *sorted((package / "domains").glob("*/measurement/*.py")),
     ):

@@ -1,6 +1,6 @@
 """A layout for Foxglove: the preview of a log from the side, what it shows in words, and a plot for each unit.
 
-Foxglove hides every topic of a file that it does not know, and its camera stands 20 m away from a chain of a few centimetres.
+Foxglove hides every topic of a file that it does not know, and its camera stands 20 m away from a body of a few centimetres.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from granular_env.colours import PALETTE
 from granular_env.components.drawables import Cells, Points, spatial
 from granular_env.components.errors import LogError
 from granular_env.output_files import replacing
-from granular_env.recording import cdr
-from granular_env.recording.log import Log
-from granular_env.recording.preview import (
+from granular_env.recording.format.schemas import FRAME
+from granular_env.recording.preview import cdr
+from granular_env.recording.preview.messages import (
     ABOUT_TOPIC,
     PARTICLES_TOPIC,
     PREVIEW_TOPIC,
@@ -27,7 +27,7 @@ from granular_env.recording.preview import (
     picture_box,
     topics_of_others,
 )
-from granular_env.recording.schemas import FRAME
+from granular_env.recording.replay.log import Log
 
 _POINT_SIZES, _OTHER_SIZE = {PARTICLES_TOPIC: 4, PREVIEW_TOPIC: 5}, 3
 # Vertical opening of the camera [degrees], and the width of its picture in heights, at least.
@@ -76,7 +76,7 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
 def _numbers_of(log: Log) -> dict[str, list[str]]:
     """Return the names behind the numbers of each topic of numbers, from the end of the file, where the preview lies."""
     found: dict[str, list[str]] = {}
-    container = log._container
+    container = log.records.container
     for chunk in reversed(range(container.chunk_count)):
         messages = container.messages(chunk)
         for message in messages:
@@ -113,7 +113,7 @@ def _scene(log: Log) -> dict[str, Any]:
         "near": distance / 100,
         "far": distance * 100,
     }
-    # Foxglove draws the axes of each frame some centimetres long, over the grains.
+    # Foxglove draws the axes of each frame some centimetres long, over the particles.
     hidden = {f"frame:{FRAME}": {"visible": False}}
     followed = {"followMode": "follow-none", "followTf": FRAME}
     return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from granular_env.components.contract import Event
 from granular_env.components.errors import GranularError, LogError
 from granular_env.documents import to_toml
-from granular_env.recording.header import BalanceNames
+from granular_env.recording.format.header import BalanceNames
 
 from . import html_page
 from .scene_data import SceneData
@@ -118,7 +118,7 @@ def parameters(log: Any) -> Markup:
 
 def _fields(component: Any) -> dict[str, tuple[str, str]]:
     """Units and meanings of the parameters of a component of ours; a log makes us load no other."""
-    from granular_env.recording.component_from_header import own_or_given
+    from granular_env.recording.reader.component_from_header import own_or_given
 
     try:
         fields = own_or_given(component, None).Parameters.model_fields

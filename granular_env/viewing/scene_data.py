@@ -15,7 +15,7 @@ from granular_env.components.component import Component
 from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, spatial
 from granular_env.components.support.arrays import FloatArray
-from granular_env.recording.header import BalanceNames, balance_facts, balance_names_from
+from granular_env.recording.format.header import BalanceNames, balance_facts, balance_names_from
 
 from .shapes import is_plane, visible_points
 from .views import views_class

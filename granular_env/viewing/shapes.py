@@ -11,7 +11,7 @@ from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.roots import round_down_to_125
-from granular_env.recording.displacement_scale import choose_exaggeration
+from granular_env.recording.preview.displacement_scale import choose_exaggeration
 
 # Nodes of cells are drawn so far from where they began, at most, in lengths of the picture.
 _DRAWN_TRAVEL = 0.1

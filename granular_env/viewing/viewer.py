@@ -39,7 +39,7 @@ def save_rrd(
     Args:
         log: an open log.
         path: of the .rrd file; a rerun file that stands there is replaced, any other file is not.
-        exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no grains
+        exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no particles
             pass one another. The factor is stated in the scene.
         progress: show a bar, or call this with the part that is done.
 

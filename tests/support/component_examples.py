@@ -650,7 +650,57 @@ SOLIDS = [
     ),
 ]  # fmt: skip
 
-EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED, *GASES, *SOLIDS]
+_SMALL_GAS = {
+    "length": 0.048,
+    "cells": 24,
+    "cross_section": 1.4137e-5,
+    "ignition_zone": [0.0, 0.01],
+}
+_SMALL_TUBE = {"name": "tube", "length": 0.004, "inner_radius": 0.003, "wall": 8e-4, "along": 5, "around": 7, "half": True}
+
+TUBES = [
+    Example(
+        "tube-one-way",
+        "tube",
+        {
+            "gas": {**_SMALL_GAS, "gauges": [0.004]},
+            "shell": {"body": _SMALL_TUBE, "boundaries": {"start": "clamped", "end": "symmetry"}},
+            "position": 0.0021,
+            "step_size": 5e-8,
+        },
+        {"gas_velocity": {20: 10.0}},
+        {"gas_ignition_power": 3e6},
+        lambda h: {"gas_ignition_power": Profile.triangle(5e6, 60 * h, rise=20 * h)},
+        # Of the shell, of second order in the step.
+        energy_tolerance=1e-6,
+        breaks=({}, {}, {"gas_ignition_power": 1e12}),
+    ),
+    Example(
+        "tube-two-way",
+        "tube",
+        {
+            "gas": {**_SMALL_GAS, "right": "open"},
+            "shell": {"body": _SMALL_TUBE, "material": "thermoviscoplastic"},
+            "position": 0.0021,
+            "coupling": "two_way",
+            "vent": 0.005,
+            "shell_steps": 2,
+            "step_size": 5e-8,
+        },
+        {"shell_nodal_velocity": (3.0, 0.0, 0.0)},
+        {"gas_ignition_power": 3e6, "vent_area": 4e-6},
+        lambda h: {
+            "gas_ignition_power": Profile.triangle(5e6, 60 * h, rise=20 * h),
+            "vent_area": Profile.half_sine(5e-6, 60 * h, start=20 * h),
+            "gas_right_pressure": Profile.constant(8e4),
+        },
+        # Of the shell, of second order in the step.
+        energy_tolerance=1e-6,
+        breaks=({}, {}, {"gas_ignition_power": 1e12}),
+    ),
+]
+
+EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED, *GASES, *SOLIDS, *TUBES]
 
 
 def of_component(name: str) -> list[Example]:

@@ -283,6 +283,31 @@ def cracking_plate(plate: ge.Component) -> None:
     plate.step(1.2e-6, end_velocity=ge.Profile.half_sine(30.0, 4.8e-6), pressure=1e5)
 
 
+# A gas that burns into half a tube, which it bends, and leaves it by a vent.
+BURNING = {
+    "gas": {
+        "length": 0.016,
+        "cells": 16,
+        "cross_section": 1.4137e-5,
+        "regions": [{"x": [0.0, 0.004], "pressure": 1.2e6, "temperature": 3500.0}],
+        "right": "open",
+        "gauges": [0.008],
+    },
+    "shell": {**{key: BULGING[key] for key in ("body", "material", "gauges")}, "boundaries": {"start": "clamped"}},
+    "position": 0.0055,
+    "coupling": "two_way",
+    "vent": 0.005,
+    "step_size": 5e-8,
+}
+
+
+def burning_tube(tube: ge.Component) -> None:
+    """Let the gas burn, heat it, open the vent."""
+    tube.step(1e-6)
+    tube.step(1e-6, gas_ignition_power=ge.Profile.half_sine(1e5, 1e-6), vent_area=2e-6)
+    tube.step(1e-6, vent_area=ge.Profile.triangle(4e-6, 1e-6), gas_right_pressure=5e4)
+
+
 # Name -> (component, what is done, seconds between frames).
 CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "piston": (make("chain", grains=40, left="piston", **PAPER), plain(2.5e-4, velocity={0: 5.0}), 1e-5),
@@ -363,6 +388,7 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "detonation-nozzle": (make("detonation", **NOZZLE), driven_nozzle, 1e-5),
     "shell-bulging": (make("shell", **BULGING), bulging_tube, 5e-7),
     "shell-cracking": (make("shell", **CRACKING), cracking_plate, 3.6e-6),
+    "tube-burning": (make("tube", **BURNING), burning_tube, 1e-6),
 }
 # Cases of some thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")

@@ -12,7 +12,7 @@ import numpy as np
 
 from granular_env.components.errors import GranularError
 from granular_env.recording import open_log, recover, verify
-from granular_env.recording.records import Record
+from granular_env.recording.format.records import Record
 
 ACTIONS: dict[str, Callable[[Path], object]] = {
     "verify": verify,

@@ -18,14 +18,14 @@ from granular_env.components.errors import LogError
 from granular_env.components.profiles import Profile
 from granular_env.components.support.serialization import canonical_json
 from granular_env.recording import record
-from granular_env.recording.limits import Limits
-from granular_env.recording.log_file import create
-from granular_env.recording.log_writer import LogWriter
-from granular_env.recording.mcap_reader import McapReader
-from granular_env.recording.metadata import metadata_of_log
-from granular_env.recording.preview import PreviewMessage, Topic
-from granular_env.recording.records import CLOSED, HEADER, INCIDENTS, TOPICS, Record, decode, log_identity
-from granular_env.recording.recover import parameter_model
+from granular_env.recording.container.limits import Limits
+from granular_env.recording.container.reader import McapReader
+from granular_env.recording.format.metadata import metadata_of_log
+from granular_env.recording.format.records import CLOSED, HEADER, INCIDENTS, TOPICS, Record, decode, log_identity
+from granular_env.recording.preview.messages import PreviewMessage, Topic
+from granular_env.recording.recorder.log_file import create
+from granular_env.recording.recorder.log_writer import LogWriter
+from granular_env.recording.replay.recover import parameter_model
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
 

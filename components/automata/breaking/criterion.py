@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from ...support.fields import field
+from ...support.parameter_fields import field
 from ...support.tagged_union import Named
 
 # Numbers of the criteria in kernels; see `functions.failure`.

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...support.fields import field
+from ...support.parameter_fields import field
 from .relinking import Relinking
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...support.fields import field
+from ...support.parameter_fields import field
 from .response import Response
 
 

@@ -285,8 +285,5 @@ def _explain_failure(chain: Chain, drive: FloatArray, ticks: int, failed: int) -
         try:
             twin.step(ticks * twin.step_size, **inputs)
         except StepError as error:
-            raise StepError(
-                f"control step {step} of {len(drive)}: {error}",
-                time=error.time, variable=error.variable, index=error.index, value=error.value, limit=error.limit,
-            ) from None  # fmt: skip
+            raise error.of(f"control step {step} of {len(drive)}") from None
     raise AssertionError("a run failed whose steps do not")

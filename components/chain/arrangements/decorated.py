@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import ParameterError
 from ...materials.elastic import Material, Preset, material
-from ...support.fields import Positive, field
+from ...support.parameter_fields import Positive, field
 from .base import Arrangement, FloatArray
 from .tapered import geometric, sound_radii
 

@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from ...errors import ParameterError
 from ...materials.elastic import Material, Preset, material
-from ...support.fields import Index, Positive, field
+from ...support.parameter_fields import Index, Positive, field
 from .base import Arrangement, FloatArray
 
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 from ...materials.elastic import Material, Preset
 from ...support.counter_random import uniform
-from ...support.fields import field
+from ...support.parameter_fields import field
 from ..uniform_radii import UniformRadii
 from .base import Arrangement, FloatArray, alternatives
 

@@ -10,7 +10,7 @@ from pydantic import model_validator
 
 from ...errors import ParameterError
 from ...materials.elastic import Material, Preset
-from ...support.fields import Positive, field
+from ...support.parameter_fields import Positive, field
 from ...support.roots import integer_power, nth_root
 from .base import Arrangement, FloatArray, alternatives
 

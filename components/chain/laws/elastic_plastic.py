@@ -20,8 +20,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ...errors import ParameterError
-from ...support.fields import NotNegative, Positive, field
 from ...support.jit import inlined, jit
+from ...support.parameter_fields import NotNegative, Positive, field
 from ...support.roots import two_thirds_power
 from ..layout import DISSIPATED, LAW_CONSTANTS, SMALLEST_OVERLAP, STIFFNESS
 from .hertz import hertz_energy, hertz_force

@@ -12,8 +12,8 @@ from __future__ import annotations
 from math import sqrt
 from typing import ClassVar, Literal
 
-from ...support.fields import field
 from ...support.jit import inlined
+from ...support.parameter_fields import field
 from ...support.roots import two_thirds_power
 from ..layout import SMALLEST_OVERLAP, STIFFNESS
 from .law import FloatArray, Law

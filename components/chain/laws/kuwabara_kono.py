@@ -11,8 +11,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ...support.fields import NotNegative, field
 from ...support.jit import inlined
+from ...support.parameter_fields import NotNegative, field
 from ..layout import LAW_CONSTANTS
 from .hertz import HertzRest, energy, energy_pullback, energy_root, energy_root_pullback, force, force_slopes
 from .law import Dissipative, FloatArray

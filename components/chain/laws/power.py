@@ -10,8 +10,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ...support.fields import field
 from ...support.jit import inlined
+from ...support.parameter_fields import field
 from ...support.powers import power
 from ..layout import EXPONENT, SCALARS, SMALLEST_OVERLAP, STIFFNESS
 from .law import FloatArray, Law

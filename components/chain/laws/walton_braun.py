@@ -17,8 +17,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ...errors import ParameterError
-from ...support.fields import NotNegative, Positive, field
 from ...support.jit import inlined
+from ...support.parameter_fields import NotNegative, Positive, field
 from ..layout import DISSIPATED, LAW_CONSTANTS, STIFFNESS
 from .law import FloatArray, Law
 

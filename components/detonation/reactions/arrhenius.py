@@ -12,8 +12,8 @@ import math
 from typing import ClassVar, Literal
 
 from ...support.elementary import exponential
-from ...support.fields import Positive, field
 from ...support.jit import inlined
+from ...support.parameter_fields import Positive, field
 from ...support.powers import power
 from ..chapman_jouguet import Detonation
 from ..gases import Gas

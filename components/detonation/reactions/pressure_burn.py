@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from ...support.fields import field
 from ...support.jit import inlined
+from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
 from .reaction import PRESSURE_BURN, Reaction

@@ -9,7 +9,7 @@ import numpy as np
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.arrays import FloatArray
 from ...support.counter_random import uniform
-from ...support.fields import Index, field
+from ...support.parameter_fields import Index, field
 from ...support.tagged_union import Named
 
 _STREAM = 3

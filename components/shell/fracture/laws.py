@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import SerializeAsAny
 
-from ...support.fields import field
+from ...support.parameter_fields import field
 from ...support.tagged_union import ByName, Named
 from .law import FractureLaw
 from .plastic_strain import PlasticStrain

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from ...materials.thermoviscoplastic import FlowConstants
-from ...support.fields import Positive, field
+from ...support.parameter_fields import Positive, field
 from .law import FractureLaw
 
 

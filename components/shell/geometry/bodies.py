@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import SerializeAsAny
 
-from ...support.fields import Positive, field
+from ...support.parameter_fields import Positive, field
 from ...support.tagged_union import ByName, Named
 from .axis import Axis, closed_axis, even_axis
 from .lattice import Lattice

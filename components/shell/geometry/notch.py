@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ParameterError
-from ...support.fields import NotNegative, Positive, field
+from ...support.parameter_fields import NotNegative, Positive, field
 from ...support.validation import Parameters
 from .axis import Axis
 from .grading import covers, graded_axis

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 # Returns differ by less than this part of their range by rounding alone.
 _ROUNDING = 1e-15
-# So many times the range of the inner grains that of all is, before the end grains are left out of the picture.
+# So many times the range of the inner elements that of all is, before the end elements are left out of the picture.
 _FLATTENED = 2.0
 # Names of lines need this part of the axes' height.
 _CLOSE = 0.06

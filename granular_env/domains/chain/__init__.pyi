@@ -1,7 +1,7 @@
-from . import measurement
+from . import control, measurement
 from .envs.environment import ChainEnv
 from .envs.task import ChainTask
 from .envs.task_check import check_task
 from .envs.vector_env import ChainVectorEnv
 
-__all__ = ["ChainEnv", "ChainTask", "ChainVectorEnv", "check_task", "measurement"]
+__all__ = ["ChainEnv", "ChainTask", "ChainVectorEnv", "check_task", "control", "measurement"]

@@ -138,12 +138,12 @@ class ConfinementEnv(ComponentEnv):
 
     def _draw(self) -> Ready:
         if not self.redraws:
-            return self.component, self.task, self._drawn
+            return self.component, self.task, self.drawn
         return self._redraw({_SEED: float(self.np_random.integers(_SEEDS))})
 
     def _redraw(self, drawn: Drawn) -> Ready:
-        if drawn == self._drawn:
-            return self.component, self.task, self._drawn
+        if drawn == self.drawn:
+            return self.component, self.task, self.drawn
         if not self.redraws or drawn.keys() != {_SEED}:
             mine = "one for each episode" if self.redraws else "one for all"
             raise ParameterError(
@@ -164,11 +164,11 @@ class ConfinementEnv(ComponentEnv):
 
     def _like(self, recorded: Component) -> Ready:
         if not self.redraws or not isinstance(recorded, Automata):
-            return self.component, self.task, self._drawn
+            return self.component, self.task, self.drawn
         return self._redraw({_SEED: float(recorded.parameters.strength_seed)})
 
     def _take(self, component: Component, task: Task, drawn: Drawn) -> None:
-        self.component, self._drawn = component, drawn
+        self.component, self.drawn = component, drawn
 
     def _inputs(self, action: npt.ArrayLike) -> dict[str, Any]:
         assert isinstance(self.task, ConfinementTask)

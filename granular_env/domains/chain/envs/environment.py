@@ -128,18 +128,18 @@ class ChainEnv(ComponentEnv):
             raise ParameterError(f"got {one_line(info)}", expected='"full" or "brief"', at="info")
         self.info, self._acting = info, (action_rate, control_delay)
         self._seeing = observe, noise
-        self._steps = 0 if deadline is None else int(self.deadline)
+        self.control_steps = 0 if deadline is None else int(self.deadline)
         self._home: FloatArray | None = None
         self.on_new_chain: Callable[[], None] | None = None
         self._goal: npt.ArrayLike = ()
         self._fit(component, first)
         self.observation_space = observation_box(
-            first.observation_limit, self.observing.size + len(self._goal_scales), self.clock
+            first.observation_limit, self.observing.size + len(self.goal_scales), self.clock
         )
-        self.observation_size = self.observing.size + len(self._goal_scales) + self.clock
+        self.observation_size = self.observing.size + len(self.goal_scales) + self.clock
         self._action = np.zeros(len(self.actuator.names))
-        self._begin_task = _compile(component, first, "begin_kernel", BEGIN)
-        self._judge = _compile(component, first, "judge_kernel", JUDGE)
+        self.begin_task = _compile(component, first, "begin_kernel", BEGIN)
+        self.judge = _compile(component, first, "judge_kernel", JUDGE)
         self._actuate = entry_point(actuate, ACTUATE)
         self._look = entry_point(component.specialise(observe_kernel), OBSERVE)
         self._lay_out(np.zeros(COUNTERS + len(first.counter_names) + self.actuator.memory_size))
@@ -159,12 +159,12 @@ class ChainEnv(ComponentEnv):
         readings["force"] = finite_number("observed_force", task.observed_force)
         self.observing = Observing.of(chain, self._seeing[0], readings, task.observation_limit, self._seeing[1])
         self.constants = np.ascontiguousarray(task.constants, dtype=np.float64)
-        self._goal_scales = np.array(task.goal_scales, dtype=np.float64)
+        self.goal_scales = np.array(task.goal_scales, dtype=np.float64)
 
     def _lay_out(self, memory: FloatArray) -> None:
         """Let the episode's memory lie there."""
         end = COUNTERS + len(self.task.counter_names)
-        self._memory, self._memory_bytes = memory, memory.data.cast("B")
+        self.memory, self._memory_bytes = memory, memory.data.cast("B")
         self._applied, self._counters, self._commands = memory[LEFT:COUNTERS], memory[COUNTERS:end], memory[end:]
 
     def lane(self, table: FloatArray, memory: FloatArray) -> Self:
@@ -174,7 +174,7 @@ class ChainEnv(ComponentEnv):
         twin.component = self.component.clone(table)
         twin._np_random = twin._np_random_seed = twin._random_state = None
         twin._action = np.zeros_like(self._action)
-        twin._home, twin._drawn = table, {}
+        twin._home, twin.drawn = table, {}
         memory[:] = 0.0
         twin._lay_out(memory)
         return twin
@@ -187,7 +187,7 @@ class ChainEnv(ComponentEnv):
         Raises:
             ParameterError: the action is not one, the episode is over, or the reward is not finite (the chain has moved).
         """
-        memory, total, over, late = self._memory, 0.0, False, False
+        memory, total, over, late = self.memory, 0.0, False, False
         if not memory[RUNNING]:
             raise ParameterError("the episode is over or has not begun", hint="call reset() first", at="step")
         self._action[:] = self._validate_action(action)
@@ -205,7 +205,7 @@ class ChainEnv(ComponentEnv):
 
     def _control_step(self) -> tuple[float, bool, bool]:
         """Act, advance and judge once; return the reward, whether the task has ended, whether the deadline is reached."""
-        memory, actuator, before = self._memory, self.actuator, bytes(self._memory_bytes)
+        memory, actuator, before = self.memory, self.actuator, bytes(self._memory_bytes)
         self._actuate(
             self._action, actuator.sides, actuator.scales, actuator.rate, actuator.delay, self._commands, self._applied
         )
@@ -219,21 +219,21 @@ class ChainEnv(ComponentEnv):
             raise
         elapsed = int(memory[ELAPSED]) + 1
         memory[ELAPSED] = elapsed
-        reward, over = self._judge(
-            self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self._steps
+        reward, over = self.judge(
+            self.component.table, self._applied, self._counters, self.constants, self.duration, elapsed, self.control_steps
         )
         if not math.isfinite(reward):
             raise ParameterError(
                 f"task {self.task.name!r}: its reward is {reward} after control step {elapsed}", hint="mend its judge_kernel"
             )
-        return float(reward), bool(over), not over and elapsed >= self._steps > 0
+        return float(reward), bool(over), not over and elapsed >= self.control_steps > 0
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture of the present state, shape (360, 960, 3), with walls and what is wanted; None without a mode."""
         if self.render_mode != "rgb_array":
             return None
         ends = self.component.parameters.left in WALLS, self.component.parameters.right in WALLS
-        wanted = self.task.wanted_velocity(int(self._memory[ELAPSED]), self._counters)
+        wanted = self.task.wanted_velocity(int(self.memory[ELAPSED]), self._counters)
         return draw(self.component, self.task, ends, wanted)
 
     # -- other chains -----------------------------------------------------------------------------------------------
@@ -247,8 +247,8 @@ class ChainEnv(ComponentEnv):
         return self._redraw(self.randomization.draw(self.np_random))
 
     def _redraw(self, drawn: Drawn) -> Ready:
-        if drawn == self._drawn:
-            return self.component, self.task, self._drawn
+        if drawn == self.drawn:
+            return self.component, self.task, self.drawn
         if drawn.keys() != self.randomization.parameters.keys():
             raise ParameterError(
                 f"it has {', '.join(sorted(drawn)) or 'nothing'} drawn, this environment draws "
@@ -267,7 +267,7 @@ class ChainEnv(ComponentEnv):
 
     def _like(self, recorded: Component) -> Ready:
         if not isinstance(recorded, Chain) or not self.randomization.parameters:
-            return self.component, self.task, self._drawn
+            return self.component, self.task, self.drawn
         told: dict[str, Any] = recorded.parameters.model_dump()
         return self._redraw({name: told[name] for name in self.randomization.parameters if name in told})
 
@@ -277,7 +277,7 @@ class ChainEnv(ComponentEnv):
         assert isinstance(component, Chain)
         self._fit(component, task)
         self.component = component if self._home is None else component.clone(self._home)
-        self.task, self._drawn = task, drawn
+        self.task, self.drawn = task, drawn
         if self.on_new_chain is not None:
             self.on_new_chain()
 
@@ -292,15 +292,15 @@ class ChainEnv(ComponentEnv):
         return {**start, **given}
 
     def _begin(self, seed: int) -> None:
-        memory, chain = self._memory, self.component
+        memory, chain = self.memory, self.component
         memory[:] = 0.0
         memory[RUNNING], memory[SEED], memory[START] = 1.0, seed, chain.tick
         for side, name in ((LEFT, chain.left_input), (RIGHT, chain.right_input)):
             # Where a log goes on, it may be a profile's value.
             memory[side] = chain.peek(name) if name in chain.variables else 0.0
         self.actuator.begin(self._commands, self._applied)
-        self._counters[: len(self._goal_scales)] = self._goal
-        self._begin_task(self.component.table, self._counters, self.constants)
+        self._counters[: len(self.goal_scales)] = self._goal
+        self.begin_task(self.component.table, self._counters, self.constants)
 
     def _episode(self) -> bytes:
         return bytes(self._memory_bytes)
@@ -326,7 +326,7 @@ class ChainEnv(ComponentEnv):
         return {"displacement": self.component.get("displacement"), "velocity": self.component.get("velocity")}
 
     def _observation(self) -> Observation:
-        out, plan, memory = np.empty(self.observation_size, np.float32), self.observing, self._memory
+        out, plan, memory = np.empty(self.observation_size, np.float32), self.observing, self.memory
         self._look(
             self.component.table,
             plan.blocks,
@@ -338,10 +338,10 @@ class ChainEnv(ComponentEnv):
             out,
         )
         end = len(out) - self.clock
-        if len(self._goal_scales):
-            show_goal(self._counters, self._goal_scales, plan.limit, out[:end])
+        if len(self.goal_scales):
+            show_goal(self._counters, self.goal_scales, plan.limit, out[:end])
         if self.clock:
-            show_clock(int(memory[ELAPSED]), self._steps, out[end:])
+            show_clock(int(memory[ELAPSED]), self.control_steps, out[end:])
         return out
 
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
@@ -350,12 +350,12 @@ class ChainEnv(ComponentEnv):
         for name, side in zip(self.actuator.names, self.actuator.sides, strict=True):
             info[name] = applied[side]
         info.update(zip(self.task.counter_names, self._counters.tolist(), strict=True))
-        if self._drawn:
-            info.update(info_of_draws(self.component, self._drawn))
+        if self.drawn:
+            info.update(info_of_draws(self.component, self.drawn))
         return info
 
     def _fail(self, error: StepError, total: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        self._memory[RUNNING] = 0.0
+        self.memory[RUNNING] = 0.0
         info = self._info(self._see())
         info["step_error"] = str(error)
         return self._observation(), total + self.step_error_reward, True, False, info

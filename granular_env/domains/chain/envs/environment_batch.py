@@ -50,7 +50,7 @@ class EnvironmentBatch:
         for index, one in enumerate(made):
             _refuse_unlike(first, one, index)
         self.tables = np.zeros((count, *first.component.table.shape))
-        self.memories = np.zeros((count, len(first._memory)))
+        self.memories = np.zeros((count, len(first.memory)))
         self.single = []
         for k in range(count):
             lane = made[k % len(made)].lane(self.tables[k], self.memories[k])
@@ -80,7 +80,7 @@ class EnvironmentBatch:
         self._names, self._sides = actuator.names, actuator.sides
         self._steps_each = np.array([lane.internal_steps for lane in lanes], dtype=np.int64)
         self._step_sizes = stacked(lane.component.step_size for lane in lanes)
-        self._deadlines = np.array([lane._steps for lane in lanes], dtype=np.int64)
+        self._deadlines = np.array([lane.control_steps for lane in lanes], dtype=np.int64)
         state = [lane.component.state_rows for lane in lanes]
         first_row, last_row = min(rows.start for rows in state), max(rows.stop for rows in state)
         self._judging = (
@@ -92,7 +92,7 @@ class EnvironmentBatch:
         self._seeing = (
             observes, first.observing.blocks, stacked(lane.observing.factors for lane in lanes),
             stacked(lane.observing.limit for lane in lanes), stacked(lane.observing.noise for lane in lanes),
-            stacked(lane._goal_scales for lane in lanes), first.clock,
+            stacked(lane.goal_scales for lane in lanes), first.clock,
         )  # fmt: skip
         kept = np.zeros((last_row - first_row, first.component.table.shape[1]))
         self._room = (_NO_DRIVE, kept, np.zeros(self.memories.shape[1]), first_row)
@@ -112,11 +112,11 @@ class EnvironmentBatch:
             return
         for k, lane in lanes.items():
             constants[places[k] : places[k + 1]] = lane.constants
-            scales[k], factors[k], goals[k] = lane.actuator.scales, lane.observing.factors, lane._goal_scales
+            scales[k], factors[k], goals[k] = lane.actuator.scales, lane.observing.factors, lane.goal_scales
 
     def _note_drawn(self, k: int, lane: ChainEnv) -> None:
         count = len(self.single)
-        for name, value in info_of_draws(lane.component, lane._drawn).items():
+        for name, value in info_of_draws(lane.component, lane.drawn).items():
             if name not in self._drawn:
                 self._drawn[name] = np.zeros((count, *np.shape(value))), np.zeros(count, np.bool_)
             self._drawn[name][0][k], self._drawn[name][1][k] = value, True
@@ -158,7 +158,7 @@ class EnvironmentBatch:
         ready = [self.single[k].refuse_foreign(state) for k, state in zip(numbers, states, strict=True)]
         for k, state, one in zip(numbers, states, ready, strict=True):
             lane = self.single[k]
-            lane._take_state(state, one)
+            lane.take_state(state, one)
             if _goes_alone(lane):
                 self._lent.add(k)
 

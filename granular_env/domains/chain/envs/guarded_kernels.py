@@ -52,15 +52,15 @@ def refuse_slips(env: ChainEnv) -> None:
         return
     grains = env.component.parameters.grains
     sizes = (task.counter_names, grains, env.component.table.shape, len(task.goal_scales))
-    known = (type(task).begin_kernel, type(task).judge_kernel, sizes, env._steps, env.constants.tobytes())
+    known = (type(task).begin_kernel, type(task).judge_kernel, sizes, env.control_steps, env.constants.tobytes())
     if known in _refused_nothing:
         return
     try:
         copy = guard_copy(env)
         copy.reset(seed=0)
         for last in (False, True):
-            if last and copy._steps:
-                copy._memory[ELAPSED] = copy._steps - 1
+            if last and copy.control_steps:
+                copy.memory[ELAPSED] = copy.control_steps - 1
             copy.step(np.ones(copy.action_space.shape))
     except SlipError as slip:
         raise ParameterError(str(slip), source=f"task {task.name!r}") from None
@@ -73,7 +73,7 @@ def refuse_slips(env: ChainEnv) -> None:
 
 def guard_copy(env: ChainEnv) -> Any:
     """Return an environment like this one whose kernels are plain Python and see guarded arrays."""
-    copy: Any = env.lane(np.zeros_like(env.component.table), np.zeros_like(env._memory))
+    copy: Any = env.lane(np.zeros_like(env.component.table), np.zeros_like(env.memory))
     names, grains = env.task.counter_names, env.component.parameters.grains
     counters = f"counter_names declares {len(names)}" + (f" ({', '.join(names)})" if names else "")
     constants = f"the task has {len(env.constants)}"
@@ -97,7 +97,7 @@ def guard_copy(env: ChainEnv) -> Any:
         duration, elapsed, steps = rest  # as numbers of numpy: like compiled ones they divide by 0 without raising
         return _run(judge, "judge_kernel", a, held, numbers, given, np.float64(duration), np.int64(elapsed), np.int64(steps))
 
-    copy._begin_task, copy._judge = guarded_begin, guarded_judge
+    copy.begin_task, copy.judge = guarded_begin, guarded_judge
     return copy
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache
 from typing import Any, ClassVar
 
@@ -15,7 +15,6 @@ from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import JIT, jit
-from granular_env.envs.policies import Policy
 from granular_env.envs.task import Seen, Task
 
 # The table (`components.chain.layout`), the counters, the task's constants.
@@ -77,10 +76,6 @@ class ChainTask(Task):
             ParameterError: this task has none.
         """
         raise ParameterError(f"task {self.name!r} has no objective with a gradient", hint="use a method that needs none")
-
-    def baselines(self) -> Mapping[str, Policy]:
-        """Policies to compare with: "nothing", "theory" (made by hand), "best" (best known)."""
-        return {}
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray | None:
         """Return the velocity that each grain should have now, for pictures, shape (grains,) [m/s]; None where none is wanted.

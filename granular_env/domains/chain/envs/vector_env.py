@@ -12,8 +12,8 @@ from gymnasium.vector.utils import batch_space
 
 from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.validation import whole_number
-from granular_env.envs.copies import Recreatable
 from granular_env.envs.environment import validate_seed
+from granular_env.envs.pickling import Recreatable
 from granular_env.envs.state import EnvState
 
 from .environment import ChainEnv

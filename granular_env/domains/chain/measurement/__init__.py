@@ -7,7 +7,7 @@
 Everything is a function of a `History`. Grains are counted from 0, speeds and places are those in the reference configuration.
 """
 
-from granular_env.peaks import Crest, crests
+from granular_env.sampled_curves import Crest, crests
 
 from .chain_history import History
 from .energies import (

@@ -8,7 +8,7 @@ import numpy as np
 
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
-from granular_env.peaks import crests, crossing, positive
+from granular_env.sampled_curves import crests, crossing, positive
 
 from .chain_history import Direction, History
 from .validation import sign

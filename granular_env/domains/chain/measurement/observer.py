@@ -12,7 +12,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.inputs import Held
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.memory_limits import refuse_beyond
-from granular_env.peaks import positive
+from granular_env.sampled_curves import positive
 
 from .chain_history import History
 from .from_log import chain_geometry, of_chain

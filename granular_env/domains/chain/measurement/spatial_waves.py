@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from granular_env.components.support.arrays import FloatArray
-from granular_env.peaks import ridges, top
+from granular_env.sampled_curves import ridges, top
 
 from .chain_history import Direction, History
 from .validation import sign

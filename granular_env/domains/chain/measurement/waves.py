@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from granular_env.components.errors import ParameterError
-from granular_env.peaks import Crest, crests
+from granular_env.sampled_curves import Crest, crests
 
 from .chain_history import Direction, History, require_history
 from .validation import sign

@@ -1,0 +1,135 @@
+"""Arrays of real numbers that people give, all by one rule: no truth values, no text, no masked elements, all finite."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .elements import check_index, index_text, parse_index
+from .errors import Location, ParameterError, one_line, to_location
+from .support.arrays import FloatArray
+from .support.validation import finite_number
+
+Shape = tuple[int, ...]
+_NUMBERS = frozenset([int, float, np.float64, np.int64])
+
+
+def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence[Shape] | None = None) -> FloatArray:
+    """Return a new float64 array of what was given.
+
+    Args:
+        at: its location, for messages.
+        value: an array, or lists in lists.
+        expected: what it should be, in words.
+        shapes: those that it may have; None for any.
+
+    Raises:
+        ParameterError: it holds what is no finite number, rows of unlike length, or it has another shape.
+    """
+    if value.__class__ is np.ndarray and value.dtype == np.float64:
+        array = value.copy(order="C")
+    else:
+        array = _converted(at, value, expected)
+    if shapes is not None and array.shape not in shapes:
+        came = "a single number" if array.shape == () else f"an array of shape {array.shape}"
+        raise ParameterError(f"got {came}", expected=expected, at=at)
+    if not np.isfinite(array).all():
+        place = tuple(int(index) for index in np.argwhere(~np.isfinite(array))[0])
+        raise ParameterError(f"got {array[place]:g}", expected="a finite number", at=(*to_location(at), *place))
+    return array
+
+
+def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
+    if isinstance(value, np.ma.MaskedArray):
+        hint = "fill what is masked: array.filled(value)"
+        raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=at)
+    _refuse_parts(to_location(at), value)
+    try:
+        given = np.asarray(value)
+    except (ValueError, OverflowError, TypeError):
+        rows = isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value)
+        came = "rows of unlike length" if rows else one_line(value)
+        raise ParameterError(f"got {came}", expected=expected, at=at) from None
+    if given.dtype == np.float64 or given.dtype.kind in "iu":
+        return np.array(given, dtype=np.float64, order="C")
+    numbers = given.dtype.kind in "fiu" or (given.dtype.kind == "O" and all(isinstance(one, int | float) for one in given.flat))
+    try:
+        if numbers:
+            with np.errstate(all="ignore"):  # what is too large becomes infinite, and is refused as that
+                return np.array(given, dtype=np.float64, order="C")
+    except OverflowError:
+        pass
+    raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
+
+
+def _refuse_parts(at: Location, value: Any) -> None:
+    """Refuse what is no number in lists: numpy would read truth values and masked elements as numbers."""
+    if not isinstance(value, list | tuple) or _NUMBERS.issuperset(map(type, value)):
+        return
+    for place, part in enumerate(value):
+        if isinstance(part, list | tuple):
+            _refuse_parts((*at, place), part)
+        elif isinstance(part, np.ndarray | np.generic):
+            if part.dtype.kind not in "fiu" or isinstance(part, np.ma.MaskedArray):
+                raise ParameterError(f"got {one_line(part)}", expected="a number", at=(*at, place))
+        elif isinstance(part, bool | str | bytes) or part is None:
+            raise ParameterError(f"got {one_line(part)}", expected="a number", at=(*at, place))
+
+
+def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray | float = 0.0) -> FloatArray:
+    """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the others are `rest`).
+
+    A row is what one index of the first axis holds: for shape (n, 2) two numbers; {"3,1": value} or {(3, 1): value} gives a
+    single element.
+
+    Raises:
+        ParameterError: it is none of these, or not finite, or it gives an element twice.
+    """
+    array, at = np.zeros(shape), to_location(at)
+    array[...] = rest
+    if not isinstance(value, Mapping):
+        array[...] = _values(at, value, shape, "{index: value}")
+        return array
+    if not shape:
+        raise ParameterError("got {index: value}", expected="a single number", at=at)
+    indices = [_index(at, key, shape) for key in value]
+    _refuse_elements_given_twice(at, indices)
+    for index, item in zip(indices, value.values(), strict=True):
+        array[index] = _values((*at, *index), item, shape[len(index) :])
+    return array
+
+
+def _refuse_elements_given_twice(at: Location, indices: list[Shape]) -> None:
+    given = set(indices)
+    for index in indices:
+        row = index[:1]
+        if index != row and row in given:
+            came = f"got {index_text(index)} and its row {index_text(row)}"
+        elif indices.count(index) > 1:
+            came = f"got {index_text(index)} twice"
+        else:
+            continue
+        raise ParameterError(came, expected="each element once", at=at)
+
+
+def _values(at: Location, value: Any, shape: Shape, *others: str) -> FloatArray | float:
+    """Return finite numbers that can be laid over an array of that shape: one, a row, or all of them."""
+    if not shape:
+        return finite_number(at, value)
+    # A row for all only where there are several axes: for shape (n,) a row is a number.
+    shapes = [shape[1:], shape] if len(shape) > 1 else [shape]
+    *forms, last = ["a number", *(f"an array of shape {one}" for one in shapes), *others]
+    return number_array(at, value, f"{', '.join(forms)} or {last}", ((), *shapes))
+
+
+def _index(at: Location, key: Any, shape: Shape) -> Shape:
+    """Return the index of a row or of an element, counted from 0."""
+    try:
+        index = parse_index(key)
+        # One number is a row's; more must be an element's.
+        check_index(at, index, shape[:1] if len(index) == 1 else shape)
+    except ParameterError as error:
+        raise error.within(*at) from None
+    return tuple(number % size for number, size in zip(index, shape, strict=False))

@@ -1,0 +1,71 @@
+"""The largest stable step of leapfrog, 2 / omega, and the highest frequency of a body at rest that it follows from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError
+from .arrays import FloatArray
+from .roots import round_down_to_125
+
+# The part of the largest stable step that is allowed, and the part that is suggested.
+ALLOWED, SUGGESTED = 0.9, 0.8
+
+
+def highest_frequency(
+    shape: FloatArray,
+    size: float,
+    held: npt.NDArray[np.bool_],
+    mass: FloatArray,
+    force: Callable[[FloatArray], FloatArray],
+    norm_ratio: Callable[[FloatArray, FloatArray, FloatArray], float],
+    *,
+    iterations: int,
+    settled: float,
+) -> float:
+    """Return the highest angular frequency of a body at rest [rad/s], by power iteration, from below; 0 where nothing can move.
+
+    Args:
+        shape: displacements to begin with, shape (n, dimensions).
+        size: largest displacement that is tried [m]; so small that the geometry stays what it is.
+        held: where a displacement is prescribed, of the same shape, bool.
+        mass: of the nodes, shape (n,) [kg].
+        force: gives the forces of displacements from rest, both of that shape [m, N].
+        norm_ratio: of an image and a vector, in the norm that weighs nodes with their masses.
+        iterations: how many there are at most.
+        settled: change of the square of the frequency, over itself, at which they end.
+    """
+    square = 0.0
+    for _ in range(iterations):
+        shape[held] = 0.0
+        largest = float(np.abs(shape).max())
+        if largest == 0.0:
+            return 0.0
+        vector = shape * (size / largest)
+        found = force(vector)
+        found[held] = 0.0
+        shape = found / (-mass[:, np.newaxis])
+        # |K x| / |M x| in the norm of the masses: between Rayleigh's quotient and the highest one.
+        before, square = square, norm_ratio(shape, vector, mass)
+        if abs(square - before) <= settled * square:
+            break
+    return math.sqrt(square)
+
+
+def suggest_step(frequency: float, hint: str) -> float:
+    """Return a stable step [s], rounded down to 1, 2 or 5 x 10^k; `ParameterError` with the hint where nothing can move."""
+    if frequency == 0.0:
+        raise ParameterError("no node can move", hint=hint, at="boundaries")
+    return round_down_to_125(SUGGESTED * 2.0 / frequency)
+
+
+def refuse_large_step(step: float, frequency: float, hint: str) -> None:
+    """Raise `ParameterError` where a step [s] is too near to the largest stable one; `hint` says what to do."""
+    if frequency * step > 2.0 * ALLOWED:
+        largest = 2.0 / frequency
+        expected = f"at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest stable one, 2 / omega = {largest:.4g} s"
+        raise ParameterError(f"got {step:g} s", expected=expected, hint=hint, at="step_size")

@@ -1,0 +1,421 @@
+"""A gas in a tube and the section of the tube that gives way, as one component: both advance in one tick, in one memory."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..component import Component
+from ..contract import Balance, Variable
+from ..detonation.component import DetonationTube
+from ..detonation.layout import WALL_WORK
+from ..drawables import Cells, Drawable, Points
+from ..errors import Fault, ParameterError, StepError
+from ..inputs import Held
+from ..profiles import CompiledProfile
+from ..shell.component import Shell
+from ..support.arrays import FloatArray
+from . import balances, kernels
+from .interface import Interface, find_overlaps, mean_shares
+from .parameters import TubeParameters
+
+# Loads below this part of the pressure outside come from rounding: the shell sleeps until one is larger.
+_WAKING = 1e-9
+# What `_advance` returns for the gas, the shell and what passes between them: this and their own status.
+_GAS, _SHELL, _WALL = 16, 32, 48
+# A change of the cross-section that a gas in a rigid tube should have felt.
+_LARGE_CHANGE = 0.02
+# Axes that do not count cells, nodes, points or gauges: both parts have them.
+_ENTRIES = ("direction", "entry", "station")
+
+Part = TypeVar("Part", DetonationTube, Shell)
+
+
+class Tube(Component):
+    """A detonation in a rigid tube, a section of which is a shell: the experiment of Gato & Shie (2010).
+
+    The gas loads the wall, and with two-way coupling feels it. See `TubeParameters`.
+    """
+
+    name = "tube"
+    Parameters = TubeParameters
+    parameters: TubeParameters
+
+    # -- building ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def memory_needed(cls, parameters: TubeParameters) -> int:
+        """Return what the parts take."""
+        return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
+
+    def _build(self) -> None:
+        p = self.parameters
+        self._given = {"gas": p.gas.model_dump(), "shell": p.shell.model_dump()}
+        # Built by themselves first: they know their steps and how large their states are.
+        gas, shell = self._make_part(DetonationTube, "gas"), self._make_part(Shell, "shell")
+        self._choose_steps(gas.step_size, shell.step_size)
+        stations = shell.parameters.body.counts[0]
+        self._lay_out(
+            gas=("f8", (gas.memory.size,)), shell=("f8", (shell.memory.size,)), peak_pressure=("f8", (stations,)),
+            tally=("f8", (kernels.TALLY,)), awake=("i8", (1,)),
+        )  # fmt: skip
+        self.gas: DetonationTube = self._make_part(
+            DetonationTube, "gas", step_size=self.step_size / self.gas_steps, memory=self._block["gas"]
+        )
+        self.shell: Shell = self._make_part(
+            Shell, "shell", step_size=self.step_size / self.shell_steps, memory=self._block["shell"]
+        )
+        self._include(self.gas, "gas", self.gas_steps)
+        self._include(self.shell, "shell", self.shell_steps)
+        self.interface: Interface = self._find_interface()
+        self._make_scratch(stations)
+
+    def _make_part(self, kind: type[Part], name: str, **changes: Any) -> Part:
+        """Return one of the parts; what is wrong with its parameters is told as of this component."""
+        try:
+            return kind(**{**self._given[name], **changes})
+        except ParameterError as error:
+            raise ParameterError(
+                *(dataclasses.replace(fault, source=f"component {self.name!r}").within(name) for fault in error.faults)
+            ) from None
+
+    def _choose_steps(self, gas_step: float, shell_step: float) -> None:
+        """Set the internal step, and how many steps each part makes in it, from those that they suggest."""
+        p = self.parameters
+        self.step_size = max(gas_step, shell_step) if p.step_size is None else p.step_size
+        self.gas_steps: int = p.gas_steps or _steps_in(self.step_size, gas_step)
+        self.shell_steps: int = p.shell_steps or _steps_in(self.step_size, shell_step)
+
+    def _find_interface(self) -> Interface:
+        surface, body = self.shell.tables()[0].surface, self.shell.parameters.body
+        stations, around, _ = body.counts
+        bounds = self.shell.station_bounds + self.parameters.position
+        begin, cell, length, offset = find_overlaps(bounds, self.gas.cell_size, self.gas.parameters.cells)
+        shares = mean_shares(stations, around, getattr(body, "half", False))
+        found = Interface(
+            begin, cell, length, offset, np.diff(bounds), surface.nodes, surface.station, shares, surface.reference,
+            np.zeros(stations), self.gas.areas.copy(),
+        )  # fmt: skip
+        kernels.write_radii(found, np.zeros_like(self.shell.nodes), found.rest)
+        return found
+
+    def _make_scratch(self, stations: int) -> None:
+        """Allocate what the kernels write to and nobody keeps."""
+        cells, surface = self.gas.parameters.cells, len(self.interface.nodes)
+        self._pressures = np.zeros((3, stations))
+        self._works, self._radii = np.zeros(stations), np.zeros(stations)
+        self._before = np.zeros((2, surface, 3))
+        self._cells = np.zeros((2, cells))
+        self._openings = np.zeros(cells)
+        self._failed = np.zeros(1, dtype=np.int64)
+        # Step of the gas or of the shell in which something failed.
+        self._failed_tick = 0
+
+    @property
+    def mass(self) -> float:
+        """Mass of the gas and the shell now [kg]."""
+        return self.gas.mass + float(self.shell.mass.sum())
+
+    # -- description ------------------------------------------------------------------------------------------------
+
+    def _declare(self) -> Iterable[Variable]:
+        stations = len(self.interface.width)
+        for prefix, part in (("gas", self.gas), ("shell", self.shell)):
+            for variable in part.declared():
+                axes = tuple(axis if axis in _ENTRIES else f"{prefix} {axis}" for axis in variable.axes)
+                name, text = f"{prefix}_{variable.name}", f"{prefix}: {variable.description}"
+                yield self._declare_output(dataclasses.replace(variable, name=name, description=text, axes=axes))
+        if self.parameters.vent is not None:
+            yield Variable(
+                "vent_area", "input", "m^2", (), "area of the opening at `vent`, through which gas leaves", start=0.0,
+                minimum=0.0, nominal=float(self.interface.area.mean()),
+            )  # fmt: skip
+        axes = ("station",)
+        yield Variable(
+            "peak_pressure", "output", "Pa", (stations,), "largest pressure on the inner surface since the reset", minimum=0.0,
+            axes=axes, nominal=1e6,
+        )  # fmt: skip
+        yield Variable(
+            "radial_displacement", "output", "m", (stations,), "mean over the inner surface at each station", axes=axes,
+            nominal=1e-4,
+        )  # fmt: skip
+        yield Variable("gas_kinetic_energy", "output", "J", (), "kinetic energy of the gas", minimum=0.0)
+        yield Variable("shell_kinetic_energy", "output", "J", (), "kinetic energy of the shell", minimum=0.0)
+        yield Variable("work_on_room", "output", "J", (), "work of the shell on the room around it since the reset")
+        yield Variable(
+            "exchange_difference", "output", "J", (), "work that the shell and the room got less that of the gas since the "
+            "reset: 0 but for rounding with two-way coupling; with one-way what the gas should have lost",
+        )  # fmt: skip
+
+    def _declare_output(self, variable: Variable) -> Variable:
+        """Return the variable, as an output where it is an input of a part that the other part decides."""
+        if variable.name not in ("gas_area", "shell_pressure"):
+            return variable
+        text = (
+            "gas: cross-section of the cells" if variable.name == "gas_area" else "shell: pressure of the gas at the stations"
+        )
+        return dataclasses.replace(variable, causality="output", initial="calculated", description=text, start=None)
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        found: dict[str, Callable[[], Any]] = {
+            "gas_area": lambda: self.gas.tables()[2].area,
+            "shell_pressure": self._shell_pressure,
+            "radial_displacement": self._radial_displacement,
+            "gas_kinetic_energy": lambda: self.gas.balances()[0].stored["kinetic_energy"],
+            "shell_kinetic_energy": lambda: self.shell.balances()[0].stored["kinetic_energy"],
+            "work_on_room": lambda: float(self._block["tally"][kernels.ROOM_WORK]),
+            "exchange_difference": self._exchange_difference,
+        }
+        for prefix, part in (("gas", self.gas), ("shell", self.shell)):
+            for variable in part.declared():
+                if variable.causality == "output":
+                    found[f"{prefix}_{variable.name}"] = lambda part=part, name=variable.name: part.peek(name)
+        return found
+
+    def _shell_pressure(self) -> FloatArray:
+        out = np.zeros(len(self.interface.width))
+        kernels.write_pressures(self.interface, self.gas.tables()[2].pressure, out)
+        return out
+
+    def _radial_displacement(self) -> FloatArray:
+        out = np.zeros(len(self.interface.width))
+        kernels.write_radii(self.interface, self.shell.tables()[1].displacement, out)
+        return out - self.interface.rest
+
+    def _exchange_difference(self) -> float:
+        gas, shell = self.gas.balances()[0].supplied, self.shell.balances()[0].supplied
+        return float(gas["wall_work"] + shell["pressure_work"] + self._block["tally"][kernels.ROOM_WORK])
+
+    # -- stepping ---------------------------------------------------------------------------------------------------
+
+    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        self._begin(self.shell, "shell", seed, values, {})
+        state = self.shell.tables()[1]
+        self._block["awake"][0] = any(bool(one.any()) for one in (state.displacement, state.velocity, state.stress))
+        area = self._present_area() if self.parameters.coupling.moves_gas else self.gas.areas
+        starts = self._begin(self.gas, "gas", seed, values, {"area": area})
+        self._block["peak_pressure"][:] = self._shell_pressure()
+        return {f"gas_{name}": value for name, value in starts.items() if name != "area"}
+
+    def _begin(
+        self, part: Component, prefix: str, seed: int | None, values: Mapping[str, FloatArray], more: Mapping[str, FloatArray]
+    ) -> Mapping[str, Any]:
+        """Write the start state of a part; what is wrong with its values is told as of this component."""
+        own = {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
+        try:
+            return part.begin(seed, {**own, **more})
+        except ParameterError as error:
+            raise ParameterError(*(_fault_of_part(fault, prefix) for fault in error.faults)) from None
+
+    def _present_area(self) -> FloatArray:
+        """Return the cross-section of the cells of the gas that the shell leaves them as it is now, shape (cells,) [m^2]."""
+        interface = self.interface
+        kernels.write_radii(interface, self.shell.tables()[1].displacement, self._radii)
+        ratio = self._radii / interface.rest
+        widening = np.repeat(ratio * ratio - 1.0, np.diff(interface.begin))
+        growth = np.bincount(interface.cell, interface.length * widening, minlength=len(interface.area))
+        return interface.area * (1.0 + growth / self.gas.cell_size)
+
+    def _advance(self, ticks: int) -> int:
+        for tick in range(self._tick, self._tick + ticks):
+            status = self._advance_tick(tick)
+            if status:
+                return status
+        return 0
+
+    def _advance_tick(self, tick: int) -> int:
+        """Advance gas, then shell, by an internal step; then let the gas feel how the wall has moved."""
+        before, after = self._pressures[0], self._pressures[1]
+        gas = self.gas.tables()[2]
+        kernels.write_pressures(self.interface, gas.pressure, before)
+        status = self._advance_gas(tick)
+        if status:
+            return status
+        kernels.write_pressures(self.interface, gas.pressure, after)
+        kernels.write_peaks(after, self._block["peak_pressure"])
+        if not self._is_awake(after):
+            return 0
+        status = self._advance_shell(tick, before, after)
+        if status or not self.parameters.coupling.moves_gas:
+            return status
+        return self._move_wall(tick, after)
+
+    def _advance_gas(self, tick: int) -> int:
+        """Advance the gas with the area that it has, and let it out of the vent."""
+        gas = self.gas.tables()[2]
+        for step in range(self.gas_steps):
+            part = (step + 0.5) / self.gas_steps
+            own = {
+                name.removeprefix("gas_"): _number(value, tick, part)
+                for name, value in self._held.items()
+                if name != "vent_area"
+            }
+            self._failed_tick = tick * self.gas_steps + step
+            self.gas.adopt(self._failed_tick, {})
+            self.gas.adopt_inputs({**own, "area": gas.area})
+            status = self.gas.advance(1)
+            if status:
+                return _GAS + status
+        self._open_vent(tick)
+        return 0
+
+    def _open_vent(self, tick: int) -> None:
+        """Let gas out of the vent."""
+        p = self.parameters
+        if p.vent is None:
+            return
+        medium, _, gas, _, _ = self.gas.tables()
+        cell = min(int(p.vent / self.gas.cell_size), p.gas.cells - 1)
+        self._openings[cell] = max(_number(self._held["vent_area"], tick, 0.5), 0.0)
+        kernels.leak(medium, gas, self._openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
+
+    def _is_awake(self, pressures: FloatArray) -> bool:
+        """Return whether the shell moves; it sleeps at rest until something loads it."""
+        awake, room = self._block["awake"], self.parameters.room_pressure
+        if not awake[0]:
+            awake[0] = float(np.abs(pressures - room).max()) > _WAKING * room
+        return bool(awake[0])
+
+    def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray) -> int:
+        """Advance the shell under pressures that go linearly through the tick, and count the work."""
+        solid, state, _, _ = self.shell.tables()
+        room, acting, (velocity, area) = self.parameters.room_pressure, self._pressures[2], self._before
+        self._works[:] = 0.0
+        for step in range(self.shell_steps):
+            acting[:] = before + (step + 0.5) / self.shell_steps * (after - before)
+            self._failed_tick = tick * self.shell_steps + step
+            kernels.keep_surface(self.interface, state, velocity, area)
+            self.shell.adopt(self._failed_tick, {})
+            self.shell.adopt_inputs({"pressure": acting - room})
+            status = self.shell.advance(1)
+            if status:
+                return _SHELL + status
+            kernels.add_work(
+                self.interface, state, solid.body.prescribed, velocity, area, acting, room, solid.step, self._works,
+                self._block["tally"],
+            )  # fmt: skip
+        return 0
+
+    def _move_wall(self, tick: int, pressures: FloatArray) -> int:
+        """Give the gas the cross-section that the shell leaves it, and take the work of this tick from it."""
+        medium, _, gas, _, tally = self.gas.tables()
+        kernels.write_radii(self.interface, self.shell.tables()[1].displacement, self._radii)
+        self._failed_tick = tick
+        status = kernels.move_wall(
+            medium, gas, self.interface, pressures, self._radii, self._works, self._cells[0], self._cells[1],
+            tally[WALL_WORK : WALL_WORK + 1], self._failed,
+        )  # fmt: skip
+        return _WALL + status if status else 0
+
+    def _explain(self, status: int) -> StepError:
+        if _GAS < status < _SHELL:
+            return self._explain_part(self.gas, "gas", status - _GAS, self.gas_steps)
+        if _SHELL < status < _WALL:
+            return self._explain_part(self.shell, "shell", status - _SHELL, self.shell_steps)
+        return self._explain_wall()
+
+    def _explain_part(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
+        """Return the error of a part as one of the whole."""
+        part.adopt(self._failed_tick, {})
+        error = part.explain(status)
+        more = f"; the {prefix} makes {steps} such steps in a tick of {self.step_size:g} s" if steps > 1 else ""
+        return StepError(
+            f"{prefix}_{error}{more}", time=error.time, variable=f"{prefix}_{error.variable}", index=error.index,
+            value=error.value, limit=error.limit,
+        )  # fmt: skip
+
+    def _explain_wall(self) -> StepError:
+        """Return the error for a cell that the wall leaves without pressure."""
+        cell, time = int(self._failed[0]), (self._failed_tick + 1) * self.step_size
+        value = float(self.gas.tables()[2].pressure[cell])
+        return StepError(
+            f"gas_pressure: fell to {value:g} Pa in cell {cell}, x = {self.gas.centres[cell]:.6g} m, at {time:.9g} s, expected "
+            f"more than 0: the wall moved too far in a tick; take a smaller step_size (now {self.step_size:g} s)",
+            time=time, variable="gas_pressure", index=cell, value=value, limit=0.0,
+        )  # fmt: skip
+
+    # -- reading ----------------------------------------------------------------------------------------------------
+
+    def balances(self) -> tuple[Balance, ...]:
+        """Return energy, momentum and mass of gas and shell since the reset.
+
+        `wall_work` and `wall_impulse` are what walls do to the gas, `pressure_work` and `pressure_impulse` what the gas, less
+        the pressure outside, does to the shell.
+        """
+        mass, momentum, energy = (float(amount) for amount in self._block["tally"][: kernels.ROOM_WORK])
+        gas, shell = self.gas.balances(), self.shell.balances()
+        return (
+            balances.join_energy(gas[0], shell[0], energy),
+            balances.join_momentum(gas[1], shell[1], momentum),
+            balances.join_mass(gas[2], shell[2], mass),
+        )
+
+    def report(self) -> dict[str, float]:
+        """Return the reports of both parts, how far the cross-section has changed, and the work that passed between them."""
+        found = {f"gas: {name}": figure for name, figure in self.gas.report().items()}
+        found |= {f"shell: {name}": figure for name, figure in self.shell.report().items()}
+        work = float(self.shell.balances()[0].supplied["pressure_work"])
+        return {
+            **found,
+            "steps of the gas in a tick": float(self.gas_steps),
+            "steps of the shell in a tick": float(self.shell_steps),
+            "largest pressure at the shell so far, Pa": float(self._block["peak_pressure"].max()),
+            "largest change of the cross-section now": self._largest_change(),
+            "work of the gas that it did not pay for, over that on the shell": self._exchange_difference() / work
+            if work
+            else 0.0,
+        }
+
+    def _largest_change(self) -> float:
+        """Return the largest relative change of a station's cross-section now."""
+        ratio = 1.0 + self._radial_displacement() / self.interface.rest
+        return float(np.abs(ratio * ratio - 1.0).max())
+
+    def cautions(self) -> list[str]:
+        """Return those of the parts, and a sentence where the gas should have felt the wall."""
+        said = [f"gas: {text}" for text in self.gas.cautions()] + [f"shell: {text}" for text in self.shell.cautions()]
+        change = self._largest_change()
+        if change > _LARGE_CHANGE and not self.parameters.coupling.moves_gas:
+            said.append(
+                f"the wall has changed the cross-section by {change:.1%}, which a gas in a rigid tube does not feel; take "
+                "coupling = 'two_way'"
+            )
+        return said
+
+    def drawables(self) -> tuple[Drawable, ...]:
+        """Return the shell where it stands along the tube, and the gas from the side."""
+        shift, shown = np.array([self.parameters.position, 0.0, 0.0]), []
+        for prefix, part in (("shell", self.shell), ("gas", self.gas)):
+            for drawable in part.drawables():
+                names: dict[str, Any] = {
+                    key: f"{prefix}_{name}"
+                    for key in ("displacement", "colour", "field")
+                    if (name := getattr(drawable, key, ""))
+                }
+                if prefix == "shell" and isinstance(drawable, Points):
+                    names["reference"] = drawable.reference + shift
+                if prefix == "shell" and isinstance(drawable, Cells):
+                    names["nodes"] = drawable.nodes + shift
+                shown.append(dataclasses.replace(drawable, **names))
+        return tuple(shown)
+
+
+def _steps_in(step: float, limit: float) -> int:
+    """Return how many steps of at most that limit make a step."""
+    return max(math.ceil(step / limit * (1.0 - 1e-9)), 1)
+
+
+def _number(held: Held, tick: int, part: float) -> float:
+    """Return the value of an input, `part` of an internal step after a tick."""
+    return held.value(tick, part) if isinstance(held, CompiledProfile) else float(held)  # type: ignore[return-value]
+
+
+def _fault_of_part(fault: Fault, prefix: str) -> Fault:
+    """Return what is wrong with a start value of a part, with the name that the value has here."""
+    first, *others = fault.location if fault.location and fault.location[0] == "start" else ("start", *fault.location)
+    name = f"{prefix}_{others[0]}" if others else prefix
+    return dataclasses.replace(fault, location=(first, name, *others[1:]))

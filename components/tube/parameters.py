@@ -1,0 +1,103 @@
+"""Parameters of a gas in a tube, and of the part of the tube that gives way."""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import model_validator
+
+from ..detonation.parameters import DetonationParameters
+from ..shell.geometry.bodies import Tube
+from ..shell.parameters import ShellParameters
+from ..support.parameter_fields import NotNegative, Positive, field
+from ..support.validation import Parameters
+from .couplings import ChosenCoupling, OneWay
+
+# How far the cross-section of the gas may differ from that of the shell, relatively.
+_SAME_AREA = 1e-3
+# Boundaries of the shell that a tube gives: they neither move by themselves nor can be left.
+_ENDS = ("clamped", "symmetry")
+
+
+class TubeParameters(Parameters):
+    """A gas in a rigid tube, a section of which is a shell; by default 20 mm of the tube of Gato & Shie (2010)."""
+
+    gas: DetonationParameters = field(
+        DetonationParameters(),
+        "the gas: a table of the parameters of a detonation, without step_size",
+        "1",
+    )
+    shell: ShellParameters = field(
+        ShellParameters(),
+        "the section that gives way: a table of the parameters of a shell whose body is a tube, without step_size; a half tube "
+        "holds half of the gas: gas.cross_section is half of a circle's",
+        "1",
+    )
+    position: NotNegative = field(1.45, "where the section begins, in the coordinate x of the gas", "m")
+    coupling: ChosenCoupling = field(
+        OneWay(), "one_way: the gas flows as in a rigid tube; two_way: it feels that the wall moves {motion}", "1"
+    )
+    outside_pressure: Positive | None = field(
+        None, "pressure on the outer surface, and where the gas of a vent goes; default: the initial pressure of the gas", "Pa"
+    )
+    vent: NotNegative | None = field(
+        None, "place x of a vent, whose opening is the input `vent_area`; default: there is none", "m"
+    )
+    discharge: Positive = field(
+        0.8, "mass flow through an opening over that of the ideal nozzle; 0.6 to 0.85 with sharp edges", "1", le=1.0
+    )
+    gas_steps: int | None = field(
+        None, "steps of the gas in an internal step; default: as many as it needs", "1", ge=1, le=1000
+    )
+    shell_steps: int | None = field(
+        None, "steps of the shell in an internal step; default: as many as it needs", "1", ge=1, le=1000
+    )
+    step_size: Positive | None = field(None, "internal step; default: the larger one of those of the gas and the shell", "s")
+
+    @property
+    def room_pressure(self) -> float:
+        """Pressure outside [Pa]."""
+        return self.gas.initial_pressure if self.outside_pressure is None else self.outside_pressure
+
+    @model_validator(mode="after")
+    def _validate_parts(self) -> TubeParameters:
+        for part in ("gas", "shell"):
+            if getattr(self, part).step_size is not None:
+                raise ValueError(
+                    f"{part}.step_size: the parts share one step_size; give it beside them, with {part}_steps where the "
+                    f"{part} shall make several steps in it"
+                )
+        if not isinstance(self.shell.body, Tube):
+            raise ValueError(f"shell.body: got {self.shell.body.name!r}, expected a tube")
+        for edge, kind in self.shell.boundaries.items():
+            if kind not in _ENDS:
+                raise ValueError(f"shell.boundaries.{edge}: got {kind!r}, expected {' or '.join(_ENDS)}, or none (free)")
+        return self
+
+    @model_validator(mode="after")
+    def _validate_places(self) -> TubeParameters:
+        body, length = self.shell.body, self.gas.length
+        assert isinstance(body, Tube)
+        begin, end = self.position, self.position + body.length
+        if end > length * (1.0 + 1e-12):
+            raise ValueError(
+                f"position: got {begin:g} m, with which the shell reaches from {begin:g} to {end:g} m, outside of the gas "
+                f"of 0 to {length:g} m; move it, or make shell.body.length smaller or gas.length larger"
+            )
+        if self.vent is not None and self.vent > length:
+            raise ValueError(f"vent: got {self.vent:g} m, expected 0 to {length:g} m, the length of the gas")
+        areas = self.gas.cross_section
+        # Of a half tube the gas is halved too, so that all amounts are those of the half.
+        part = 0.5 if body.half else 1.0
+        size, expected = self.gas.cell_size, part * math.pi * body.inner_radius * body.inner_radius
+        cells = range(int(begin / size), min(math.ceil(end / size), self.gas.cells))
+        for cell in cells:
+            area = areas[cell] if isinstance(areas, list) else areas
+            if abs(area - expected) > _SAME_AREA * expected:
+                where = f"gas.cross_section[{cell}]" if isinstance(areas, list) else "gas.cross_section"
+                radius = math.sqrt(area / (part * math.pi))
+                raise ValueError(
+                    f"{where}: got {area:g} m^2, a radius of {radius:g} m{' of a half tube' if body.half else ''}, where the "
+                    f"shell has {body.inner_radius:g} m; give {expected:.5g} m^2, or another shell.body.inner_radius"
+                )
+        return self

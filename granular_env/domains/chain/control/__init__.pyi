@@ -1,0 +1,34 @@
+from .finite_differences import Difference, central_differences
+from .gradient import value_and_grad
+from .gradient_check import check_objective
+from .objective import (
+    Objective,
+    Quantity,
+    Term,
+    applied,
+    contact_force,
+    displacement,
+    energy,
+    kinetic_energy,
+    momentum,
+    total,
+    velocity,
+)
+
+__all__ = [
+    "Difference",
+    "Objective",
+    "Quantity",
+    "Term",
+    "applied",
+    "central_differences",
+    "check_objective",
+    "contact_force",
+    "displacement",
+    "energy",
+    "kinetic_energy",
+    "momentum",
+    "total",
+    "value_and_grad",
+    "velocity",
+]

@@ -1,0 +1,192 @@
+"""The steps of a log as arrays: how long each was, which inputs it set, and what was held when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...components.errors import GranularError, LogError
+from ...components.inputs import Held, read_only
+from ...components.profiles import CompiledProfile
+from .digests import held_word, set_words
+from .records import Record, damage
+
+
+@dataclass(frozen=True, slots=True)
+class StepHistory:
+    """All calls of `step` in one segment.
+
+    Attributes:
+        marks: ticks before the first step and after each, shape (steps + 1,).
+        sets: for each input that was set at all: the indices of the steps that set it, and the values.
+    """
+
+    marks: np.ndarray
+    sets: Mapping[str, tuple[np.ndarray, list[Held]]]
+
+    def __len__(self) -> int:
+        return len(self.marks) - 1
+
+    def __iter__(self) -> Iterator[tuple[int, dict[str, Held]]]:
+        """For each step its length in ticks and the inputs that it set."""
+        at = self.by_step()
+        for place, ticks in enumerate(np.diff(self.marks).tolist()):
+            yield ticks, at.get(place, {})
+
+    def by_step(self) -> dict[int, dict[str, Held]]:
+        """Index of the step -> the inputs that it set."""
+        found: dict[int, dict[str, Held]] = {}
+        for name, (places, values) in self.sets.items():
+            for place, value in zip(places.tolist(), values, strict=True):
+                found.setdefault(place, {})[name] = value
+        return found
+
+    def changes(self, held: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
+        """(tick, inputs) for each step at which the bits of an input really changed, `held` being those at the start."""
+        found: dict[int, dict[str, Held]] = {}
+        ticks = self.marks
+        for name, (places, values) in self.sets.items():
+            before: Held | None = held.get(name)
+            word = None if before is None else held_word(before)
+            for place, value in zip(places.tolist(), values, strict=True):
+                if value is before:
+                    continue
+                new = held_word(value)
+                if new != word or isinstance(value, float) != isinstance(before, float):
+                    found.setdefault(int(ticks[place]), {})[name] = value
+                before, word = value, new
+        return sorted(found.items())
+
+
+def steps_of(
+    records: Sequence[Record],
+    start: int,
+    inputs: Mapping[str, tuple[int, ...]],
+    profiles: list[CompiledProfile],
+    step_size: float,
+) -> StepHistory:
+    """Return the steps in the records of one segment.
+
+    Args:
+        records: of steps.
+        start: tick before the first step.
+        inputs: the shape of each input, by name.
+        profiles: those of the log so far; they grow.
+        step_size: length of a tick [s].
+    """
+    marks = [np.array([start], dtype=np.int64)]
+    sets: dict[str, tuple[list[np.ndarray], list[Held]]] = {}
+    before = 0
+    for record in records:
+        durations = _array(record, "durations", np.int64)
+        if len(durations) != record.count or (durations < 1).any() or int(durations.sum()) != record.last - record.first:
+            raise damage(f"those from tick {record.first} to {record.last} do not add up", "steps")
+        _add_profiles(record, list(inputs), profiles, step_size)
+        for name, places, values in _sets_of(record, inputs, profiles):
+            parts = sets.setdefault(name, ([], []))
+            parts[0].append(places + before)
+            parts[1].extend(values)
+        marks.append(record.first + np.cumsum(durations))
+        before += len(durations)
+    return StepHistory(
+        np.concatenate(marks), {name: (np.concatenate(places), values) for name, (places, values) in sets.items()}
+    )
+
+
+def raw_sets(
+    record: Record, inputs: Sequence[str], profile_words: Mapping[int, int]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the arguments of `batch.step_digests` from a record that `steps_of` has validated."""
+    found = {}
+    for label, name in enumerate(inputs):
+        if f"{label}.steps" in record.arrays:
+            places, numbers, values = (record.arrays[f"{label}.{part}"] for part in ("steps", "profiles", "values"))
+            found[name] = (places, set_words(numbers, values, profile_words))
+    return found
+
+
+def _sets_of(
+    record: Record, inputs: Mapping[str, tuple[int, ...]], profiles: list[CompiledProfile]
+) -> Iterator[tuple[str, np.ndarray, list[Held]]]:
+    span = f"from tick {record.first} to {record.last}"
+    for label, (name, shape) in enumerate(inputs.items()):
+        if f"{label}.steps" not in record.arrays:
+            continue
+        places, numbers = _array(record, f"{label}.steps", np.int64), _array(record, f"{label}.profiles", np.int64)
+        values = _array(record, f"{label}.values", np.float64, 1 + len(shape))
+        sound = len(places) == len(numbers) and len(places) and len(values) == (numbers < 0).sum()
+        sound = sound and values.shape[1:] == shape and np.isfinite(values).all()
+        if not sound or places[0] < 0 or places[-1] >= record.count or (np.diff(places) <= 0).any():
+            raise damage(f"the input {span} is not what was written", ("steps", name))
+        if numbers.min() < -1 or numbers.max() >= len(profiles):
+            raise damage(f"the input {span} refers to a profile that is not in the log", ("steps", name))
+        plain = iter(values.tolist() if shape == () else [read_only(value.copy()) for value in values])
+        held = [profiles[number] if number >= 0 else next(plain) for number in numbers.tolist()]
+        if any(isinstance(value, CompiledProfile) and value.shape != shape for value in held):
+            raise damage(f"the input {span} follows a profile of another shape", ("steps", name))
+        yield name, places, held
+
+
+def _users(record: Record, inputs: Sequence[str], number: int) -> str:
+    """Return which inputs a profile is for, and when, as far as the record still tells."""
+    labels = {f"{label}.profiles": name for label, name in enumerate(inputs)}
+    names = [name for label, name in labels.items() if label in record.arrays and (record.arrays[label] == number).any()]
+    return f"{' and '.join(map(repr, names)) or 'an input'} from tick {record.first} to {record.last}"
+
+
+def _add_profiles(record: Record, inputs: Sequence[str], profiles: list[CompiledProfile], step_size: float) -> None:
+    shapes = _array(record, "profile_shapes", np.int64, 2)
+    ticks, coefficients = _array(record, "profile_ticks", np.int64), _array(record, "profile_coefficients", np.float64)
+    if record.header.get("profiles_before") != len(profiles):
+        raise damage("profiles are missing, doubled or out of order", "steps")
+    pieces = number = 0
+    for place, (rows, columns) in enumerate(shapes.tolist()):
+        if rows < 1 or columns < 1 or pieces + rows > len(ticks) or number + rows * columns > len(coefficients):
+            raise damage(f"the profile of {_users(record, inputs, len(profiles))} is not what was written", "steps")
+        part = coefficients[number : number + rows * columns].reshape(rows, columns)
+        try:
+            pattern = record.arrays.get(f"pattern.{place}")
+            if pattern is not None and pattern.dtype != np.float64:
+                raise LogError(f"a pattern has the dtype {pattern.dtype}", expected="float64")
+            profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part, pattern))
+        except GranularError as error:
+            users = _users(record, inputs, len(profiles))
+            raise damage(f"the profile of {users} is not what was written: {error}", "steps") from error
+        pieces, number = pieces + rows, number + rows * columns
+
+
+def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.ndarray:
+    array = record.arrays.get(name)
+    if array is None or array.dtype != dtype or array.ndim != dimensions:
+        raise damage(f"a record has no proper {name!r}", "steps")
+    return array
+
+
+def sample_input(steps: StepHistory, start: Mapping[str, Held], name: str, end: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return ticks (n,) and values (n, ...) of one input for plotting: at each change; a profile also in between."""
+    places, values = steps.sets.get(name, (np.zeros(0, np.int64), []))
+    begins = [int(steps.marks[0]), *steps.marks[places].tolist()]
+    held = [start[name], *values]
+    ticks, samples = [], []
+    for begin, stop, value in zip(begins, [*begins[1:], end], held, strict=True):
+        if not isinstance(value, CompiledProfile):
+            ticks += [begin, stop]
+            samples += [value, value]
+        elif stop > begin:
+            grid = np.unique(np.concatenate([np.linspace(begin, stop, 201).astype(np.int64), value.ticks, [stop]]))
+            grid = grid[(grid >= begin) & (grid <= stop)]
+            ticks += grid.tolist()
+            samples += [value.value(tick) for tick in grid.tolist()]
+    first = start[name]
+    shape = first.shape if isinstance(first, CompiledProfile) else np.shape(first)
+    return np.array(ticks, dtype=np.int64), np.array(samples, dtype=np.float64).reshape(len(ticks), *shape)
+
+
+def finite_step(value: object) -> float:
+    """Return the log's step size, or raise where it is not one."""
+    if not isinstance(value, float) or not math.isfinite(value) or value <= 0.0:
+        raise LogError(f"the log's header has step_size {value!r}", expected="seconds")
+    return value

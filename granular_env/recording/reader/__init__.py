@@ -1,0 +1,1 @@
+"""The content of a log as it was written: by record, and by variable and time."""

@@ -1,0 +1,49 @@
+"""A log as an `xarray.Dataset`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...components.contract import Variable
+from ...components.errors import LogError, MissingExtraError
+
+if TYPE_CHECKING:
+    from .log_reader import LogReader
+
+
+def dataset_of(log: LogReader) -> Any:
+    """Return all frames of a log; see `Log.to_xarray`."""
+    try:
+        import xarray
+    except ImportError as error:
+        raise MissingExtraError("to_xarray needs the package xarray", hint="pip install 'granular-env[data]'") from error
+    times, data = None, {}
+    sizes: dict[str, int] = {}
+    for name, variable in log.variables.items():
+        own_times, values = log.series(name)
+        times = own_times if times is None else times
+        if not np.array_equal(times, own_times):
+            raise LogError(
+                f"the frames of {name!r} are at other times than those of the variables before it",
+                hint="read each with series(name)",
+                source=f"log {str(log.path)!r}",
+            )
+        attributes = {"units": variable.unit, "description": variable.description}
+        data[name] = (["time", *_dimensions(variable, sizes)], values, attributes)
+    coordinates: dict[str, Any] = {name: (name, np.arange(size), {"units": "1"}) for name, size in sizes.items()}
+    coordinates["time"] = ("time", np.zeros(0) if times is None else times, {"units": "s"})
+    return xarray.Dataset(data, coordinates, {"component": str(log.metadata["component"])})
+
+
+def _dimensions(variable: Variable, sizes: dict[str, int]) -> list[str]:
+    """Return the names of a variable's own dimensions, and note their sizes; one of another size gets a name of its own."""
+    names = []
+    for axis, size in enumerate(variable.shape):
+        name = variable.axes[axis] if variable.axes else f"{variable.name}_{axis}"
+        if sizes.setdefault(name, size) != size or name == "time":
+            name = f"{variable.name}_{axis}"
+            sizes[name] = size
+        names.append(name)
+    return names

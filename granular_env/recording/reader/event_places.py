@@ -1,0 +1,53 @@
+"""Places of events: which elements of a drawable an index counts, and where they were before anything moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ...components.contract import Event, EventDetail
+from ...components.drawables import Cells, Drawable, Links, Points
+from ...components.snapshot import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class EventPlace:
+    """The elements that an event concerns, and their place.
+
+    Attributes:
+        elements: what it concerns, such as "automata 12 and 13" for a link.
+        position: the middle of these before anything moved [m].
+    """
+
+    elements: str
+    position: tuple[float, ...]
+
+
+def place_of(event: Event, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
+    """Return where an event took place; None where its kind does not say what its index counts.
+
+    Args:
+        event: the event.
+        detail: that of its kind.
+        drawables: of the component.
+    """
+    by_name = {one.name: one for one in drawables}
+    drawn, index = by_name.get(detail.counts) if detail is not None else None, event.index
+    if index is None:
+        return None
+    match drawn:
+        case Links() if index < len(drawn.pairs):
+            points, ends = by_name[drawn.points], drawn.pairs[index]
+            assert isinstance(points, Points)
+            return EventPlace(f"{points.name} {ends[0]} and {ends[1]}", _middle(points.reference[ends]))
+        case Points() if index < len(drawn.reference):
+            return EventPlace(f"{drawn.name} {index}", _middle(drawn.reference[index : index + 1]))
+        case Cells() if index < len(drawn.connectivity):
+            return EventPlace(f"{drawn.name} {index}", _middle(drawn.nodes[drawn.connectivity[index]]))
+        case _:
+            return None
+
+
+def _middle(points: FloatArray) -> tuple[float, ...]:
+    """Return the mean of points, shape (k,) or (k, d) [m]."""
+    return tuple(points.reshape(len(points), -1).mean(axis=0).tolist())

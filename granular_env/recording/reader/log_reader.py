@@ -1,0 +1,305 @@
+"""The content of a log: what was recorded, by variable and time; its index, its steps and its snapshots."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from ...components.component import refuse_unknown_events
+from ...components.contract import Event, EventDetail
+from ...components.drawables import Drawable
+from ...components.errors import LogError, ParameterError
+from ...components.profiles import CompiledProfile
+from ...components.snapshot import Snapshot
+from ...output_files import count_of
+from ..format import step_history
+from ..format.drawables import drawables_from
+from ..format.header import BalanceNames, balance_names_from, event_kinds_from
+from ..format.message_index import COUNT, DETAIL, FIRST, SEGMENT, Segment
+from ..format.records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage
+from ..format.step_history import StepHistory
+from .record_reader import RecordReader
+
+
+class LogReader:
+    """The content of a log: what was recorded, by variable and time, and what it says of the run.
+
+    Times are those of the component. Where it was reset or restored in between, the log has several *segments*, laid end
+    to end: times go on from segment to segment, so every moment of the run has its own.
+
+    Attributes:
+        path: the file.
+        complete: False where the writer was killed before it could close the file.
+        variables: recorded name -> `Variable`.
+        input_variables: the same of all inputs.
+        step_size: length of a tick [s].
+        records: what lies beneath: header, index and records, for code that verifies, continues or recovers logs.
+    """
+
+    def __init__(self, path: Any, allow_large: bool = False, scan: bool = False) -> None:
+        """Use `open_log`; with `scan`, go through the file from the front even where it has a summary."""
+        self.path = path
+        self.records = records = RecordReader(path, allow_large, scan)
+        self.complete = records.container.complete
+        self.variables, self.input_variables, self.step_size = records.variables, records.input_variables, records.step_size
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "complete" if self.complete else "incomplete"
+        size = f"{count_of(self.calls, 'call')}, {count_of(self.end_tick - self.start_tick, 'tick')}, {self.duration:g} s"
+        return f"<Log {str(self.path)!r}: {self.records.header.get('component')}, {size}, {state}>"
+
+    def close(self) -> None:
+        """Close the file."""
+        self.records.close()
+
+    # -- what it is -------------------------------------------------------------------------------------------------
+
+    @property
+    def identity(self) -> str:
+        """Eight bytes, in hex, that no other log shares; a branch names its parent by it."""
+        return self.records.identity
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """Component, parameters, experiment, versions, machine, options, events; and report and cautions if it was closed."""
+        found = dict(self.records.header)
+        found["complete"] = self.complete
+        found["damage"] = self.records.container.damage
+        found["incidents"] = [dict(self.records.read(row).header) for row in self.records.rows(INCIDENTS) if row[DETAIL] == 0]
+        closing = self.records.closing_header
+        found["report"], found["cautions"] = closing.get("report", {}), closing.get("cautions", [])
+        return found
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return self.records.container.size
+
+    @property
+    def segments(self) -> list[Segment]:
+        """Unbroken histories in which something happened."""
+        return self.records.index.segments
+
+    @property
+    def calls(self) -> int:
+        """Number of calls of `step` that it holds."""
+        return int(self.records.rows(STEPS)[:, COUNT].sum())
+
+    @property
+    def start_tick(self) -> int:
+        """Tick at which the log's time begins: 0, or later for a branch."""
+        return self.records.start_tick
+
+    @property
+    def end_tick(self) -> int:
+        """Tick at which the log's time ends, segments laid end to end."""
+        return self.start_tick + sum(segment.end - segment.start for segment in self.segments)
+
+    @property
+    def duration(self) -> float:
+        """Simulated time that it holds [s]."""
+        return (self.end_tick - self.start_tick) * self.step_size
+
+    @cached_property
+    def drawables(self) -> tuple[Drawable, ...]:
+        """Return what a viewer can draw."""
+        with self.records.name_file_in_errors():
+            return drawables_from(self.records.header.get("drawables"), self.records.header_arrays, self.variables)
+
+    @cached_property
+    def balances(self) -> tuple[BalanceNames, ...]:
+        """The names behind each balance; each is a recorded variable."""
+        with self.records.name_file_in_errors():
+            return balance_names_from(self.records.header.get("balances"))
+
+    def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
+        """Return what happened to the component in the run, in the log's ticks and the order of time.
+
+        Args:
+            kind: only of this kind; see `event_kinds`.
+            index: only of this link, cell, ...
+
+        Raises:
+            ParameterError: there is no such kind, or the index is none.
+        """
+        kinds = list(self.event_kinds)
+        refuse_unknown_events(kinds, kind, index, "")
+        found = []
+        for row in self.records.rows(EVENTS):
+            for tick, number, place, value, limit in self.records.event_rows(row).tolist():
+                event = Event(int(self.records.log_tick(row[SEGMENT], int(tick))), kinds[int(number)],
+                              None if place < 0 else int(place), value, limit)  # fmt: skip
+                if kind in (None, event.kind) and index in (None, event.index):
+                    found.append(event)
+        return found
+
+    @property
+    def event_kinds(self) -> dict[str, str]:
+        """Kinds of events that can happen -> what they are."""
+        return event_kinds_from(self.records.header, self.path)
+
+    @property
+    def event_details(self) -> dict[str, EventDetail]:
+        """Units of some or all of these kinds, and what their indices count; see `contract.EventDetail`."""
+        details = self.records.header.get("event_details", {})
+        try:
+            found = {kind: EventDetail(**detail) for kind, detail in details.items()}
+        except (AttributeError, TypeError):
+            found = {"": EventDetail(counts=None)}  # type: ignore[arg-type]
+        if not all(isinstance(text, str) for one in found.values() for text in (one.unit, one.counts)):
+            raise damage("it does not say what its events count", "header.event_details", self.path)
+        return found
+
+    # -- frames -----------------------------------------------------------------------------------------------------
+
+    def ticks(self, name: str) -> np.ndarray:
+        """Ticks of the frames of a variable, in the log's time, shape (frames,), int64."""
+        rows = self.records.frame_rows(name)
+        parts = [self.records.log_tick(row[SEGMENT], self.records.frames(row, name)[0]) for row in rows]
+        return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
+
+    def times(self, name: str) -> np.ndarray:
+        """Return times of the frames of a variable, shape (frames,) [s]."""
+        return self.ticks(name) * self.step_size
+
+    def series(self, name: str, segment: Segment | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return times (frames,) [s] and values (frames, ...) of a variable; of one segment, where one is given."""
+        rows = self.records.frame_rows(name)
+        rows = rows if segment is None else rows[rows[:, SEGMENT] == segment.number]
+        shape = self.variables[name].shape
+        count = int(rows[:, COUNT].sum())
+        self.records.limits.series(count * 8 * int(np.prod(shape, dtype=object)))
+        ticks, values, filled = np.empty(count, np.int64), None, 0
+        for row in rows:
+            own_ticks, own = self.records.frames(row, name)
+            # Allocated only once a frame of that shape has been seen to exist.
+            values = np.empty((count, *shape)) if values is None else values
+            place = slice(filled, filled + len(own))
+            ticks[place], values[place] = self.records.log_tick(row[SEGMENT], own_ticks), own
+            filled += len(own)
+        return ticks * self.step_size, np.empty((0, *shape)) if values is None else values
+
+    def get(self, name: str, time: float) -> Any:
+        """Return the frame of a variable at a time [s], or the last one before it: a number, or an array of its shape.
+
+        Raises:
+            ParameterError: the variable was not recorded, or the time is outside of the log.
+        """
+        tick = self._tick_at(time)
+        rows = self.records.frame_rows(name)
+        if not len(rows):
+            raise LogError("it holds none of this variable", at=("frames", name), source=self.records.source)
+        firsts = np.array([self.records.log_tick(row[SEGMENT], row[FIRST]) for row in rows])
+        place = int(np.searchsorted(firsts, tick, side="right")) - 1
+        if place < 0:
+            raise ParameterError(
+                f"got {time:g} s, the first frame of {name!r} is at {firsts[0] * self.step_size:g} s", at="time"
+            )
+        if tick > self.end_tick:
+            raise self._outside(time)
+        ticks, values = self.records.frames(rows[place], name)
+        own = int(np.searchsorted(self.records.log_tick(rows[place][SEGMENT], ticks), tick, side="right")) - 1
+        value = values[own]
+        return float(value) if value.ndim == 0 else value.copy()
+
+    def to_numpy(self, name: str) -> np.ndarray:
+        """All frames of a variable, shape (frames, ...)."""
+        return self.series(name)[1]
+
+    def to_xarray(self) -> Any:
+        """Return all frames as an `xarray.Dataset` over time.
+
+        Variables that count the same things, such as grains, share that dimension, which has the numbers from 0 as its
+        coordinate: ``data.velocity * data.displacement`` has the dimensions (time, grain). Units and descriptions are in the
+        attributes.
+
+        Raises:
+            MissingExtraError: xarray is not installed.
+            LogError: the variables were not recorded at the same times.
+        """
+        from .dataset import dataset_of
+
+        return dataset_of(self)
+
+    # -- inputs, steps, snapshots -----------------------------------------------------------------------------------
+
+    @property
+    def inputs(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Every input's course: times [s] and values, at each change; profiles are sampled. `steps_of` has them exactly."""
+        found = {}
+        for name in self.input_variables:
+            ticks, values = [], []
+            for segment in self.segments:
+                held = self.snapshot(segment, segment.start).inputs
+                own, samples = step_history.sample_input(self.steps_of(segment), held, name, segment.end)
+                ticks.append(self.records.log_tick(segment.number, own))
+                values.append(samples)
+            nothing = np.zeros(0), np.zeros((0, *self.input_variables[name].shape))
+            found[name] = (np.concatenate(ticks) * self.step_size, np.concatenate(values)) if ticks else nothing
+        return found
+
+    def steps_of(self, segment: Segment) -> StepHistory:
+        """Every call of `step` in a segment, exactly."""
+        return self._steps[0][segment.number]
+
+    @property
+    def profiles(self) -> list[CompiledProfile]:
+        """All compiled profiles that were inputs, by the numbers that records of steps give them."""
+        return self._steps[1]
+
+    @property
+    def snapshots(self) -> list[tuple[Segment, int]]:
+        """Return where snapshots are: segment and tick; `snapshot` reads one."""
+        by_number = {segment.number: segment for segment in self.segments}
+        return [(by_number[row[SEGMENT]], int(row[FIRST])) for row in self.records.rows(SNAPSHOTS).tolist()]
+
+    def snapshot(self, segment: Segment, tick: int) -> Snapshot:
+        """Return the snapshot of a segment at that tick, or the last one before."""
+        rows = self.records.index.select(SNAPSHOTS, None, segment.number)
+        rows = rows[rows[:, FIRST] <= tick]
+        if not len(rows):
+            raise damage(f"none at or before tick {tick}", "snapshots", self.path)
+        return self.records.snapshot(rows[np.argmax(rows[:, FIRST])])
+
+    def locate(self, time: float) -> tuple[Segment, int]:
+        """Segment and its own tick at a time [s] of the log; where two segments meet, the later one."""
+        tick = self._tick_at(time)
+        if not self.start_tick <= tick <= self.end_tick or not self.segments:
+            raise self._outside(time)
+        segment = next(s for s in reversed(self.segments) if self.records.log_tick(s.number, s.start) <= tick)
+        return segment, tick - self.records.log_tick(segment.number, 0)
+
+    # -- details ----------------------------------------------------------------------------------------------------
+
+    def _outside(self, time: float) -> ParameterError:
+        first, last = self.start_tick * self.step_size, self.end_tick * self.step_size
+        return ParameterError(f"got {time:.12g} s, the log goes from {first:.12g} s to {last:.12g} s", at="time")
+
+    def _tick_at(self, time: float) -> int:
+        try:
+            return round(float(time) / self.step_size)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ParameterError(f"got {time!r}", expected="seconds", at="time") from error
+
+    @cached_property
+    def _steps(self) -> tuple[dict[int, StepHistory], list[CompiledProfile]]:
+        """The steps of each segment, and all profiles by their number."""
+        records = self.records
+        rows = records.index.select(STEPS)
+        records.limits.series(int(rows[:, COUNT].sum()) * 16)
+        profiles: list[CompiledProfile] = []
+        found = {}
+        for segment in records.index.all_segments:
+            own = [records.read(row) for row in records.index.select(STEPS, None, segment.number)]
+            shapes = {name: variable.shape for name, variable in self.input_variables.items()}
+            with records.name_file_in_errors():
+                found[segment.number] = step_history.steps_of(own, segment.start, shapes, profiles, self.step_size)
+        return found, profiles

@@ -1,0 +1,218 @@
+"""The records of a log, found by its index: each is checked, decoded, and kept at hand for a while."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from ...components.contract import Variable
+from ...components.errors import GranularError, LogError, ParameterError, nearest, one_line
+from ...components.snapshot import Snapshot
+from ..container import PROFILE
+from ..container.limits import Limits
+from ..container.reader import NOT_A_LOG, McapReader
+from ..format.header import event_kinds_from, variable_from
+from ..format.message_index import CHUNK, DETAIL, FIRST, SEGMENT, find_index
+from ..format.records import (
+    FORMAT,
+    FRAMES,
+    HEADER,
+    INCIDENTS,
+    TOPICS,
+    Record,
+    damage,
+    decode,
+    log_identity,
+    nanoseconds,
+)
+from ..format.step_history import finite_step
+
+_RECORDS_AT_HAND = 32
+
+
+class RecordReader:
+    """The records of a log: what its header says, and what each row of its index points at.
+
+    Attributes:
+        path: the file.
+        limits: on what the file may ask for.
+        container: the MCAP file.
+        identity: eight bytes, in hex, that no other log shares.
+        header, header_arrays: the content of the first record, not checked further than what follows here.
+        step_size: length of a tick [s].
+        elapsed: age of the parent where a branch begins, in ticks; 0 where there is no parent.
+        variables, input_variables: what was recorded, and all inputs, by name.
+        index: a row for each record.
+        closing: the last record of a log that was closed; else None.
+    """
+
+    def __init__(self, path: Any, allow_large: bool = False, scan: bool = False) -> None:
+        """Open the file; with `scan`, go through it from the front even where it has a summary."""
+        self.path, self.limits = path, Limits(str(path), allow_large)
+        self.container = McapReader(path, self.limits, scan)
+        try:
+            self._read_header()
+            self.index, self.closing = find_index(self.container, self.identity)
+        except GranularError as error:
+            self.container.close()
+            raise error.of(self.source) from error.__cause__
+        rows = self.index.rows[:, CHUNK]
+        self._first_row = np.searchsorted(rows, np.arange(self.container.chunk_count + 1))
+        self._at_hand: OrderedDict[int, Record] = OrderedDict()
+
+    def _read_header(self) -> None:
+        messages = self.container.messages(0) if self.container.chunk_count else []
+        first = next((m for m in messages if m.topic in TOPICS), None)
+        if first is None or TOPICS[first.topic] != HEADER:
+            why = f": {self.container.damage}" if self.container.damage else ""
+            raise LogError(f"{NOT_A_LOG}{why}", hint=self.container.advice, source=f"{str(self.path)!r}")
+        self.identity = log_identity(first.data)
+        record = decode(first.data, HEADER, None, self.container.most_text)
+        self.header, self.header_arrays = record.header, record.arrays
+        self._check_format()
+        self.step_size = finite_step(self.header.get("step_size"))
+        elapsed = self.header.get("elapsed")
+        if not isinstance(elapsed, int) or not 0 <= elapsed < 2**53:
+            raise damage("it does not say how old the parent was", "header.elapsed", self.path)
+        self.elapsed = int(elapsed)
+        recorded, inputs = self.header.get("variables"), self.header.get("inputs")
+        if not isinstance(recorded, list) or not isinstance(inputs, list):
+            raise damage("it does not say what was recorded", "header.variables", self.path)
+        self.variables: dict[str, Variable] = {v.name: v for v in map(variable_from, recorded)}
+        self.input_variables: dict[str, Variable] = {v.name: v for v in map(variable_from, inputs)}
+        self._numbers = {name: number for number, name in enumerate(self.variables)}
+
+    def _check_format(self) -> None:
+        found = self.header.get("format")
+        if found != FORMAT:
+            advice = f"record it anew, or read it with an older {PROFILE}" if found in range(FORMAT) else f"update {PROFILE}"
+            raise LogError(
+                f"got {found!r}", expected=f"{FORMAT}, the format that this program reads",
+                hint=advice, at="header.format", source=self.source,
+            )  # fmt: skip
+
+    @property
+    def closing_header(self) -> Mapping[str, Any]:
+        """Return what the closing record says: report, cautions, how the film was made; nothing where there is none."""
+        return self.closing.header if self.closing is not None else {}
+
+    def close(self) -> None:
+        """Close the file."""
+        self.container.close()
+
+    @property
+    def source(self) -> str:
+        """Name of the log in messages."""
+        return f"log {str(self.path)!r}"
+
+    @contextmanager
+    def name_file_in_errors(self) -> Iterator[None]:
+        """Add the name of the log to errors of the block."""
+        try:
+            yield
+        except GranularError as error:
+            raise error.of(self.source) from error.__cause__
+
+    # -- rows and times ---------------------------------------------------------------------------------------------
+
+    @property
+    def start_tick(self) -> int:
+        """Tick at which the log's time begins: 0, or later for a branch."""
+        return self.index.segments[0].start if self.index.segments else 0
+
+    def log_tick(self, segment: int, tick: Any) -> Any:
+        """Return the tick in the log's time, which lays segments end to end, of one or more ticks of a segment."""
+        own = self.index.all_segments[int(segment)]
+        return tick - own.start + own.elapsed + self.start_tick
+
+    def nanoseconds(self, tick: int) -> int:
+        """Return the time of a message at a tick of the log's time; a branch counts on from its parent's age."""
+        return nanoseconds(tick - self.start_tick + self.elapsed, self.step_size)
+
+    def rows(self, kind: int) -> np.ndarray:
+        """Return the rows of a kind, in segments where something happened; of incidents, all."""
+        rows = self.index.select(kind)
+        if kind == INCIDENTS:
+            return rows
+        return rows[np.isin(rows[:, SEGMENT], [segment.number for segment in self.index.segments])]
+
+    def frame_rows(self, name: str) -> np.ndarray:
+        """Return the rows of the frames of a variable; `ParameterError` where it was not recorded."""
+        if name not in self._numbers:
+            hint = nearest(str(name), self._numbers)
+            raise ParameterError(f"got {one_line(name)}", expected="a variable that was recorded", hint=hint, at="variable")
+        rows = self.rows(FRAMES)
+        return rows[rows[:, DETAIL] == self._numbers[name]]
+
+    # -- what rows point at -----------------------------------------------------------------------------------------
+
+    def read(self, row: np.ndarray) -> Record:
+        """Return the record that a row of the index points at; `LogError` where another one stands there."""
+        chunk = int(row[CHUNK])
+        first, last = self._first_row[chunk : chunk + 2]
+        place = first + int(np.flatnonzero((self.index.rows[first:last] == row).all(axis=1))[0])
+        known = self._at_hand.get(int(place))
+        if known is None:
+            known = self._decode(chunk, place - first, last - first)
+            if known.row != tuple(row[:CHUNK].tolist()):
+                raise LogError(
+                    "it names another record than there is", hint="the file was put together", at="index", source=self.source
+                )
+            self._at_hand[int(place)] = known
+            if len(self._at_hand) > _RECORDS_AT_HAND:
+                self._at_hand.popitem(last=False)
+        return known
+
+    def _decode(self, chunk: int, place: int, count: int) -> Record:
+        """Return one of so many records of a chunk."""
+        messages = [m for m in self.container.messages(chunk) if m.topic in TOPICS]
+        if len(messages) != count:
+            raise damage("records are missing or doubled", "index", self.path)
+        message = messages[place]
+        kind = TOPICS[message.topic]
+        with self.name_file_in_errors():
+            return decode(message.data, kind, self.identity if kind != HEADER else None, self.container.most_text)
+
+    def frames(self, row: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return ticks, shape (frames,), and values, shape (frames, ...), of the frames of a variable in one record."""
+        record = self.read(row)
+        ticks, values = record.arrays.get("ticks"), record.arrays.get("values")
+        shape = self.variables[name].shape
+        if ticks is None or values is None or ticks.dtype != np.int64 or values.dtype != np.float64:
+            raise damage("a record has the wrong form", ("frames", name), self.path)
+        if ticks.shape != (record.count,) or values.shape != (record.count, *shape) or (np.diff(ticks) <= 0).any():
+            raise damage("a record has the wrong form", ("frames", name), self.path)
+        if ticks[0] != record.first or ticks[-1] != record.last:
+            raise damage("a record has other ticks than the index says", ("frames", name), self.path)
+        return ticks, values
+
+    def event_rows(self, row: np.ndarray) -> np.ndarray:
+        """Return the events of one record, shape (events, 5), as `snapshot.EVENT_ROWS` says."""
+        record = self.read(row)
+        rows, sound = record.arrays.get("rows"), False
+        if rows is not None and rows.dtype == np.float64 and rows.shape == (record.count, 5):
+            ticks, numbers = rows[:, 0], rows[:, 1:3]
+            sound = ticks[0] == record.first and ticks[-1] == record.last and bool((np.diff(ticks) >= 0).all())
+            sound = sound and bool((numbers == np.rint(numbers)).all() and (numbers[:, 0] >= 0).all())
+            kinds = len(event_kinds_from(self.header, self.path))
+            sound = sound and bool((numbers[:, 0] < kinds).all() and (np.abs(numbers[:, 1]) < 2**53).all())
+        if not sound:
+            raise damage("a record has the wrong form", "events", self.path)
+        return rows  # type: ignore[return-value]
+
+    def snapshot(self, row: np.ndarray) -> Snapshot:
+        """Return the snapshot that a row points at."""
+        data = self.read(row).arrays.get("snapshot")
+        if data is None or data.dtype != np.uint8 or data.ndim != 1:
+            raise damage("one has the wrong form", "snapshots", self.path)
+        with self.name_file_in_errors():
+            snapshot = Snapshot.from_bytes(data.tobytes(), self.container.most_text)
+        if snapshot.tick != row[FIRST]:
+            raise damage(f"one is of tick {snapshot.tick}, its place says {row[FIRST]}", "snapshots", self.path)
+        if not set(self.input_variables) <= snapshot.inputs.keys():
+            raise damage("one lacks an input", "snapshots", self.path)
+        return snapshot

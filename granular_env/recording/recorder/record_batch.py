@@ -1,0 +1,189 @@
+"""The data that a recorder has gathered since it last wrote, and how they become records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...components.inputs import Held
+from ...components.profiles import CompiledProfile
+from ...components.snapshot import Snapshot
+from ..format.digests import held_word, set_words, step_digests
+from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, STEPS, Record, nanoseconds
+from .log_writer import CHUNK_BYTES, LogWriter
+
+# Compiled profiles that are remembered by object, so that one that is used again is stored once.
+_KNOWN_PROFILES = 256
+
+
+@dataclass(slots=True)
+class RecordBatch:
+    """Everything of one segment between two writes.
+
+    Attributes:
+        segment: which segment.
+        first: tick before the first step.
+        elapsed: ticks of the whole log before this segment, minus the segment's first tick.
+        durations: ticks of each step.
+        sets: (index of the step, name of the input, value) for each input that was set.
+        frames: (tick, one value for each recorded variable).
+        hashes: (tick, one row).
+        events: rows of events, shape (events, 5) each.
+        snapshots: (tick, START, KEY or END, snapshot).
+        size: bytes, about.
+    """
+
+    segment: int
+    first: int
+    elapsed: int
+    durations: list[int] = field(default_factory=list)
+    sets: list[tuple[int, str, Held]] = field(default_factory=list)
+    frames: list[tuple[int, list[Any]]] = field(default_factory=list)
+    hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    events: list[np.ndarray] = field(default_factory=list)
+    snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
+    size: int = 0
+
+    def __bool__(self) -> bool:
+        return bool(self.durations or self.frames or self.hashes or self.snapshots)
+
+    @property
+    def last(self) -> int:
+        """Tick after the last step."""
+        return self.first + sum(self.durations)
+
+    def take(self, other: RecordBatch) -> None:
+        """Add what was gathered inside a step, once the step is whole."""
+        self.frames += other.frames
+        self.hashes += other.hashes
+        self.snapshots += other.snapshots
+        self.size += other.size
+
+
+class Profiles:
+    """Numbers for compiled profiles: the same object gets the same number while it is remembered."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[CompiledProfile, int, int]] = {}
+        self.count = 0
+        self._new: list[CompiledProfile] = []
+
+    def number(self, profile: CompiledProfile) -> tuple[int, int]:
+        """Return a profile's number and its `held_word`; a new one is stored with the next batch."""
+        known = self._known.pop(id(profile), None)
+        if known is None:
+            known = (profile, self.count, held_word(profile))
+            self.count += 1
+            self._new.append(profile)
+            if len(self._known) >= _KNOWN_PROFILES:
+                self._known.pop(next(iter(self._known)))
+        self._known[id(profile)] = known
+        return known[1:]
+
+    def new(self) -> dict[str, np.ndarray]:
+        """Return the profiles not stored yet, end to end, and the pattern of each that has one, by its position."""
+        profiles, self._new = self._new, []
+        patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
+        return patterns | {
+            "profile_shapes": np.array([p.coefficients.shape for p in profiles], dtype=np.int64).reshape(-1, 2),
+            "profile_ticks": np.concatenate([p.ticks for p in profiles] or [np.zeros(0, np.int64)]),
+            "profile_coefficients": np.concatenate([p.coefficients.ravel() for p in profiles] or [np.zeros(0)]),
+        }
+
+
+def write_batch(
+    batch: RecordBatch,
+    sink: LogWriter,
+    profiles: Profiles,
+    names: list[str],
+    inputs: Mapping[str, tuple[int, ...]],
+    step_size: float,
+    digests: Mapping[str, Any],
+) -> None:
+    """Write all that a batch holds; where a segment starts also the digests of parameters and header."""
+    for record in _records(batch, sink, profiles, names, inputs, digests):
+        sink.add(record, nanoseconds(batch.elapsed + record.last, step_size))
+
+
+def _records(
+    batch: RecordBatch,
+    sink: LogWriter,
+    profiles: Profiles,
+    names: list[str],
+    inputs: Mapping[str, tuple[int, ...]],
+    digests: Mapping[str, Any],
+) -> Iterator[Record]:
+    starts = [item for item in batch.snapshots if item[1] == 0]
+    yield from _snapshots(batch, sink, starts)
+    if batch.durations:
+        yield from _steps(batch, sink, profiles, inputs)
+    if batch.frames:
+        yield from _frames(batch, sink, names)
+    if batch.events:
+        rows = np.concatenate(batch.events)
+        place = (batch.segment, int(rows[0, 0]), int(rows[-1, 0]), len(rows))
+        yield Record(EVENTS, 0, *place, sink.number(EVENTS), {}, {"rows": rows})
+    if batch.hashes:
+        ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
+        arrays = {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])}
+        place = (batch.segment, int(ticks[0]), int(ticks[-1]), len(ticks))
+        yield Record(HASHES, 0, *place, sink.number(HASHES), dict(digests) if starts else {}, arrays)
+    yield from _snapshots(batch, sink, [item for item in batch.snapshots if item[1] != 0])
+
+
+def _snapshots(batch: RecordBatch, sink: LogWriter, items: list[tuple[int, int, Snapshot]]) -> Iterator[Record]:
+    for tick, why, snapshot in items:
+        data = np.frombuffer(snapshot.to_bytes(), dtype=np.uint8)
+        yield Record(SNAPSHOTS, why, batch.segment, tick, tick, 1, sink.number(SNAPSHOTS), {}, {"snapshot": data})
+
+
+def _steps(batch: RecordBatch, sink: LogWriter, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]) -> Iterator[Record]:
+    durations = np.array(batch.durations, dtype=np.int64)
+    by_name: dict[str, tuple[list[int], list[int], list[Any]]] = {}
+    profile_words: dict[int, int] = {}
+    for place, name, value in batch.sets:
+        if place >= len(durations):
+            continue  # Ctrl-C fell between noting the input and noting the step: then the step counts as not recorded
+        places, numbers, values = by_name.setdefault(name, ([], [], []))
+        places.append(place)
+        if isinstance(value, CompiledProfile):
+            number, word = profiles.number(value)
+            profile_words[number] = word
+            numbers.append(number)
+        else:
+            numbers.append(-1)
+            values.append(value)
+    arrays = {"durations": durations}
+    content = {}
+    for name, (*lists, held) in by_name.items():
+        places, numbers = (np.array(x, dtype=np.int64) for x in lists)
+        values = np.array(held, dtype=np.float64).reshape(len(held), *inputs[name])
+        content[name] = (places, set_words(numbers, values, profile_words))
+        label = str(list(inputs).index(name))
+        arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": values}
+    arrays |= profiles.new()
+    last = batch.first + int(durations.sum())
+    header = {"profiles_before": profiles.count - len(arrays["profile_shapes"])}
+    place = (batch.segment, batch.first, last, len(durations))
+    yield Record(STEPS, 0, *place, sink.number(STEPS), header, arrays)
+    # A second account of the inputs, apart from the first: a changed one does not go unnoticed even where rounding hides it.
+    yield Record(HASHES, 1, *place, sink.number(HASHES), {"steps": step_digests(durations, content)}, {})
+
+
+def _frames(batch: RecordBatch, sink: LogWriter, names: list[str]) -> Iterator[Record]:
+    for variable in range(len(names)):
+        values = [np.asarray(frame[variable], dtype=np.float64) for _, frame in batch.frames]
+        together = max(1, CHUNK_BYTES // max(values[0].nbytes, 1))
+        for begin in range(0, len(values), together):
+            ticks = np.array([tick for tick, _ in batch.frames[begin : begin + together]], dtype=np.int64)
+            arrays = {"ticks": ticks, "values": _stack(values[begin : begin + together])}
+            place = (batch.segment, int(ticks[0]), int(ticks[-1]), len(ticks))
+            yield Record(FRAMES, variable, *place, sink.number(FRAMES), {}, arrays)
+
+
+def _stack(values: list[np.ndarray]) -> np.ndarray:
+    """One array of all; a single large frame is not copied."""
+    return values[0][np.newaxis] if len(values) == 1 else np.stack(values)

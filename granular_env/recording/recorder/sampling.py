@@ -1,0 +1,120 @@
+"""The instants of frames, hashes and key snapshots: rules in ticks only, so that the same run is recorded the same way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ...components.support.roots import round_down_to_125, round_up_to_125
+from ..format.records import damage
+
+# Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
+HASH_EVERY = 4096
+_KEY_EVERY = 4096
+# Frames of an experiment whose duration is known: at most so many.
+_FRAMES = 400
+# Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
+_FRAMES_A_DOUBLING, _LARGE_FRAMES_A_DOUBLING = 64, 16
+_LARGE_FRAME = 8192
+# Frames of more numbers than this cost more than the ticks between them: on a grid of a million nodes (2 cores, a state of
+# 104 MB) a tick takes 0.04 s and a frame of 72 MB 0.8 s. 500 ticks for each frame as large as the state keep it to a twentieth.
+_HUGE_FRAME, _HUGE_FRAMES_A_DOUBLING = 1_000_000, 4
+_TICKS_A_FRAME, _FEWEST_FRAMES = 500, 10
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """Intervals in ticks.
+
+    Attributes:
+        frame_every: ticks between frames; 0 for the doubling rule: one at every tick at first, half as many each time the
+            run has become twice as long.
+        doubling: frames per doubling.
+        hash_every: ticks between hashes.
+        key_every: ticks between key snapshots; 0 for one each time the run has become a sixteenth longer, but not more
+            often than every 4096 ticks.
+    """
+
+    frame_every: int
+    doubling: int
+    hash_every: int
+    key_every: int
+
+    def frame_after(self, tick: int, elapsed: int) -> int:
+        """Return the next tick for a frame; `elapsed` counts the ticks of the whole log."""
+        interval = self.frame_every or 1 << max((elapsed // self.doubling).bit_length() - 1, 0)
+        return (tick // interval + 1) * interval
+
+    def is_frame(self, tick: int, elapsed: int) -> bool:
+        """Return whether a segment that starts at this tick starts with a frame."""
+        return self.frame_after(tick - 1, elapsed) == tick
+
+    def hash_after(self, tick: int) -> int:
+        """Return the next tick for a hash."""
+        return (tick // self.hash_every + 1) * self.hash_every
+
+    def key_after(self, tick: int, elapsed: int) -> int:
+        """Return the next tick for a key snapshot."""
+        interval = self.key_every or max(_KEY_EVERY, elapsed >> 4)
+        return tick + interval
+
+
+def schedule_from(options: Any) -> Schedule:
+    """Return the schedule that a log's header holds; `LogError` where it holds none."""
+    lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "key_every": 0}
+    if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
+        type(options[name]) is int and options[name] >= low for name, low in lowest.items()
+    ):  # fmt: skip
+        raise damage("it does not say when frames were taken", "header.options")
+    return Schedule(**options)
+
+
+class Agenda:
+    """The next ticks at which something is due.
+
+    Attributes:
+        frame, hash, key: the next tick for each.
+    """
+
+    def __init__(self, schedule: Schedule) -> None:
+        self._schedule = schedule
+        self.frame = self.hash = self.key = 0
+
+    def restart(self, tick: int, elapsed: int) -> int:
+        """Set all anew after a tick, `elapsed` counting the ticks of the whole log; return the nearest."""
+        self.frame = self.hash = self.key = tick
+        return self.after(tick, elapsed)
+
+    def after(self, tick: int, elapsed: int) -> int:
+        """Move on what was due at a tick; return the nearest that is due next."""
+        if self.frame <= tick:
+            self.frame = self._schedule.frame_after(tick, elapsed)
+        if self.hash <= tick:
+            self.hash = self._schedule.hash_after(tick)
+        if self.key <= tick:
+            self.key = self._schedule.key_after(tick, elapsed)
+        return min(self.frame, self.hash, self.key)
+
+
+def frames_for(ticks: int, values: int, state: int) -> int:
+    """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks.
+
+    Where frames are huge there are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks.
+
+    Args:
+        ticks: of the run.
+        values: numbers of a frame.
+        state: numbers of the state.
+    """
+    interval = round_up_to_125(max(ticks / _FRAMES, 1.0))
+    if values > _HUGE_FRAME:
+        wanted = min(_TICKS_A_FRAME * values / state, ticks / _FEWEST_FRAMES)
+        interval = max(interval, round_down_to_125(max(wanted, 1.0)))
+    return int(interval)
+
+
+def doubling_for(values: int) -> int:
+    """Frames per doubling for frames of so many numbers."""
+    if values > _HUGE_FRAME:
+        return _HUGE_FRAMES_A_DOUBLING
+    return _LARGE_FRAMES_A_DOUBLING if values > _LARGE_FRAME else _FRAMES_A_DOUBLING

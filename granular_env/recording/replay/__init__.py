@@ -1,0 +1,1 @@
+"""The program that a log is: opened, run again, branched off, continued, recovered."""

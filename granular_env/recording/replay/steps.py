@@ -1,0 +1,41 @@
+"""A component brought to the states of a log: restored from its snapshots, and stepped with its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ...components.component import Component
+from ...components.errors import GranularError, LogError, StepError
+from ...components.inputs import Held
+from ...components.snapshot import Snapshot
+
+Changes = list[tuple[int, dict[str, Held]]]
+
+
+def restore(component: Component, snapshot: Snapshot) -> None:
+    """Restore, with `LogError` where a log's snapshot does not fit its component."""
+    try:
+        component.restore(snapshot)
+    except GranularError as error:
+        raise LogError(f"one does not fit its component: {error}", at="snapshots") from error
+
+
+def advance(component: Component, changes: Changes, tick: int, tell: Callable[[], None] | None = None) -> None:
+    """Run to a tick in as few long steps as the changes of inputs allow; `changes` is reversed, and used up.
+
+    A step of n ticks gives the bits of n steps of one, so this is as exact as the original steps and faster.
+    """
+    try:
+        step_size = component.step_size
+        while (now := component.tick) < tick:
+            inputs: dict[str, Held] = {}
+            while changes and changes[-1][0] <= now:
+                inputs.update(changes.pop()[1])
+            stop = min(tick, changes[-1][0]) if changes else tick
+            component.step((stop - now) * step_size, **inputs)
+            if tell is not None:
+                tell()
+    except StepError:
+        raise
+    except GranularError as error:
+        raise LogError(f"an input is set that the component refuses: {error}", at="steps") from error

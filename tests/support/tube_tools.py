@@ -1,0 +1,35 @@
+"""Small tubes with a gas in them, for tests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import granular_env as ge
+
+# A thick and narrow one, so that few nodes are enough around it.
+RADIUS, WALL = 0.003, 8e-4
+# Half of a circle's: the shell is a half tube.
+AREA = 1.4137167e-5
+BODY = {"name": "tube", "length": 0.006, "inner_radius": RADIUS, "wall": WALL, "along": 7, "around": 7, "half": True}
+HOT = {"x": [0.0, 0.004], "pressure": 1.2e6, "temperature": 3500.0}
+GAS = {"length": 0.03, "cells": 60, "cross_section": AREA, "regions": [HOT], "right": "open"}
+
+
+def small_tube(**changes: Any) -> Any:
+    """Return a gas that burns from the left end on, and a shell behind the first half of the way."""
+    shell = {"body": BODY, "boundaries": {"start": "clamped", "end": "symmetry"}}
+    return ge.make("tube", **{"gas": GAS, "shell": shell, "position": 0.0152, **changes})
+
+
+def gas_ring(coupling: Any, young: float, pressure: float) -> Any:
+    """Return a ring full of air in equilibrium with the air around it; nothing depends on the place along it."""
+    air = {
+        "length": 0.002, "cells": 3, "cross_section": AREA, "gas": "air", "initial_pressure": pressure,
+        "initial_temperature": 300.0, "ignition_zone": [0.0, 0.001],
+    }  # fmt: skip
+    body = {**BODY, "length": 0.002, "along": 3, "around": 13}
+    shell = {
+        "body": body, "material": {"name": "elastic", "young": young, "poisson": 0.0, "density": 2719.0},
+        "boundaries": {"start": "symmetry", "end": "symmetry"},
+    }  # fmt: skip
+    return ge.make("tube", gas=air, shell=shell, position=0.0, coupling=coupling)

@@ -1,0 +1,256 @@
+"""A gas and the shell around it in one tick: what passes between them, and that nothing is lost on the way."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from support.solid_tools import frequency
+from support.tube_tools import AREA, BODY, GAS, RADIUS, WALL, gas_ring, small_tube
+
+import granular_env as ge
+from granular_env.components.contract import Event
+from granular_env.components.detonation.layout import Medium, State
+from granular_env.components.tube import kernels
+from granular_env.components.tube.interface import find_overlaps
+
+TWO_WAY = {"name": "two_way", "motion": False}
+
+
+def run(tube: Any, ticks: int, **inputs: Any) -> Any:
+    """Return the tube so many ticks later."""
+    tube.step(ticks * tube.step_size, **inputs)
+    return tube
+
+
+# -- pressure to the stations ---------------------------------------------------------------------------------------------
+
+
+def test_stations_share_the_force_of_each_cell() -> None:
+    """Whatever the lengths are; the pressure of a uniform gas is that of each station."""
+    tube = small_tube()
+    interface, cells = tube.interface, tube.gas.parameters.cells
+    pressure = 1e6 * (1.0 + np.cos(np.arange(cells) ** 1.7))
+    found = np.zeros(len(interface.width))
+    kernels.write_pressures(interface, pressure, found)
+    forces = np.zeros(cells)
+    for station, (begin, end) in enumerate(zip(interface.begin[:-1], interface.begin[1:], strict=True)):
+        parts = [interface.length[one] * kernels.overlap_pressure(interface, pressure, one) for one in range(begin, end)]
+        assert sum(parts) == pytest.approx(found[station] * interface.width[station], rel=1e-14)
+        np.add.at(forces, interface.cell[begin:end], parts)
+    covered = np.bincount(interface.cell, interface.length, minlength=cells)
+    whole = np.abs(covered - tube.gas.cell_size) < 1e-12
+    assert whole.sum() >= 11
+    np.testing.assert_allclose(forces[whole], pressure[whole] * tube.gas.cell_size, rtol=1e-13)
+    assert covered.sum() == pytest.approx(BODY["length"], rel=1e-13)
+    assert found.min() >= pressure.min() and found.max() <= pressure.max()
+    kernels.write_pressures(interface, np.full(cells, 3.7e5), found)
+    np.testing.assert_allclose(found, 3.7e5, rtol=1e-13)
+
+
+@pytest.mark.parametrize("size", [0.0004, 0.001, 0.0037])
+def test_overlaps_cover_the_shell_once(size: float) -> None:
+    """With cells that are smaller or larger than the stations, and with even ones."""
+    bounds = np.array([0.002, 0.0025, 0.0035, 0.0045, 0.005])
+    begin, cell, length, offset = find_overlaps(bounds, size, math.ceil(0.006 / size))
+    np.testing.assert_allclose(
+        [length[a:b].sum() for a, b in zip(begin[:-1], begin[1:], strict=True)], np.diff(bounds), rtol=1e-13
+    )
+    middle = (cell + 0.5 + offset) * size
+    stations = np.repeat(np.arange(4), np.diff(begin))
+    assert (bounds[stations] <= middle).all() and (middle <= bounds[stations + 1]).all()
+    assert (np.abs(offset) + 0.5 * length / size < 0.5 + 1e-9).all()
+
+
+# -- one way ---------------------------------------------------------------------------------------------------------------
+
+
+def test_one_way_is_the_gas_alone_and_then_the_shell_alone() -> None:
+    """To the bit, though both are advanced in one memory; the shell gets pressures that go linearly through each tick."""
+    tube = small_tube(shell_steps=2)
+    gas = ge.make("detonation", **GAS, step_size=tube.step_size)
+    shell = ge.make("shell", **{**tube.parameters.shell.model_dump(), "step_size": 0.5 * tube.step_size})
+    load = np.zeros(7)
+    for _ in range(200):
+        before = load.copy()
+        gas.step()
+        kernels.write_pressures(tube.interface, gas.get("pressure"), load)
+        load -= 1e5
+        tube.step()
+        if np.abs(load).max() > 1e-4:
+            for part in (0.25, 0.75):
+                shell.step(None, pressure=before + part * (load - before))
+    assert tube.get("radial_displacement").max() > 5e-7
+    np.testing.assert_array_equal(tube.get("gas_pressure"), gas.get("pressure"))
+    np.testing.assert_allclose(tube.get("shell_nodal_displacement"), shell.get("nodal_displacement"), rtol=0.0, atol=1e-18)
+    assert tube.events() == [Event(one.tick, f"gas_{one.kind}", one.index, one.value, one.limit) for one in gas.events()]
+
+
+def test_the_shell_sleeps_until_it_is_loaded() -> None:
+    tube = small_tube()
+    run(tube, 30)
+    assert tube.get("gas_right_front") > 0.004
+    assert not tube.get("shell_nodal_velocity").any()
+    run(tube, 170)
+    assert tube.get("shell_nodal_velocity").any()
+    assert (tube.get("peak_pressure") > 1e6).all()
+
+
+def test_two_ways_without_motion_are_one_way() -> None:
+    one, two = (run(small_tube(coupling=coupling), 200) for coupling in ("one_way", TWO_WAY))
+    assert one.memory.tobytes() == two.memory.tobytes()
+    moved = run(small_tube(coupling="two_way"), 200)
+    assert one.memory.tobytes() != moved.memory.tobytes()
+
+
+# -- two ways ----------------------------------------------------------------------------------------------------------------
+
+
+def test_the_gas_pays_for_what_the_wall_gets() -> None:
+    """Energy to rounding, but for what velocity Verlet makes of the shell; mass and momentum to rounding."""
+    tube = run(small_tube(coupling="two_way"), 240)
+    energy, momentum, mass = tube.balances()
+    work = energy.supplied["pressure_work"]
+    assert work > 2e-5
+    assert abs(tube.get("exchange_difference")) < 1e-12 * work
+    assert abs(energy.residual) < 1e-5 * work
+    assert abs(mass.residual) < 1e-15
+    assert np.abs(momentum.residual).max() < 1e-13 * momentum.supplied["left_impulse"][0]
+    paid = run(small_tube(), 240).get("exchange_difference")
+    assert paid == pytest.approx(work + tube.get("work_on_room"), rel=0.02)
+    volume = (tube.get("gas_area") - AREA) * tube.gas.cell_size
+    widened = math.pi * RADIUS * tube.get("radial_displacement") * np.diff(tube.shell.station_bounds)
+    assert volume.sum() == pytest.approx(widened.sum(), rel=1e-3)
+
+
+def test_axial_forces_on_gas_and_wall_are_opposite_but_for_the_mesh() -> None:
+    """A wall that bulges is pushed along the tube where it is inclined."""
+    differences = []
+    for times in (1, 2):
+        body = {**BODY, "along": 6 * times + 1}
+        shell = {"body": body, "boundaries": {"start": "clamped", "end": "clamped"}}
+        gas = {**GAS, "cells": 60 * times}
+        tube = small_tube(coupling="two_way", gas=gas, shell=shell, step_size=2e-8)
+        _, momentum, _ = run(tube, 500).balances()
+        on_gas, on_wall = (momentum.supplied[name][0] for name in ("wall_impulse", "pressure_impulse"))
+        differences.append(abs(on_gas + on_wall) / abs(on_wall))
+    assert differences[1] < 0.65 * differences[0] and differences[1] < 0.15
+
+
+def test_gas_in_a_ring_is_a_spring() -> None:
+    """A closed gas adds 4 gamma p / (rho (R_o^2 - R_i^2)) to the square of the breathing frequency of a thin ring."""
+    squares = []
+    for coupling in ("one_way", "two_way"):
+        ring = gas_ring(coupling, 2e8, 2e6)
+        radial = ring.shell.nodes.copy()
+        radial[:, 0] = 0.0
+        ring.reset(shell_nodal_velocity=0.2 * radial / RADIUS)
+        found = []
+        for _ in range(400):
+            ring.step()
+            found.append(ring.get("radial_displacement")[1])
+        squares.append((2.0 * math.pi * frequency(np.array(found), ring.step_size)) ** 2)
+    exact = 4.0 * 1.4 * 2e6 / (2719.0 * ((RADIUS + WALL) ** 2 - RADIUS**2))
+    assert exact > 0.1 * squares[0]
+    assert squares[1] - squares[0] == pytest.approx(exact, rel=0.02)
+
+
+def test_a_gas_starts_with_the_cross_section_of_a_deformed_shell() -> None:
+    tube = small_tube(coupling="two_way")
+    outwards = tube.shell.nodes * [0.0, 0.01, 0.01]
+    outwards[tube.shell.nodes[:, 0] == 0.0] = 0.0
+    tube.reset(shell_nodal_displacement=outwards)
+    assert tube.get("gas_area").max() == pytest.approx(AREA * 1.01**2, rel=1e-9)
+    run(tube, 50)
+    energy, _, mass = tube.balances()
+    assert abs(tube.get("exchange_difference")) < 1e-12 * abs(energy.supplied["pressure_work"])
+    assert abs(mass.residual) < 1e-15
+
+
+# -- the vent ------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_vessel_empties_as_theory_says() -> None:
+    """Through a nozzle in which the flow is as fast as sound, without heat; then until the pressure is that of the room."""
+    gamma, constant, volume = 1.4, 287.05, 1e-6
+    medium = Medium(gamma, constant, 0.0, 0.01, 1e-6, 1.0, 0, 300.0)
+    one = lambda value: np.array([value])  # noqa: E731
+    density, sound = 1e6 / (constant * 300.0), math.sqrt(gamma * constant * 300.0)
+    gas = State(
+        one(density), one(0.0), one(1e6 / (gamma - 1.0)), one(0.0), one(0.0), one(1e6), one(0.0), one(volume / 0.01), one(-1.0),
+        np.zeros(5, dtype=np.int64),
+    )  # fmt: skip
+    tally, opening, part = np.zeros(kernels.TALLY), 1e-6, 0.7
+    time_scale = volume / (part * opening * sound) * (0.5 * (gamma + 1.0)) ** (0.5 * (gamma + 1.0) / (gamma - 1.0))
+    for tick in range(1, 4001):
+        kernels.leak(medium, gas, one(opening), part, 1e5, 2e-6, tally)
+        exact = 1e6 * (1.0 + 0.5 * (gamma - 1.0) * 2e-6 * tick / time_scale) ** (-2.0 * gamma / (gamma - 1.0))
+        if exact > 1e5 * (0.5 * (gamma + 1.0)) ** (gamma / (gamma - 1.0)):
+            assert gas.pressure[0] == pytest.approx(exact, rel=2e-3)
+    assert gas.pressure[0] < 2.5e5
+    assert gas.pressure[0] / gas.density[0] ** gamma == pytest.approx(1e6 / density**gamma, rel=1e-9)
+    assert tally[kernels.LEAKED_MASS] == pytest.approx((density - gas.density[0]) * volume, rel=1e-12)
+    for _ in range(10):
+        kernels.leak(medium, gas, one(1.0), part, 1e5, 2e-6, tally)
+    assert gas.pressure[0] == pytest.approx(1e5, rel=1e-9)
+
+
+def test_a_vent_lowers_the_pressure_behind_it() -> None:
+    closed, vented = small_tube(vent=0.014), small_tube(vent=0.014)
+    run(closed, 240)
+    run(vented, 240, vent_area=2e-5)
+    assert vented.get("shell_pressure")[0] < 0.95 * closed.get("shell_pressure")[0]
+    energy, _, mass = vented.balances()
+    assert mass.lost["leaked_mass"] > 0.0 and abs(mass.residual) < 1e-15
+    assert abs(energy.residual) < 1e-5 * energy.lost["leaked_energy"]
+
+
+# -- what is refused -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"position": 0.025}, "position: got 0.025 m, with which the shell reaches from 0.025 to 0.031 m, outside of the gas"),
+        (
+            {"gas": {**GAS, "cross_section": 1.5e-5}},
+            "gas.cross_section: got 1.5e-05 m^2, a radius of 0.00309019 m of a half tube, where the shell",
+        ),
+        ({"step_size": 1e-6, "shell_steps": 1}, "shell.step_size: got 1e-06 s"),
+        ({"step_size": 1e-6, "gas_steps": 1, "shell_steps": 20}, "gas.step_size: got 1e-06 s, expected at most"),
+        ({"gas": {**GAS, "step_size": 1e-8}}, "gas.step_size: the parts share one step_size"),
+        ({"shell": {"body": {"name": "plate"}}}, "shell.body: got 'plate', expected a tube"),
+        ({"shell": {"body": BODY, "boundaries": {"end": "moved"}}}, "shell.boundaries.end: got 'moved'"),
+        ({"gas": {**GAS, "gas": {"gamma": 0.9, "heat_release": 1e6}}}, "gas.gas.gamma: got 0.9"),
+        ({"gas": {**GAS, "initial_pressure": 5e5}}, "initial_pressure"),
+        ({"vent": 0.04}, "vent: got 0.04 m, expected 0 to 0.03 m"),
+        ({"coupling": "three_way"}, "coupling: got 'three_way'"),
+    ],
+)
+def test_what_does_not_fit_is_named(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(ge.ParameterError) as caught:
+        small_tube(**changes)
+    assert said in str(caught.value)
+
+
+def test_a_bad_start_is_named_as_it_was_given() -> None:
+    tube = small_tube()
+    with pytest.raises(ge.ParameterError, match=r"start\.gas_pressure\[3\]: got 0"):
+        tube.reset(gas_pressure=np.where(np.arange(60) == 3, 0.0, 1e5))
+    held = np.zeros((tube.shell.nodes.shape[0], 3))
+    held[0, 1] = 1e-6
+    with pytest.raises(ge.ParameterError, match=r"start\.shell_nodal_displacement\[0,1\]"):
+        tube.reset(shell_nodal_displacement=held)
+
+
+@pytest.mark.parametrize("coupling", ["one_way", "two_way"])
+def test_a_run_that_breaks_down_says_in_which_part_and_keeps_its_state(coupling: str) -> None:
+    tube = small_tube(coupling=coupling, step_size=1e-7)
+    run(tube, 60)
+    before = tube.save().to_bytes()
+    with pytest.raises(ge.StepError, match=r"^gas_courant_number: .*the gas makes \d+ such steps in a tick of 1e-07 s"):
+        run(tube, 50, gas_ignition_power=1e11)
+    assert tube.save().to_bytes() == before
+    run(tube, 60, gas_ignition_power=0.0)
