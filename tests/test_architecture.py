@@ -66,8 +66,7 @@ def test_every_module_has_its_place_in_the_layers():
     layers = {one["containers"][0]: {*re.findall(r"\w+", " ".join(one["layers"]))} for one in contracts() if "layers" in one}
     # A room and the table of domains import each other: another contract keeps them apart.
     assert layers["granular_env"] == parts_of(ROOT / "granular_env") - {"domains"}
-    # A layer in brackets need not be there.
-    assert parts_of(ROOT / "components") <= layers["granular_env.components"]
+    assert layers["granular_env.components"] == parts_of(ROOT / "components")
 
 
 def test_every_generic_room_is_kept_apart_from_the_domains():

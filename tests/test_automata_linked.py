@@ -9,10 +9,10 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory, threads
-from granular_env.components.automata.advance import update_forces
 from granular_env.components.automata.edges import edge_automata
 from granular_env.components.automata.schedule import make_parts
 from granular_env.components.automata.state import Motion
+from granular_env.components.automata.sweep import update_forces
 from granular_env.components.errors import ParameterError, StepError
 
 ROW = 0.5 * math.sqrt(3.0)

@@ -5,13 +5,11 @@ A ```python block is executed, in one process and one empty folder a page, in th
 block after ``<!-- file: NAME -->`` is written to that file.
 """
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from support.page_runner import run_page
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -24,26 +22,6 @@ LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#\s]+)")
 WRITES_A_LOG = re.compile(
     r"ge\.record\(|RecordEnv\(|ge\.run\(.*log=|\.run\(\"[^\"]+\.mcap\"|granular-env (?:run|branch) .*--log "
 )
-
-RUNNER = """
-import contextlib, io, subprocess, sys
-names = {"__name__": "__main__"}
-for kind, where, code, promised in BLOCKS:
-    if kind == "bash":
-        subprocess.run(["bash", "-eu", "-o", "pipefail", "-c", code], check=True, stdout=sys.stderr)
-        continue
-    if kind != "python":
-        with open(kind, "w") as file:
-            file.write(code)
-        continue
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        exec(compile(code, where, "exec"), names)
-    lines = printed.getvalue().splitlines()
-    # A line in a loop prints several, which stand beside each other on the page.
-    if promised and " ".join(lines) != " ".join(promised):
-        sys.exit(f"{where}: the page promises {promised}, the code printed {lines}")
-"""
 
 
 def name_of(page: Path) -> str:
@@ -67,15 +45,23 @@ def runnable(page: Path) -> list[tuple[str, str, str, list[str]]]:
 
 @pytest.mark.parametrize("page", [page for page in PAGES if runnable(page)], ids=name_of)
 def test_the_snippets_of_a_page_run_and_print_what_it_says(page, tmp_path):
-    script = tmp_path / "page.py"
-    script.write_text(f"BLOCKS = {runnable(page)!r}\n{RUNNER}")
     folder = tmp_path / "work"
     folder.mkdir()
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    python_path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-    environment = {**os.environ, "PATH": path, "PYTHONPATH": python_path}
-    result = subprocess.run([sys.executable, str(script)], cwd=folder, env=environment, capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr
+    assert not (said := run_page(runnable(page), folder)), said
+
+
+@pytest.mark.parametrize(
+    ("kind", "code", "said"),
+    [
+        ("python", "print(1 + 1)  # 3", "the page promises ['3'], the code printed ['2']"),
+        ("python", "import no_such_module", "ModuleNotFoundError"),
+        ("bash", "granular-env run no-such-experiment", "exit status 2"),
+        ("bash", "test -s no-such-file", "returned non-zero exit status 1"),
+    ],
+)
+def test_what_goes_wrong_in_a_snippet_is_said(kind, code, said, tmp_path):
+    (tmp_path / "work").mkdir()
+    assert said in run_page([(kind, "page.md:1", code, PROMISE.findall(code))], tmp_path / "work")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

@@ -121,7 +121,7 @@ def test_the_gas_pays_for_what_the_wall_gets() -> None:
     paid = run(small_tube(), 240).get("exchange_difference")
     assert paid == pytest.approx(work + tube.get("work_on_room"), rel=0.02)
     volume = (tube.get("gas_area") - AREA) * tube.gas.cell_size
-    widened = math.pi * RADIUS * tube.get("radial_displacement") * np.diff(tube.shell.station_bounds)
+    widened = math.pi * RADIUS * tube.get("radial_displacement") * np.diff(tube.shell.lattice.axes[0].bounds)
     assert volume.sum() == pytest.approx(widened.sum(), rel=1e-3)
 
 

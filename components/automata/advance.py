@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from ..support.jit import jit
-from .motion import TALLY_ROWS, Grip, Load, add_loads, hold, keep_velocities, settle_loads
-from .sweep import DRIFT_KICK_DRIFT, STILL, sweep
+from ..support.jit import internal, jit
+from .motion import add_loads, hold, keep_velocities, settle_loads
+from .sweep import DRIFT_KICK_DRIFT, sweep
 
 # What `advance` returns.
 DONE, TOO_FAST = 0, 1
-# What `advance` takes where no input acts: marked automata, what is kept of them, load, grip, and tallies.
-_NOBODY, _NOTHING = np.zeros(0, np.int64), np.zeros((0, 6))
-_NO_INPUTS = (
-    _NOBODY, _NOTHING, Load(_NOBODY, _NOTHING), _NOTHING, Grip(_NOBODY, _NOBODY, _NOTHING), _NOTHING, np.zeros((2, TALLY_ROWS)),
-)  # fmt: skip
 
 
-@jit
+@internal
 def settle(body, reference, motion, marked, kept, force, torque, load, load_before, grip, grip_before, tallies, time):
     """Kick automata that inputs act on once more, with loads and grip; `sweep` has kicked them without.
 
@@ -66,15 +59,27 @@ def settle(body, reference, motion, marked, kept, force, torque, load, load_befo
 
 @jit
 def advance(
-    body, part, reference, motion, scratch, marked, kept, load, load_before, grip, grip_before, tallies, time, ticks,
-    speed_limit, moves,
-):  # fmt: skip
-    """Advance by so many internal steps, or compute forces; the one kernel of all this, as it is long to compile.
+    body,
+    part,
+    reference,
+    motion,
+    scratch,
+    marked,
+    kept,
+    load,
+    load_before,
+    grip,
+    grip_before,
+    tallies,
+    time,
+    ticks,
+    speed_limit,
+):
+    """Advance by so many internal steps.
 
     Args:
         body: a `Body`.
-        part: a `schedule.Part`. One that is not the whole packing makes one step and leaves `settle` to the caller.
-            So does the whole where it does not drift, is kicked, and drifts again.
+        part: the packing as one `schedule.Part`, its rings overwritten.
         reference: as for `settle`, as the next ones.
         motion: see there.
         scratch: a `Scratch`, overwritten.
@@ -88,35 +93,17 @@ def advance(
         time: see there.
         ticks: how many.
         speed_limit: no automaton may be faster [m/s].
-        moves: see `sweep.STILL`, with which volumetric strains and the forces of the links are written to the scratch.
 
     Returns:
         DONE, or TOO_FAST in the middle of a step.
     """
-    u, v = motion.displacement.reshape(motion.displacement.size), motion.velocity.reshape(motion.velocity.size)
-    force, torque, limit = scratch.force, scratch.torque, speed_limit * speed_limit
-    rows, whole = force.reshape(force.size), part.end - part.begin == body.kind.size
+    limit = speed_limit * speed_limit
     for _ in range(ticks):
-        fast = sweep(
-            body, part, u, v, motion.rotation, motion.spin, marked, kept, scratch.dilation, rows, torque, time, limit, moves
-        )
-        fastest = 0.0
-        if whole and moves == DRIFT_KICK_DRIFT:
-            fastest = settle(
-                body, reference, motion, marked, kept, force, torque, load, load_before, grip, grip_before, tallies, time
-            )
-        if moves != STILL and (fast or not fastest <= limit):
+        fast = sweep(body, part, motion, scratch, marked, kept, time, limit, DRIFT_KICK_DRIFT)
+        fastest = settle(
+            body, reference, motion, marked, kept, scratch.force, scratch.torque, load, load_before, grip, grip_before, tallies,
+            time,
+        )  # fmt: skip
+        if fast or not fastest <= limit:
             return TOO_FAST
     return DONE
-
-
-def update_forces(body, part, motion, scratch):
-    """Write the volumetric strains of the positions as they are, and the forces and torques of the links.
-
-    Args:
-        body: a `Body`.
-        part: the packing as one `schedule.Part`, its rings overwritten.
-        motion: a `Motion`; its velocities are not looked at.
-        scratch: a `Scratch`, overwritten.
-    """
-    advance(body, part, motion.displacement, motion, scratch, *_NO_INPUTS, 0.0, 1, 0.0, STILL)

@@ -20,11 +20,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..support.arrays import FloatArray
-from ..support.jit import inlined, jit
+from ..support.jit import internal, internal_inlined, jit
 from .breaking.functions import failure
 from .pair import mirrored_slots, orient, strains, turned
 from .responses.functions import respond
-from .state import Body, Motion, Scratch
+from .state import Body
 from .stress import virial
 
 
@@ -71,20 +71,20 @@ class Law(NamedTuple):
     linking_ticks: int
 
 
-@inlined
+@internal_inlined
 def opposite_slot(slots, slot):
     """Return the slot of the same pair at its other end."""
     return slot + slots // 2 if slot < slots // 2 else slot - slots // 2
 
 
-@inlined
+@internal_inlined
 def pair_strains(body, displacement, half, i, slot):
     """Return the strains of a pair since anything moved, and cos - 1 and sin of its rotation."""
     nx, ny, j = body.directions[slot, 0], body.directions[slot, 1], body.neighbours[i, slot]
     return strains(displacement, half, i, j, nx, ny, body.diameter)
 
 
-@inlined
+@internal_inlined
 def _origin_of(origin, i, slot):
     """Return the strains from which those of a link count; which of the two is known when this is compiled.
 
@@ -95,7 +95,7 @@ def _origin_of(origin, i, slot):
     return 0.0, 0.0
 
 
-@inlined
+@internal_inlined
 def bond_strains(body, bonds, displacement, half, i, slot):
     """Return the strains of a link, from those on that it was made with, and cos - 1 and sin of its rotation."""
     eps, gamma, less, sine = pair_strains(body, displacement, half, i, slot)
@@ -103,7 +103,7 @@ def bond_strains(body, bonds, displacement, half, i, slot):
     return eps - along, gamma - across, less, sine
 
 
-@inlined
+@internal_inlined
 def bond_tractions(body, bonds, displacement, half, dilation, i, slot):
     """Return the tractions along and across a link, and cos - 1 and sin of its rotation."""
     eps, gamma, less, sine = bond_strains(body, bonds, displacement, half, i, slot)
@@ -113,7 +113,7 @@ def bond_tractions(body, bonds, displacement, half, dilation, i, slot):
     return twice * eps + pressing, twice * gamma, less, sine
 
 
-@inlined
+@internal_inlined
 def _free_share(body, bonds, i, kind, slot):
     """Return what a released face adds to the shares of free faces; its stiffness is what is left of that of the link."""
     if bonds.weight[i, slot] == 1.0:
@@ -121,7 +121,7 @@ def _free_share(body, bonds, i, kind, slot):
     return (1.0 - bonds.weight[i, slot]) * body.share[kind, slot] / (1.0 + bonds.stiffness[i, slot])
 
 
-@inlined
+@internal_inlined
 def condensation(body, bonds, i):
     """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain."""
     k, slots = body.kind[i], body.directions.shape[0]
@@ -132,7 +132,7 @@ def condensation(body, bonds, i):
     return 1.0 + (body.missing[k] + free) * body.lame / (2.0 * body.shear)
 
 
-@inlined
+@internal_inlined
 def bond_dilation(body, bonds, displacement, half, i):
     """Return the volumetric strain of an automaton."""
     k, slots = body.kind[i], body.directions.shape[0]
@@ -149,14 +149,14 @@ def bond_dilation(body, bonds, displacement, half, i):
     return total / condensation(body, bonds, i)
 
 
-@jit
+@internal
 def bond_dilations(body, bonds, displacement, half, dilation_out, begin, end):
     """Write the volumetric strains of automata from `begin` up to `end`; arguments as for `bond_forces`."""
     for i in range(begin, end):
         dilation_out[i] = bond_dilation(body, bonds, displacement, half, i)
 
 
-@jit
+@internal
 def bond_stresses(body, bonds, displacement, half, dilation, stress_out, begin, end):
     """Write the stresses of automata from `begin` up to `end`; arguments as for `stress.stresses`."""
     slots = body.directions.shape[0]
@@ -171,14 +171,14 @@ def bond_stresses(body, bonds, displacement, half, dilation, stress_out, begin, 
         stress_out[i, 0], stress_out[i, 1], stress_out[i, 2] = xx, yy, xy
 
 
-@inlined
+@internal_inlined
 def _virial(body, bonds, displacement, half, dilation, i, kind, slot):
     normal, tangential, less, sine = bond_tractions(body, bonds, displacement, half, dilation, i, slot)
     share = body.share[kind, slot] * bonds.weight[i, slot]
     return virial(share * normal, share * tangential, body.directions[slot, 0], body.directions[slot, 1], less, sine)
 
 
-@jit
+@internal
 def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out, begin, end):
     """Write the forces and torques of the links on automata from `begin` up to `end`.
 
@@ -205,7 +205,7 @@ def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out
         force_out[i, 0], force_out[i, 1], torque_out[i] = fx, fy, torque
 
 
-@inlined
+@internal_inlined
 def _pull(body, bonds, displacement, half, dilation, i, kind, slot):
     """Return the force of a link on an automaton, x and y, and its torque."""
     normal, tangential, less, sine = bond_tractions(body, bonds, displacement, half, dilation, i, slot)
@@ -222,15 +222,25 @@ def intact_bonds(body: Body) -> Bonds:
     return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape), np.zeros((0, shape[1])))
 
 
-def update_intact_forces(body: Body, bonds: Bonds, motion: Motion, scratch: Scratch) -> None:
+@jit
+def update_bond_forces(body, bonds, motion, scratch):
     """Write the volumetric strains of the positions as they are, and the forces and torques of the links."""
-    u, half, count = motion.displacement, scratch.half, len(body.kind)
+    u, half, count = motion.displacement, scratch.half, body.kind.size
     orient(motion.rotation, half, 0, count)
     bond_dilations(body, bonds, u, half, scratch.dilation, 0, count)
     bond_forces(body, bonds, u, half, scratch.dilation, scratch.force, scratch.torque, 0, count)
 
 
 @jit
+def measure_bonds(body, bonds, motion, scratch, stress_out):
+    """Write the volumetric strains and the stresses, shape (n, 3) [Pa], of the positions as they are."""
+    u, half, count = motion.displacement, scratch.half, body.kind.size
+    orient(motion.rotation, half, 0, count)
+    bond_dilations(body, bonds, u, half, scratch.dilation, 0, count)
+    bond_stresses(body, bonds, u, half, scratch.dilation, stress_out, 0, count)
+
+
+@internal
 def pair_energy(body, bonds, displacement, half, i, slot):
     """Return the energy of a link itself, for a weight of 1 [J]."""
     eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
@@ -239,7 +249,7 @@ def pair_energy(body, bonds, displacement, half, i, slot):
     return body.face[body.kind[i], slot] * body.diameter * modulus * (eps * eps + gamma * gamma)
 
 
-@jit
+@internal
 def volume_energy(body, bonds, displacement, half, i):
     """Return the energy of the volumetric strain of an automaton [J]."""
     theta = bond_dilation(body, bonds, displacement, half, i)
@@ -258,7 +268,7 @@ def bond_energy(body, bonds, displacement, half):
     return total
 
 
-@jit
+@internal
 def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_out):
     """Let links that hold yield, and mark those that have to break.
 
@@ -301,7 +311,7 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
     return marked, lost
 
 
-@inlined
+@internal_inlined
 def _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent):
     """Write the history of a link that yields, at both of its ends; return the energy of its plastic strains alone [J]."""
     eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
@@ -319,7 +329,7 @@ def _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent
     return body.face[body.kind[i], slot] * body.diameter * body.shear * stiffness * (more * more + across * across)
 
 
-@inlined
+@internal_inlined
 def pair_stress(body, bonds, displacement, half, dilation, stress, i, slot):
     """Return the stress of a link: tractions along and across, equivalent and mean stress [Pa].
 
@@ -334,21 +344,21 @@ def pair_stress(body, bonds, displacement, half, dilation, stress, i, slot):
     return normal, tangential, equivalent_stress(normal, side, 3.0 * mean - normal - side, tangential), mean
 
 
-@inlined
+@internal_inlined
 def _mean_stress(body, bonds, dilation, i, slot):
     """Return the mean stress of a link, K theta, with what is left of its shear modulus [Pa]."""
     left = 1.0 + bonds.stiffness[i, slot]
     return (body.lame + 2.0 * body.shear * left / 3.0) * (0.5 * (dilation[i] + dilation[body.neighbours[i, slot]]))
 
 
-@inlined
+@internal_inlined
 def equivalent_stress(xx, yy, zz, xy):
     """Return von Mises' equivalent stress [Pa]."""
     squares = (xx - yy) * (xx - yy) + (yy - zz) * (yy - zz) + (zz - xx) * (zz - xx)
     return np.sqrt(0.5 * squares + 3.0 * xy * xy)
 
 
-@inlined
+@internal_inlined
 def mean_equivalent_stress(body, bonds, dilation, stress, i, slot):
     """Return the equivalent stress of the mean of both automata [Pa].
 
@@ -360,7 +370,7 @@ def mean_equivalent_stress(body, bonds, dilation, stress, i, slot):
     return equivalent_stress(xx, yy, 3.0 * _mean_stress(body, bonds, dilation, i, slot) - xx - yy, xy)
 
 
-@jit
+@internal
 def bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot):
     """Return what decides whether a link breaks, its limit, and the number of the cause; slot in the first half."""
     eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)

@@ -17,8 +17,7 @@ from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import motion
-from .advance import update_forces
-from .bonds import intact_bonds, update_intact_forces
+from .bonds import intact_bonds, update_bond_forces
 from .conditions import Conditions
 from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
 from .linked_steps import LinkedSteps
@@ -27,6 +26,7 @@ from .parameters import AutomataParameters
 from .schedule import make_parts
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .state import Body, Motion, Scratch, make_body, make_scratch
+from .sweep import update_forces
 from .ties import Ties, add_ties, tie_faces
 
 # No automaton may cross this part of its diameter in one internal step.
@@ -69,7 +69,7 @@ class Automata(Component):
         self.scratch: Scratch = make_scratch(self.count)
         self.conditions = Conditions(p, self.packing)
         # Kernels that the steps of this specimen take too: none is compiled for this alone.
-        forces = update_intact_forces if p.has_history else update_forces
+        forces = update_bond_forces if p.has_history else update_forces
         links = intact_bonds(self.body) if p.has_history else make_parts(self.body)[0]
         self.largest_frequency = largest_frequency(self.body, partial(forces, self.body, links), p.has_history)
         self.step_size = self._fitting_step_size()

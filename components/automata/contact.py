@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.arrays import FloatArray
-from ..support.jit import inlined, jit
+from ..support.jit import internal, internal_inlined, jit
 
 # Columns of `Contacts.pairs`.
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
@@ -70,7 +70,7 @@ class Contacts(NamedTuple):
     dashpot: FloatArray
 
 
-@inlined
+@internal_inlined
 def separation(ground, displacement, i, j):
     """Return the way from one automaton to another, x and y, and its length [m]."""
     x = ground.unit[0] * (ground.places[j, 0] - ground.places[i, 0]) + (displacement[j, 0] - displacement[i, 0])
@@ -82,27 +82,27 @@ def separation(ground, displacement, i, j):
     return x, y, np.sqrt(x * x + y * y)
 
 
-@inlined
+@internal_inlined
 def contact_part(ground, i, j):
     """Return the part of the stiffnesses between whole automata that two have."""
     return min(ground.part[i], ground.part[j])
 
 
-@inlined
+@internal_inlined
 def contact_weight(bonds, pairs, row):
     """Return the part of a contact that acts: all of it but where its link is not released yet."""
     slot = pairs[row, SLOT]
     return 1.0 if slot < 0 else 1.0 - bonds.weight[pairs[row, FIRST], slot]
 
 
-@inlined
+@internal_inlined
 def sliding_speed(motion, i, j, nx, ny, r):
     """Return how fast the second automaton slides over the first, across the line of centres [m/s]."""
     vx, vy = motion.velocity[j, 0] - motion.velocity[i, 0], motion.velocity[j, 1] - motion.velocity[i, 1]
     return (vy * nx - vx * ny) - 0.5 * r * (motion.spin[i] + motion.spin[j])
 
 
-@inlined
+@internal_inlined
 def _way_slid(motion, i, j, x, y, r, time):
     """Return how far the second automaton has slid over the first in a straight drift of `time` [s] to where they are [m].
 
@@ -115,7 +115,7 @@ def _way_slid(motion, i, j, x, y, r, time):
     return 0.5 * time * (before + sliding_speed(motion, i, j, x / r, y / r, r))
 
 
-@jit
+@internal
 def contact_energy(ground, bonds, motion, contacts, row, later):
     """Return the energy of a contact; `later` is the time for which it has slid since `slid` was noted [s]."""
     i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
@@ -130,7 +130,7 @@ def contact_energy(ground, bonds, motion, contacts, row, later):
     return 0.5 * contact_weight(bonds, contacts.pairs, row) * contact_part(ground, i, j) * stiffness
 
 
-@inlined
+@internal_inlined
 def _dashpot_force(body, ground, motion, part, i, j, nx, ny, push):
     """Return what the dashpot of a contact adds to its push, so that both together do not pull [N]."""
     closing = (motion.velocity[i, 0] - motion.velocity[j, 0]) * nx + (motion.velocity[i, 1] - motion.velocity[j, 1]) * ny
@@ -139,7 +139,7 @@ def _dashpot_force(body, ground, motion, part, i, j, nx, ny, push):
     return max(2.0 * ground.damping * np.sqrt(part * ground.normal * mass) * closing, -push)
 
 
-@jit
+@internal
 def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torque):
     """Add the forces of contacts, in their order, and let them slide; each pair pushes both automata with the same bits.
 
@@ -192,7 +192,7 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
     return lost
 
 
-@jit
+@internal
 def dashpot_power(contacts, count, velocity):
     """Return what the dashpots take at these velocities, shape (n, 2) [m/s], with the forces that they have [W]."""
     power = 0.0

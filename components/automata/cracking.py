@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..support.arrays import FloatArray
-from ..support.jit import jit
+from ..support.jit import internal, jit
 from .bonds import Bonds, Law, bond_dilations, bond_forces, bond_stresses, update_bonds
 from .contact import Ground, add_contacts, dashpot_power
 from .motion import add_loads, drift, hold, keep_velocities, kick, settle_loads
@@ -46,7 +46,7 @@ class Medium(NamedTuple):
     law: Law
 
 
-@jit
+@internal
 def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tick):
     """Let links weaken and yield in the positions as they are, and judge which have to break or may be made anew.
 
@@ -77,7 +77,7 @@ def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tic
     return marked > 0 or rising or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
 
 
-@jit
+@internal
 def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
     """Write the forces and torques of links and contacts, and end what `judge_bonds` began.
 
@@ -99,7 +99,7 @@ def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
     settle_weights(body, medium.bonds, medium.law, contacts, count, tick, losses)
 
 
-@jit
+@internal
 def move(medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time):
     """Kick with the forces that there are and with the loads, and drift to the end of an internal step.
 

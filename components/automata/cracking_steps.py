@@ -10,14 +10,13 @@ from ..snapshot import EVENT_ROWS, Block
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
 from . import cracking
-from .bonds import Bonds, Law, bond_dilations, bond_energy, bond_stresses, criterion_ratios
+from .bonds import Bonds, Law, bond_energy, criterion_ratios, measure_bonds
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
 from .cracking import Judgement, Medium
 from .linked_steps import LinkedSteps
 from .linking import count_linkable, link_contacts, raise_weights
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
-from .pair import orient
 from .parameters import AutomataParameters
 from .release import LOSSES, NEVER_FOUND, TRAVEL
 from .rupture import break_bonds
@@ -209,16 +208,13 @@ class CrackingSteps(LinkedSteps):
 
     def dilation(self) -> FloatArray:
         """Compute the rotations and volumetric strains of the present state; return the strains, in the scratch."""
-        scratch = self.scratch
-        orient(self.motion.rotation, scratch.half, 0, self.count)
-        bond_dilations(self.body, self.medium.bonds, self.motion.displacement, scratch.half, scratch.dilation, 0, self.count)
-        return scratch.dilation
+        self.stress()
+        return self.scratch.dilation
 
     def stress(self) -> FloatArray:
         """Return the stresses that the links of the automata carry, shape (n, 3) [Pa]."""
-        found, theta = np.empty((self.count, 3)), self.dilation()
-        u, half = self.motion.displacement, self.scratch.half
-        bond_stresses(self.body, self.medium.bonds, u, half, theta, found, 0, self.count)
+        found = np.empty((self.count, 3))
+        measure_bonds(self.body, self.medium.bonds, self.motion, self.scratch, found)
         return found
 
     def linked(self) -> FloatArray:

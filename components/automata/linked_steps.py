@@ -11,7 +11,7 @@ from ..contract import EventDetail
 from ..snapshot import Block
 from ..support.arrays import FloatArray
 from . import threads
-from .advance import advance, update_forces
+from .advance import advance
 from .conditions import Conditions
 from .energy import elastic_energy
 from .packing import Packing
@@ -19,7 +19,7 @@ from .pair import orient
 from .schedule import Part, make_parts
 from .state import Body, Motion, Scratch
 from .stress import stresses
-from .sweep import DRIFT_KICK_DRIFT, KEPT
+from .sweep import KEPT, update_forces
 from .ties import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
 
 
@@ -83,7 +83,6 @@ class LinkedSteps:
         return (
             self.packing.reference, self.motion, self.scratch, inputs.marked, self._kept, inputs.load, inputs.load_before,
             inputs.grip, inputs.grip_before, self.tallies, self.step_size, ticks, self.speed_limit,
-            DRIFT_KICK_DRIFT,
         )  # fmt: skip
 
     def dilation(self) -> FloatArray:

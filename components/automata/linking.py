@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..support.jit import inlined, jit
+from ..support.jit import internal_inlined, jit
 from .bonds import bond_dilation, condensation, opposite_slot, pair_strains
 from .contact import FIRST, SECOND, SLOT, START, contact_part, separation, sliding_speed
 from .pair import turned
 from .release import LINKING, pair_and_volumes, put_weight, scheduled_weight
 
 
-@inlined
+@internal_inlined
 def linking_pressure(medium, motion, half, contacts, row):
     """Return the pressure of a contact that may be linked by it, of others -1 [Pa].
 
@@ -106,7 +106,7 @@ def raise_weights(medium, motion, scratch, contacts, count, losses, tick):
             scratch.dilation[one] = bond_dilation(body, bonds, motion.displacement, half, one)
 
 
-@inlined
+@internal_inlined
 def strain_link(body, ground, bonds, motion, half, contacts, row, weight):
     """Give a link a weight, and the strains at which it carries what its contact would carry alone.
 

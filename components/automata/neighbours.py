@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.arrays import FloatArray
-from ..support.jit import jit
+from ..support.jit import internal, jit
 
 # How much farther than contact pairs are looked for, in diameters; the list then holds until somebody has moved half of that.
 SKIN = 0.3
@@ -84,7 +84,7 @@ def _collect(positions, exposed, cells, sorted_keys, order, counts, period, reac
     return found
 
 
-@jit
+@internal
 def _insert(pairs, begin, found, first, second):
     """Put a pair in its place among those of its first automaton, once; return how many pairs there are."""
     if found >= pairs.shape[0]:

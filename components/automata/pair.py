@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..support.jit import inlined, jit
+from ..support.jit import internal_inlined, jit
 
 _QUARTER_TURNS = 2.0 / np.pi
 # pi / 2 in three parts, the first two so short that their products with a small whole number are exact (Cody and Waite).
@@ -40,7 +40,7 @@ def orient(rotation, half_out, begin, end):
         half_out[i, 0], half_out[i, 1] = half_turn(rotation[i])
 
 
-@inlined
+@internal_inlined
 def half_turn(angle):
     """Return cos - 1 and sin of half an angle."""
     half = 0.5 * angle
@@ -54,7 +54,7 @@ def half_turn(angle):
     )
 
 
-@inlined
+@internal_inlined
 def small_turn(x):
     """Return cos - 1 and sin of an angle of at most pi / 4, to rounding: the polynomials of fdlibm (Sun Microsystems, 1993)."""
     z = x * x
@@ -69,7 +69,7 @@ def small_turn(x):
     return z * less, x + x * z * sine
 
 
-@inlined
+@internal_inlined
 def strains(displacement, half, i, j, nx, ny, length):
     """Return the strains along and across a pair, and cos - 1 and sin of its mean rotation.
 
@@ -89,7 +89,7 @@ def strains(displacement, half, i, j, nx, ny, length):
     return (x * nx + y * ny) * inverse + less, (y * nx - x * ny) * inverse - sine, less, sine
 
 
-@inlined
+@internal_inlined
 def mirrored_slots(slots, group):
     """Return two slots that a mirror exchanges or keeps: 0 and 2, 1 and 3; or 0 and 3, 1 and 2, 4 and 5."""
     if slots == 4:
@@ -99,7 +99,7 @@ def mirrored_slots(slots, group):
     return (1, 2) if group == 1 else (4, 5)
 
 
-@inlined
+@internal_inlined
 def turned(fn, ft, nx, ny, less, sine):
     """Return a force, x and y, from its parts along and across a pair."""
     x, y = fn * nx - ft * ny, fn * ny + ft * nx

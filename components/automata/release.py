@@ -5,7 +5,7 @@ What a change of weights takes of the energy of the link, of both volumes and of
 
 from __future__ import annotations
 
-from ..support.jit import inlined, jit
+from ..support.jit import internal, internal_inlined
 from .bonds import opposite_slot, pair_energy, volume_energy
 from .contact import FIRST, SECOND, SLOT, START, contact_energy
 
@@ -14,7 +14,7 @@ FRACTURE, FRICTION, INELASTIC, DAMPING, LINKING, TRAVEL, LOSSES = 0, 1, 2, 3, 4,
 NEVER_FOUND = 1e300
 
 
-@inlined
+@internal_inlined
 def put_weight(body, bonds, pairs, row, weight):
     """Write the weight of a link at both of its ends."""
     i, j, slot = pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT]
@@ -22,7 +22,7 @@ def put_weight(body, bonds, pairs, row, weight):
     bonds.weight[j, opposite_slot(body.directions.shape[0], slot)] = weight
 
 
-@inlined
+@internal_inlined
 def scheduled_weight(pairs, row, tick, release):
     """Return the weight of a link after an internal step: falling since it broke, rising since it was made anew."""
     start = pairs[row, START]
@@ -31,7 +31,7 @@ def scheduled_weight(pairs, row, tick, release):
     return min(1.0, (tick + start + 2) / release)
 
 
-@jit
+@internal
 def pair_and_volumes(body, ground, bonds, motion, half, contacts, row):
     """Return the energy of a contact, of its link, and of both volumes [J]; arguments as for `change_weight`."""
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
@@ -40,7 +40,7 @@ def pair_and_volumes(body, ground, bonds, motion, half, contacts, row):
     return energy + contact_energy(ground, bonds, motion, contacts, row, 0.0)
 
 
-@jit
+@internal
 def change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses):
     """Lower the weight of the broken link of a contact, and count the energy that this takes.
 
@@ -67,7 +67,7 @@ def change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, l
     put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
 
 
-@jit
+@internal
 def change_weights(body, ground, bonds, law, motion, half, contacts, count, tick, losses):
     """Lower the weights of all links that are being released; arguments as for `change_weight`.
 
@@ -85,7 +85,7 @@ def change_weights(body, ground, bonds, law, motion, half, contacts, count, tick
     return rising
 
 
-@jit
+@internal
 def settle_weights(body, bonds, law, contacts, count, tick, losses):
     """Give links whose weights change those after an internal step; arguments as for `change_weight`."""
     for row in range(count):

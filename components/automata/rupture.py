@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..support.jit import inlined, jit
+from ..support.jit import internal, internal_inlined, jit
 from .bonds import bond_dilation, bond_failure, bond_tractions, opposite_slot, pair_energy, volume_energy
 from .contact import FIRST, SECOND, SLOT, START, contact_part, separation
 from .release import change_weight
@@ -37,7 +37,7 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
             if judgement.mark[i, slot] == 0.0:
                 continue
             _, limit, cause = bond_failure(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, i, slot)
-            j = body.neighbours[i, slot]
+            j = np.int64(body.neighbours[i, slot])
             row = contacts.pairs[count]
             row[FIRST], row[SECOND], row[SLOT], row[START] = i, j, slot, tick
             if i > j:
@@ -57,7 +57,7 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
     return count, known
 
 
-@inlined
+@internal_inlined
 def rest_distance(body, ground, bonds, motion, half, dilation, i, slot):
     """Return the distance at rest of the contact that a breaking link leaves behind [m].
 
@@ -65,7 +65,8 @@ def rest_distance(body, ground, bonds, motion, half, dilation, i, slot):
     has, and no more energy than the link has with its part of the energies of both volumes: a link that has flowed together
     holds less of both. One that pulls leaves a contact without overlap.
     """
-    j, kind = body.neighbours[i, slot], body.kind[i]
+    # Kernels for int32, as which neighbours are kept, would be compiled once more.
+    j, kind = np.int64(body.neighbours[i, slot]), body.kind[i]
     _, _, r = separation(ground, motion.displacement, i, j)
     normal, _, _, _ = bond_tractions(body, bonds, motion.displacement, half, dilation, i, slot)
     most = body.diameter - r
@@ -78,7 +79,7 @@ def rest_distance(body, ground, bonds, motion, half, dilation, i, slot):
     return r + min(most, -normal * body.face[kind, slot] / stiffness, np.sqrt(2.0 * energy / stiffness))
 
 
-@jit
+@internal
 def _part_of_volume(body, bonds, motion, half, i, slot):
     """Return the part of the energy of a volume that belongs to one of its links, by its share in the strain [J]."""
     shares, kind = 0.0, body.kind[i]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..support.jit import inlined, jit
+from ..support.jit import internal_inlined, jit
 from .pair import strains, turned
 
 
@@ -31,7 +31,7 @@ def stresses(body, displacement, half, dilation, stress_out, begin, end):
         stress_out[i, 0], stress_out[i, 1], stress_out[i, 2] = xx, yy, xy
 
 
-@inlined
+@internal_inlined
 def virial(normal, tangential, nx, ny, less, sine):
     """Return what the tractions on a face add to the stress, for a share of 1: xx, yy and xy [Pa]."""
     tx, ty = turned(normal, tangential, nx, ny, less, sine)

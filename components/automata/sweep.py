@@ -17,6 +17,8 @@ another, and makes vectors.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..support.jit import internal_inlined, jit
@@ -33,6 +35,8 @@ KEPT = 6
 # How a sweep moves the automata: not at all; half a drift, a kick, half a drift; a drift and half a kick; a drift, half a kick
 # that ends a step, and half of one that begins the next.
 STILL, DRIFT_KICK_DRIFT, DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS = 0, 1, 2, 3
+# Marked automata, and what is kept of them, where nothing moves.
+_NOBODY, _NOTHING = np.zeros(0, np.int64), np.zeros((0, KEPT))
 
 
 @internal_inlined
@@ -313,23 +317,18 @@ def _keep(sums, radius, marked, at, first, end, u, v, rotation, spin, force, tor
     return at
 
 
-@internal_inlined
-def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dilation, force, torque, time, limit, moves):
+@jit
+def sweep(body, part, motion, scratch, marked, kept, time, limit, moves):
     """Advance automata by an internal step with the forces of their links, or compute those forces alone.
 
     Args:
         body: a `Body`.
         part: a `schedule.Part`, its rings overwritten.
-        displacement: shape (2 n,), updated in place where they move [m].
-        velocity: shape (2 n,), likewise [m/s].
-        rotation: shape (n,), likewise [rad].
-        spin: shape (n,), likewise [rad/s].
+        motion: a `Motion`, updated in place where automata move.
+        scratch: a `Scratch`. Its volumetric strains are written with the forces of all; forces and torques of the links are
+            written of marked automata, of all where nothing moves or is kicked for half a step.
         marked: automata that inputs act on, in increasing order, shape (m,).
         kept: written of these where they move: displacement, velocity, rotation and spin before the kick, shape (m, 6).
-        dilation: written with the forces of all, shape (n,).
-        force: of the links, written of marked automata; of all where nothing moves or is kicked for half a step,
-            shape (2 n,) [N].
-        torque: likewise, shape (n,) [N m].
         time: length of the step [s].
         limit: square of the largest speed that is allowed [m^2/s^2].
         moves: see STILL.
@@ -337,6 +336,12 @@ def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dila
     Returns:
         How many automata are too fast.
     """
+    displacement, velocity = (
+        motion.displacement.reshape(motion.displacement.size),
+        motion.velocity.reshape(motion.velocity.size),
+    )
+    rotation, spin, dilation, torque = motion.rotation, motion.spin, scratch.dilation, scratch.torque
+    force = scratch.force.reshape(scratch.force.size)
     slots, radius, half = body.directions.shape[0], 0.5 * body.diameter, 0.5 * time
     before = 0.0 if moves == STILL else half if moves == DRIFT_KICK_DRIFT else time
     passed, fast, at, start = part.passed, 0, 0, part.ranges[0, 0] >> SHIFT << SHIFT
@@ -393,6 +398,18 @@ def sweep(body, part, displacement, velocity, rotation, spin, marked, kept, dila
                         _write(part.sums, part.points, theta, force, torque, dilation, first, count, radius)
                 low = stop
     return fast
+
+
+def update_forces(body: Any, part: Any, motion: Any, scratch: Any) -> None:
+    """Write the volumetric strains of the positions as they are, and the forces and torques of the links.
+
+    Args:
+        body: a `Body`.
+        part: the packing as one `schedule.Part`, its rings overwritten.
+        motion: a `Motion`; its velocities are not looked at.
+        scratch: a `Scratch`, overwritten.
+    """
+    sweep(body, part, motion, scratch, _NOBODY, _NOTHING, 0.0, 0.0, STILL)
 
 
 @jit

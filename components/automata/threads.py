@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..support.jit import jit
 from ..support.threads import available, call_both
 from .advance import DONE, TOO_FAST, settle
-from .advance import advance as advance_part
 from .schedule import Part
-from .sweep import copy_ghosts
+from .sweep import DRIFT_KICK_DRIFT, copy_ghosts, sweep
 
 __all__ = ["LEAST_AUTOMATA", "advance", "available"]
 
@@ -18,18 +18,24 @@ LEAST_AUTOMATA = 50_000
 
 def advance(body: Any, parts: list[Part], reference: Any, motion: Any, scratch: Any, *inputs: Any) -> int:
     """Advance a packing of two parts as `advance.advance` does, whose arguments it takes."""
-    *acting, time, ticks, speed_limit, moves = inputs
+    *acting, time, ticks, speed_limit = inputs
     marked, kept, load, load_before, grip, grip_before, tallies = acting
-    moved = motion.displacement.reshape(-1), motion.velocity.reshape(-1), motion.rotation, motion.spin
-    first, second = ((body, part, reference, motion, scratch, *acting, time, 1, speed_limit, moves) for part in parts)
+    moved, limit = (motion.displacement.reshape(-1), motion.velocity.reshape(-1), motion.rotation, motion.spin), speed_limit**2
+    first, second = ((body, part, motion, scratch, marked, kept, time, limit, DRIFT_KICK_DRIFT) for part in parts)
     for _ in range(ticks):
         for part in parts:
             copy_ghosts(part, *moved)
-        statuses = call_both(advance_part, first, second)
-        fastest = settle(
+        fast = call_both(sweep, first, second)
+        fastest = settle_inputs(
             body, reference, motion, marked, kept, scratch.force, scratch.torque, load, load_before, grip, grip_before, tallies,
             time,
         )  # fmt: skip
-        if any(statuses) or not fastest <= speed_limit * speed_limit:
+        if any(fast) or not fastest <= limit:
             return TOO_FAST
     return DONE
+
+
+@jit
+def settle_inputs(body, reference, motion, marked, kept, force, torque, load, load_before, grip, grip_before, tallies, time):
+    """Call `advance.settle`: its entry from Python, compiled where threads are used."""
+    return settle(body, reference, motion, marked, kept, force, torque, load, load_before, grip, grip_before, tallies, time)

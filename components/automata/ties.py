@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.arrays import FloatArray
-from ..support.jit import inlined, jit
+from ..support.jit import internal_inlined, jit
 from .pair import half_turn, strains, turned
 from .state import Body
 from .stress import virial
@@ -74,7 +74,7 @@ def tie_faces(body: Body, ties: Ties) -> Body:
     return body._replace(kind=kinds, missing=np.array(missing), **of_kinds)
 
 
-@inlined
+@internal_inlined
 def _face_strains(body, ties, displacement, half, row):
     """Return the strains along and across a tied face, and cos - 1 and sin of the rotation of its automaton."""
     i, a, b, slot = ties.automata[row], ties.ends[row, 0], ties.ends[row, 1], ties.slots[row]
@@ -86,27 +86,29 @@ def _face_strains(body, ties, displacement, half, row):
     return (x * nx + y * ny) * inverse + less, (y * nx - x * ny) * inverse - sine, less, sine
 
 
-@inlined
+@internal_inlined
 def _row_strains(body, ties, displacement, half, row):
     """Return the strains of a pair of a row, and cos - 1 and sin of its rotation."""
     return strains(displacement, half, ties.rows[row, 0], ties.rows[row, 1], 1.0, 0.0, body.diameter)
 
 
-@inlined
+@internal_inlined
 def _row_moment(body, ties, row):
     """Return what of gamma the volume of the right automaton of a pair of a row gets, +-D^2 / 4 times the thickness."""
     return ties.sides[row] * (_SINE * body.face[body.kind[ties.rows[row, 0]], 0]) * body.diameter
 
 
-@inlined
+@internal_inlined
 def _stiffening(body, k):
     return 1.0 + body.missing[k] * body.lame / (2.0 * body.shear)
 
 
-@inlined
+@internal_inlined
 def _whole_face(body, k):
     """Return the area of the face of a whole cell and its share in the volumetric strain."""
-    area = body.face[k].max()
+    area = 0.0
+    for slot in range(body.face.shape[1]):
+        area = max(area, body.face[k, slot])
     return area, 0.5 * area * body.diameter / body.volume[k]
 
 
@@ -174,7 +176,7 @@ def add_ties(body, ties, motion, scratch):
         scratch.torque[j] += radius * (1.0 + eps) * across
 
 
-@inlined
+@internal_inlined
 def _push(scratch, i, j, fx, fy):
     """Add a force on one automaton, and the opposite one on another."""
     scratch.force[i, 0] += fx

@@ -15,8 +15,8 @@ from ..automata.cracking_steps import UNSOUND, CrackingSteps
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
 from ..automata.schedule import make_parts
 from ..automata.state import Body, Scratch
-from ..automata.sweep import KEPT, STILL
-from ..automata.ties import Ties
+from ..automata.sweep import KEPT, update_forces
+from ..automata.ties import Ties, add_ties
 from ..component import Component
 from ..contract import Balance, Variable
 from ..drawables import Drawable, Links
@@ -39,20 +39,18 @@ from .exchange import (
     WORK_ON_AUTOMATA,
     WORK_ON_GRID,
     Exchange,
-    assemble,
-    follow,
-    keep_grid_forces,
 )
 from .interface import Interface, Places, carried_mass, common_sides, find_interface
 from .parameters import CoupledParameters
-from .parts import AutomataPart, Cracking, GridPart, Seam, Steps, update_automata_forces
+from .parts import AutomataPart, Cracking, GridPart, Seam, Steps
+from .start import follow_nodes, join_forces, write_forces
 from .strays import find_strays
 from .zigzag import find_ties
 
-# The part of the largest stable step that is allowed, and the part that is suggested, for the grid where automata make several
-# steps in one of it: kicks that come at a multiple of the period of a mode of the automata feed that mode, the faster the larger
-# they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep the energy to 1 % up to 0.35, to 25 % at 0.44, and not at
-# all at 0.8.
+# The part of the largest stable step that is allowed, and the part that is suggested, for the grid where automata make
+# several steps in one of it: kicks at a multiple of the period of a mode of the automata feed that mode, the faster the
+# larger they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep the energy to 1 % up to 0.35, to 25 % at 0.44,
+# and not at all at 0.8.
 _ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.5, 0.35
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
@@ -367,20 +365,30 @@ class Coupled(Component):
             part.begin(seed, own)
         self._divided = None
         grid, automata = self._grid_part(), self._automata_part
-        follow(self.interface, grid.state, automata.motion)
-        keep_grid_forces(self.interface, self._seam.exchange, grid.state)
+        exchange = self._seam.exchange
+        follow_nodes(self.interface, exchange, grid.state, automata.motion)
         if self._cracking is not None:
             # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
             self._cracking.find_contacts()
             self._cracking.dilation()
-        cracking, ties = self._cracking_part(), self.automata.steps.ties
-        update_automata_forces(automata, cracking, ties, self._seam, self._steps, 0.0, 0, STILL)
-        if self._in_lockstep:
-            half = 0.5 * self.step_size
-            assemble(self.interface, self._seam.exchange, grid.state, grid.conditions, half, self._steps.scheme)
+        self._write_automata_forces()
+        join_forces(
+            self.interface, exchange, grid.state, grid.conditions, automata.scratch.force, 0.5 * self.step_size,
+            self._steps.scheme, self._in_lockstep,
+        )  # fmt: skip
         found = self._sums()
         self._block["start"][:] = self._energy(found), *self._momentum(found), self._angular_momentum(found)
         return {}
+
+    def _write_automata_forces(self) -> None:
+        """Write the forces of the automata where they are."""
+        automata, cracking, ties = self._automata_part, self._cracking_part(), self.automata.steps.ties
+        if cracking is not None:
+            write_forces(cracking, automata.motion, automata.scratch)
+            return
+        update_forces(automata.body, automata.part, automata.motion, automata.scratch)
+        if ties is not None:
+            add_ties(automata.body, ties, automata.motion, automata.scratch)
 
     @property
     def _in_lockstep(self) -> bool:

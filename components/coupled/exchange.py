@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from ..grid.mesh import IntArray
 from ..support.arrays import FloatArray
-from ..support.jit import inlined, internal, jit
+from ..support.jit import internal, internal_inlined
 
 # Schemes by number.
 FORCE, MOMENTUM, LITERAL = 0, 1, 2
@@ -56,7 +56,7 @@ def gather_forces(interface, force, out):
         out[row, 0], out[row, 1] = fx, fy
 
 
-@inlined
+@internal_inlined
 def hang(interface, nodal, hanging):
     """Write W times what the nodes have, shape (nodes, 2), to the automata of the interface, shape (automata, 2)."""
     for place in range(interface.automata.size):
@@ -66,14 +66,14 @@ def hang(interface, nodal, hanging):
         hanging[i, 1] = first * nodal[a, 1] + second * nodal[b, 1]
 
 
-@jit
+@internal
 def follow(interface, state, motion):
     """Give the automata of the interface the displacements and velocities of the nodes that they hang on."""
     hang(interface, state.displacement, motion.displacement)
     hang(interface, state.velocity, motion.velocity)
 
 
-@inlined
+@internal_inlined
 def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass, scheme):
     """Return the velocity of an interface node after a kick of `time` [s].
 
@@ -86,7 +86,7 @@ def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass,
     return velocity + time * (grid_force + automata_force) / (grid_mass + automata_mass)
 
 
-@jit
+@internal
 def assemble(interface, exchange, state, conditions, time, scheme):
     """Write the forces on the nodes of the interface: those that give them their velocity after a kick of `time` [s]."""
     for row in range(interface.nodes.size):
@@ -103,7 +103,7 @@ def assemble(interface, exchange, state, conditions, time, scheme):
                 state.force[n, k] = of_cells + of_automata
 
 
-@jit
+@internal
 def keep_grid_forces(interface, exchange, state):
     """Note the forces of the cells alone on the interface nodes."""
     for row in range(interface.nodes.size):

@@ -12,18 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata import motion as automata_motion
-from ..automata.advance import advance as advance_automata
 from ..automata.contact import Contacts
 from ..automata.cracking import Judgement, Medium, add_forces, judge_bonds
 from ..automata.release import TRAVEL
 from ..automata.schedule import Part
 from ..automata.state import Body, Motion, Scratch
+from ..automata.sweep import sweep
 from ..automata.ties import add_ties
 from ..grid import kernels as grid_kernels
 from ..grid.layout import Conditions, Grid, State
 from ..grid.mesh import IntArray
 from ..support.arrays import FloatArray
-from ..support.jit import internal, jit
+from ..support.jit import internal
 from .edges import Edges, push_and_hold, settle_grip, settle_loads
 from .exchange import Exchange, follow, gather_forces, keep_grid_forces
 from .interface import Interface
@@ -115,7 +115,7 @@ class Steps(NamedTuple):
 # -- the automata ---------------------------------------------------------------------------------------------------------
 
 
-@jit
+@internal
 def update_automata_forces(automata, cracking, ties, seam, steps, time, tick, moves):
     """Write the forces and torques of links and contacts, and what of them acts on interface nodes; or sweep.
 
@@ -132,25 +132,16 @@ def update_automata_forces(automata, cracking, ties, seam, steps, time, tick, mo
     Returns:
         0, or another number where an automaton is too fast; only a sweep looks at that.
     """
-    motion, scratch, status = automata.motion, automata.scratch, 0
+    motion, scratch, fast = automata.motion, automata.scratch, 0
     if cracking is None:
-        status = sweep_part(automata, automata.part, time, steps.speed_limit, moves)
+        limit = steps.speed_limit * steps.speed_limit
+        fast = sweep(automata.body, automata.part, motion, scratch, automata.marked, automata.kept, time, limit, moves)
         if ties is not None:
             add_ties(automata.body, ties, motion, scratch)
     else:
         add_forces(cracking.medium, motion, scratch, cracking.contacts, cracking.contact_count, cracking.losses, time, tick)
     gather_forces(seam.interface, scratch.force, seam.exchange.automata_force)
-    return status
-
-
-@internal
-def sweep_part(automata, part, time, speed_limit, moves):
-    """Sweep through a `Part` of the automata; inputs act on none of them. Arguments and return as above."""
-    edges, before = automata.edges, automata.edges.load_before
-    return advance_automata(
-        automata.body, part, automata.reference, automata.motion, automata.scratch, automata.marked, automata.kept, edges.load,
-        before, edges.grip, edges.grip_before, automata.tallies, time, 1, speed_limit, moves,
-    )  # fmt: skip
+    return fast
 
 
 @internal

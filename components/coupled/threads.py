@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from ..automata.schedule import Part
-from ..automata.sweep import DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS, copy_ghosts
+from ..automata.sweep import DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS, copy_ghosts, sweep
 from ..support.jit import jit
 from ..support.threads import available, call_both
 from .advance import DONE, INVERTED, TOO_FAST
 from .exchange import gather_forces
 from .impulses import act_with_impulses, begin_impulses, finish_impulses, move_with_impulses, use_mean_velocities
 from .lockstep import finish_together, move_together
-from .parts import AutomataPart, GridPart, Seam, Steps, advance_cells, join_cells, sweep_part
+from .parts import AutomataPart, GridPart, Seam, Steps, advance_cells, join_cells
 
 __all__ = ["advance", "are_worth_it", "available"]
 
@@ -59,8 +59,9 @@ def _make_micro_steps(
         _copy_ghosts(automata, parts)
         last = not again and micro + 1 == steps.micro
         moves = DRIFT_HALF_KICK if last else DRIFT_TWO_HALF_KICKS
-        first, second = ((automata, part, time, steps.speed_limit, moves) for part in parts)
-        found += call_both(sweep_half, first, second)
+        whole, limit = (automata.motion, automata.scratch, automata.marked, automata.kept), steps.speed_limit**2
+        first, second = ((automata.body, part, *whole, time, limit, moves) for part in parts)
+        found += call_both(sweep, first, second)
         fastest = finish_micro_step(grid, automata, seam, micro, steps, time)
     if len(grid.grid.parts) > 2:
         cells = call_both(advance_cells_half, *((grid, place, steps.step, now, again) for place in (0, 1)))
@@ -103,7 +104,9 @@ def advance_half(grid, automata, part, place, steps, tick, again):
     """
     failed = advance_cells(grid, place, steps.step, tick, again) if place + 1 < len(grid.grid.parts) else -1
     moves = DRIFT_TWO_HALF_KICKS if again else DRIFT_HALF_KICK
-    return failed, sweep_part(automata, part, steps.step, steps.speed_limit, moves)
+    limit = steps.speed_limit * steps.speed_limit
+    motion, scratch = automata.motion, automata.scratch
+    return failed, sweep(automata.body, part, motion, scratch, automata.marked, automata.kept, steps.step, limit, moves)
 
 
 @jit
@@ -120,12 +123,6 @@ def begin_micro_step(grid, automata, seam, factors, row, micro, steps, time):
     if micro == 0:
         begin_impulses(grid, automata, seam, factors, row, steps)
     move_with_impulses(grid, automata, seam, steps, time, row == 0 and micro == 0)
-
-
-@jit
-def sweep_half(automata, part, time, speed_limit, moves):
-    """Sweep through one of two parts of the automata; return 0, or another number where an automaton is too fast."""
-    return sweep_part(automata, part, time, speed_limit, moves)
 
 
 @jit

@@ -18,7 +18,7 @@ from ..materials.drucker_prager import return_to_cone
 from ..materials.hypoelastic import elastic_increment, energy_density, rotate_stress, rotation_of
 from ..materials.plastic_law import VON_MISES
 from ..materials.von_mises import plastic_strain
-from ..support.jit import inlined, internal, internal_inlined, jit
+from ..support.jit import internal, internal_inlined, jit
 from .layout import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
 
 # A slower node is at rest [m/s]. Ahead of a wave velocities fall off to where they, or products of what follows from them, are
@@ -160,7 +160,7 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
     return failed
 
 
-@inlined
+@internal_inlined
 def gather(slots, corner, n, k):
     """Return component k of the force on a node [N]: its corners in two pairs, so that mirror images have mirrored bits."""
     return (corner[slots[n, 0], k] + corner[slots[n, 1], k]) + (corner[slots[n, 2], k] + corner[slots[n, 3], k])
@@ -176,7 +176,7 @@ def gather_tile(grid, state, corner, tile):
     add_further(further, force, corner, grid.tiles[tile, 2], grid.tiles[tile + 1, 2])
 
 
-@inlined
+@internal_inlined
 def add_further(further, force, corner, begin, end):
     """Add the corner forces of nodes with more cells than one for each corner."""
     for row in range(begin, end):
@@ -213,7 +213,7 @@ def finish_tile(grid, state, corner, tile, step, again):
     add_further(grid.further, force, corner, grid.tiles[tile, 2], grid.tiles[tile + 1, 2])
 
 
-@inlined
+@internal_inlined
 def join(state, groups):
     """Give all nodes of each group the sum of their forces."""
     force = state.force
@@ -253,7 +253,7 @@ def forces(grid, state, groups, corner, step, tick, events, counts):
     return failed
 
 
-@inlined
+@internal_inlined
 def moving(velocity):
     """Return a velocity before a drift, 0 where it is next to nothing; what is not a number stays so."""
     return 0.0 if abs(velocity) < _REST else velocity

@@ -16,7 +16,7 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from ..errors import ParameterError
-from ..support.jit import inlined
+from ..support.jit import internal_inlined
 from ..support.parameter_fields import field
 from .plastic_law import DRUCKER_PRAGER, PlasticLaw
 
@@ -47,7 +47,7 @@ class DruckerPrager(PlasticLaw):
         return self.yield_stress, self.hardening, self.friction, self.dilatancy
 
 
-@inlined
+@internal_inlined
 def return_to_cone(equivalent, pressure, strength, bulk, shear, hardening, friction, dilatancy):
     """Return the equivalent plastic strain, and q and p [Pa] after the return; 0 and the trial's own inside.
 

@@ -9,10 +9,10 @@ equations (6) to (9).
 
 from __future__ import annotations
 
-from ..support.jit import inlined
+from ..support.jit import internal_inlined
 
 
-@inlined
+@internal_inlined
 def rotation_of(spin):
     """Return cos and sin of the angle whose half has the tangent spin / 2.
 
@@ -25,7 +25,7 @@ def rotation_of(spin):
     return (1.0 - square) * scale, 2.0 * half * scale
 
 
-@inlined
+@internal_inlined
 def rotate_stress(xx, yy, xy, cosine, sine):
     """Return the in-plane stresses [Pa] turned by an angle; what is along z stays."""
     mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
@@ -34,7 +34,7 @@ def rotate_stress(xx, yy, xy, cosine, sine):
     return mean + turned, mean - turned, half * double_sine + xy * double_cosine
 
 
-@inlined
+@internal_inlined
 def elastic_increment(exx, eyy, exy, first_lame, shear):
     """Return what strains of a step add to the stresses xx, yy, zz, xy [Pa]; exy is half the engineering shear strain."""
     volume = first_lame * (exx + eyy)
@@ -42,7 +42,7 @@ def elastic_increment(exx, eyy, exy, first_lame, shear):
     return volume + double * exx, volume + double * eyy, volume, double * exy
 
 
-@inlined
+@internal_inlined
 def energy_density(xx, yy, zz, xy, first_lame, shear):
     """Return the elastic energy per volume of a stress: p^2 / 2K + s:s / 4 mu [J/m^3]."""
     pressure = -(xx + yy + zz) / 3.0

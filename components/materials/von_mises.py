@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from ..support.jit import inlined
+from ..support.jit import internal_inlined
 from ..support.parameter_fields import field
 from .plastic_law import VON_MISES, PlasticLaw
 
@@ -28,7 +28,7 @@ class VonMises(PlasticLaw):
         return self.yield_stress, self.hardening, 0.0, 0.0
 
 
-@inlined
+@internal_inlined
 def plastic_strain(equivalent, strength, shear, hardening):
     """Return the equivalent plastic strain that brings a trial stress back; 0 inside.
 

@@ -101,11 +101,6 @@ class Shell(Component):
         """Number of integration points."""
         return len(self._assembly.points.volume)
 
-    @property
-    def station_bounds(self) -> FloatArray:
-        """Ends of the part of the length that belongs to each plane of nodes along the body, shape (stations + 1,) [m]."""
-        return self._assembly.lattice.axes[0].bounds
-
     @cached_property
     def _node_stencils(self) -> Stencils:
         return node_stencils(self._assembly, self.parameters)

@@ -20,6 +20,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from . import compilation_notice
+from .code_libraries import EntryCompiler, IntermediateCompiler
 from .fingerprint import is_of_package
 from .kernel_cache import KernelCache
 
@@ -29,6 +30,8 @@ JIT = not _settings.DISABLE_JIT
 # Functions of numba.njit -> the same compiled by `jit`, which live as long.
 _compiled_again: weakref.WeakKeyDictionary[Any, Any] = weakref.WeakKeyDictionary()
 F = TypeVar("F", bound=Callable[..., Any])
+# Options of what Python does not call: no entry from there, and no counts of references to arrays.
+_INTERNAL = {"no_cpython_wrapper": True, "_nrt": False}
 
 
 def jit(function: F) -> F:
@@ -42,17 +45,17 @@ def inlined(function: F) -> F:
 
 
 def internal(function: F) -> F:
-    """`jit` for what other kernels call and Python does not: without its entry from Python.
+    """`jit` for what other kernels call and Python does not: intermediate code, without its entry from Python.
 
-    For arguments that are tuples of many arrays that entry takes longer to compile than the function itself. Python can call it
-    all the same, as in a test: it is then compiled once more, in each process.
+    For arguments that are tuples of many arrays that entry takes longer to compile than the function itself. The function may
+    make no array. Python can call it all the same, as in a test: it is then compiled once more.
     """
-    return _compile(function, no_cpython_wrapper=True)
+    return _compile(function, **_INTERNAL)
 
 
 def internal_inlined(function: F) -> F:
     """`inlined` and `internal`."""
-    return _compile(function, forceinline=True, no_cpython_wrapper=True)
+    return _compile(function, forceinline=True, **_INTERNAL)
 
 
 class _Kernel(CPUDispatcher):
@@ -64,13 +67,13 @@ class _Kernel(CPUDispatcher):
 
 
 class _Internal(_Kernel):
-    """A function without an entry from Python."""
+    """A function without an entry from Python, as intermediate code."""
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Call it by another one that has such an entry, and is not kept on disk."""
+        """Call it by another one that has such an entry."""
         if not hasattr(self, "_with_entry"):
-            options = {name: value for name, value in self.targetoptions.items() if name != "no_cpython_wrapper"}
-            self._with_entry = _Kernel(self.py_func, targetoptions=options)
+            options = {name: value for name, value in self.targetoptions.items() if name not in _INTERNAL}
+            self._with_entry = _keep_on_disk(_Kernel(self.py_func, targetoptions=options))
         return self._with_entry(*arguments, **named)
 
 
@@ -86,8 +89,12 @@ def _compile(function: F, **options: Any) -> F:
     if is_of_package(function):
         # Functions as values need an entry for C. No kernel of this package is one, and a tenth of the compilation is saved.
         options["no_cfunc_wrapper"] = True
-    kind = _Internal if options.get("no_cpython_wrapper") else _Kernel
-    kernel: Any = kind(function, targetoptions=options)
+    if options.get("no_cpython_wrapper"):
+        return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=IntermediateCompiler))
+    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=EntryCompiler))
+
+
+def _keep_on_disk(kernel: Any) -> Any:
     kernel._cache = KernelCache(kernel)
     return kernel
 

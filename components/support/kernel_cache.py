@@ -20,11 +20,11 @@ from typing import Any
 
 import numba
 from numba.core import sigutils
-from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from ..errors import ParameterError
 from .cache_folder import cache_folder
+from .code_libraries import rebuild
 from .fingerprint import Fingerprint, fingerprint
 from .notice import tell
 
@@ -66,13 +66,15 @@ class KernelCache:
         if path is None or content is None:
             return None
         try:
-            return CompileResult._rebuild(target_context, *pickle.loads(content))
+            return rebuild(target_context, *pickle.loads(content))
         except Exception:  # whatever it is, it is not what was written by this version of numba
             _remove(path)
             return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep a compiled function where it can be kept."""
+        for environment in compiled._find_referenced_environments():
+            compiled.library.codegen.set_env(environment.env_name, environment)
         path = self._path(signature, compiled.codegen)
         if path is None or compiled.library.has_dynamic_globals or any(not one.can_cache for one in compiled.lifted):
             return

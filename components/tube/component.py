@@ -20,7 +20,7 @@ from ..profiles import CompiledProfile
 from ..shell.component import Shell
 from ..support.arrays import FloatArray
 from . import balances, kernels
-from .interface import Interface, find_overlaps, mean_shares
+from .interface import Interface, find_overlaps
 from .parameters import TubeParameters
 
 # Loads below this part of the pressure outside come from rounding: the shell sleeps until one is larger.
@@ -91,11 +91,10 @@ class Tube(Component):
         self.shell_steps: int = p.shell_steps or _steps_in(self.step_size, shell_step)
 
     def _find_interface(self) -> Interface:
-        surface, body = self.shell.tables()[0].surface, self.shell.parameters.body
-        stations, around, _ = body.counts
-        bounds = self.shell.station_bounds + self.parameters.position
+        surface, (along, ring, _) = self.shell.tables()[0].surface, self.shell.lattice.axes
+        stations, bounds = along.count, along.bounds + self.parameters.position
         begin, cell, length, offset = find_overlaps(bounds, self.gas.cell_size, self.gas.parameters.cells)
-        shares = mean_shares(stations, around, getattr(body, "half", False))
+        shares = np.tile(ring.widths / ring.widths.sum(), stations)
         found = Interface(
             begin, cell, length, offset, np.diff(bounds), surface.nodes, surface.station, shares, surface.reference,
             np.zeros(stations), self.gas.areas.copy(),

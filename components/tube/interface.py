@@ -69,11 +69,3 @@ def find_overlaps(bounds: FloatArray, cell_size: float, cells: int) -> tuple[Int
         np.array(begin, dtype=np.int64), np.array(cell, dtype=np.int64), np.array(length, dtype=np.float64),
         np.array(offset, dtype=np.float64),
     )  # fmt: skip
-
-
-def mean_shares(stations: int, around: int, half: bool) -> FloatArray:
-    """Return the share of each node of the inner surface in the mean over its station; of a half tube the edges count half."""
-    weights = np.ones(around)
-    if half:
-        weights[0] = weights[-1] = 0.5
-    return np.tile(weights / weights.sum(), stations)

@@ -11,7 +11,7 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from .criterion import DRUCKER_PRAGER, Criterion
 
@@ -37,7 +37,7 @@ class DruckerPrager(Criterion):
         return self.compressive, 0.5 * (a + 1.0), 1.5 * (a - 1.0)
 
 
-@inlined
+@internal_inlined
 def drucker_prager(equivalent, mean, strength, of_equivalent, of_mean, factor):
     """Return the value, the limit and the cause."""
     return of_equivalent * equivalent + of_mean * mean, factor * strength, 0

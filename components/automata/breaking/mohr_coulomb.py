@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from .criterion import MOHR_COULOMB, Criterion
 
@@ -33,7 +33,7 @@ class MohrCoulomb(Criterion):
         return self.cohesion, self.internal_friction, self.tensile
 
 
-@inlined
+@internal_inlined
 def mohr_coulomb(normal, tangential, cohesion, internal_friction, tensile, factor):
     """Return the value, the limit and the cause, that which is exceeded by the larger part."""
     shear = abs(tangential) + internal_friction * normal

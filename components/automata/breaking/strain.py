@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from .criterion import STRAIN, Criterion
 
@@ -27,7 +27,7 @@ class Strain(Criterion):
         return self.tensile, self.shear, 0.0
 
 
-@inlined
+@internal_inlined
 def strain(eps, gamma, tensile, shear, factor):
     """Return the value, the limit and the cause, that which is exceeded by the larger part."""
     if abs(gamma) / shear > eps / tensile:

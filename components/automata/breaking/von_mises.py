@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from .criterion import VON_MISES, Criterion
 
@@ -22,7 +22,7 @@ class VonMises(Criterion):
         return self.strength, 0.0, 0.0
 
 
-@inlined
+@internal_inlined
 def von_mises(equivalent, strength, factor):
     """Return the value, the limit and the cause."""
     return equivalent, factor * strength, 0

@@ -9,14 +9,14 @@ the stiffness g, g -> M_d g with M_d = 1 - beta (1 - M); the rest, M_p = M / M_d
 
 from __future__ import annotations
 
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 
 # What is left at least of the shear modulus of a pair: that of one that is worn out, which then stays as it is. The stress that
 # decides is of both automata, and their other pairs may hold it above the limit for ever.
 WORN_OUT = 1e-6
 
 
-@inlined
+@internal_inlined
 def respond(equivalent, eps, gamma, dilation, eps_p, gamma_p, stiffness, inelastic, shear, onset, hardening, degradation):
     """Return the history of a pair after a step: eps_p, gamma_p, stiffness g, inelastic strain q.
 

@@ -1,0 +1,156 @@
+"""What numba makes of a kernel: machine code with an entry from Python, or intermediate code of LLVM for other kernels.
+
+What other kernels alone call is contained in these, and optimized with them. Otherwise each function would be optimized once
+for itself and once more in each of its callers, and half of the time of a compilation would go into machine code that nothing
+calls.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core import types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler_machinery import LoweringPass, register_pass
+from numba.core.typed_passes import IRLegalization
+
+# What stands in front of such code on disk, where numba has the name of its own two formats.
+_FORMAT = "intermediate"
+
+
+class MachineCode(JITCodeLibrary):
+    """The library of a function that Python calls with tuples of many arrays.
+
+    Its entry takes the tuples apart, which is so much code that optimizing it takes longer than the function does, for a
+    microsecond: it is left as it is.
+    """
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Add a module; the entry from Python is not optimized."""
+        for function in ir_module.functions:
+            if not function.is_declaration and function.name.startswith("_ZN7cpython"):
+                function.attributes.add("noinline")
+                function.attributes.add("optnone")
+        super().add_ir_module(ir_module)
+
+
+class IntermediateCode(JITCodeLibrary):
+    """The library of a function that is linked into its callers; it has no address."""
+
+    @property
+    def codegen(self) -> Any:
+        """Numba's code generator, or this itself where it sets an environment: that of a function without an address."""
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Do nothing: the environment is set where the function lies in machine code, with its caller."""
+
+    def _optimize_final_module(self) -> None:
+        """Do nothing: the callers do that."""
+
+    def _finalize_final_module(self) -> None:
+        """Make no machine code."""
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0: there is none."""
+        self._ensure_finalized()
+        return 0
+
+    def serialize_using_object_code(self) -> Any:
+        """Return what is kept on disk."""
+        self._ensure_finalized()
+        return self.name, _FORMAT, self._get_module_for_linking().as_bitcode()
+
+    @classmethod
+    def from_disk(cls, codegen: Any, name: str, content: bytes) -> IntermediateCode:
+        """Return what `serialize_using_object_code` gave."""
+        found = cls(codegen, name)
+        found._final_module = found._shared_module = llvm.parse_bitcode(content)
+        found._finalize_final_module()
+        return found
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _MakeMachineCode(LoweringPass):
+    """Have the pass that follows, which writes LLVM's code, write it into a `MachineCode` where tuples are handed over."""
+
+    _name = "make_machine_code"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)
+
+    def run_pass(self, state: Any) -> Any:
+        """Make the library; return whether the state has changed."""
+        if not any(isinstance(kind, types.BaseTuple) for kind in state.args):
+            return False
+        state.library = MachineCode(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return True
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _MakeIntermediateCode(LoweringPass):
+    """Have the pass that follows, which writes LLVM's code, write it into an `IntermediateCode`."""
+
+    _name = "make_intermediate_code"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)
+
+    def run_pass(self, state: Any) -> Any:
+        """Make the library; return that the state has changed."""
+        state.library = IntermediateCode(state.targetctx.codegen(), state.func_id.func_qualname)
+        return True
+
+
+class _Compiler(CompilerBase):
+    """The compiler of numba, but for what it makes."""
+
+    making: type[LoweringPass]
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes, and one before the last."""
+        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        manager.add_pass_after(self.making, IRLegalization)
+        manager.finalize()
+        return [manager]
+
+
+class EntryCompiler(_Compiler):
+    """The compiler of functions that Python calls."""
+
+    making = _MakeMachineCode
+
+
+class IntermediateCompiler(_Compiler):
+    """The compiler of functions that other kernels alone call."""
+
+    making = _MakeIntermediateCode
+
+
+def rebuild(context: Any, library: Any, *parts: Any) -> Any:
+    """Return a compiled function from what `CompileResult._reduce` gave for it, of either kind."""
+    name, kind, content = library
+    if kind != _FORMAT:
+        return CompileResult._rebuild(context, library, *parts)
+    code = IntermediateCode.from_disk(context.codegen(), name, content)
+    return CompileResult._rebuild(_Context(context, code), library, *parts)._replace(target_context=context)
+
+
+class _Context:
+    """The context of a target that finds a library where numba would make one."""
+
+    def __init__(self, context: Any, library: IntermediateCode) -> None:
+        self.typing_context, self.get_executable, self._library = context.typing_context, context.get_executable, library
+
+    def codegen(self) -> Any:
+        """Return this."""
+        return self
+
+    def unserialize_library(self, content: Any) -> IntermediateCode:
+        """Return the library that was found."""
+        return self._library
