@@ -72,6 +72,8 @@ class Tube(Component):
         self._include(self.gas, "gas", self.gas_steps)
         self._include(self.shell, "shell", self.shell_steps)
         self.interface: Interface = self._find_interface()
+        # As the field gives it, which does not pass through the nodes' parameters.
+        self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
         self._make_scratch(stations)
 
     def _make_part(self, kind: type[Part], name: str, **changes: Any) -> Part:
@@ -139,7 +141,7 @@ class Tube(Component):
             axes=axes, nominal=1e6,
         )  # fmt: skip
         yield Variable(
-            "radial_displacement", "output", "m", (stations,), "mean over the inner surface at each station", axes=axes,
+            "radial_displacement", "output", "m", (stations,), "mean of the inner surface at each station", axes=axes,
             nominal=1e-4,
         )  # fmt: skip
         yield Variable("gas_kinetic_energy", "output", "J", (), "kinetic energy of the gas", minimum=0.0)
@@ -181,9 +183,7 @@ class Tube(Component):
         return out
 
     def _radial_displacement(self) -> FloatArray:
-        out = np.zeros(len(self.interface.width))
-        kernels.write_radii(self.interface, self.shell.tables()[1].displacement, out)
-        return out - self.interface.rest
+        return self.shell.peek("mean_inner_radius") - self._rest_radii
 
     def _exchange_difference(self) -> float:
         gas, shell = self.gas.balances()[0].supplied, self.shell.balances()[0].supplied
@@ -371,7 +371,8 @@ class Tube(Component):
 
     def _largest_change(self) -> float:
         """Return the largest relative change of a station's cross-section now."""
-        ratio = 1.0 + self._radial_displacement() / self.interface.rest
+        kernels.write_radii(self.interface, self.shell.tables()[1].displacement, self._radii)
+        ratio = self._radii / self.interface.rest
         return float(np.abs(ratio * ratio - 1.0).max())
 
     def cautions(self) -> list[str]:
