@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .beams import cantilever_frequency, cantilever_shape, clamped_bar_frequency
+from .travelling_load import front_amplification
 from .tubes import breathing_frequency, critical_speed, lame_displacement, static_hoop_stress
 
 __all__ = [
@@ -11,6 +12,7 @@ __all__ = [
     "cantilever_shape",
     "clamped_bar_frequency",
     "critical_speed",
+    "front_amplification",
     "lame_displacement",
     "static_hoop_stress",
 ]
