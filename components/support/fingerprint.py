@@ -27,11 +27,15 @@ from numba.core import config as numba_config
 from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
 
+from .code_libraries import EntryCompiler, IntermediateCompiler
+
 # What belongs to these is told by their versions.
 _VERSIONED = ("builtins", "math", "cmath", "operator", "numpy", "numba")
 _VERSIONS = f"python {sys.version_info[:3]} numba {numba.__version__} llvmlite {llvmlite.__version__} numpy {np.__version__}"
 # Settings of numba that change machine code.
 _SETTINGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")
+# Compilers whose machine code follows from what is looked at here: numba's, and those that `jit` chooses by its options.
+_COMPILERS = (Compiler, EntryCompiler, IntermediateCompiler)
 _MISSING = object()
 _settings: Any = numba_config
 
@@ -146,9 +150,10 @@ class _Walk:
         self.parts += [
             repr(sorted(dispatcher.targetoptions.items())),
             repr(dispatcher._compiler.locals),
+            dispatcher._compiler.pipeline_class.__name__,
             _code_text(function.__code__),
         ]
-        if _imports(function.__code__) or dispatcher._compiler.pipeline_class is not Compiler:
+        if _imports(function.__code__) or dispatcher._compiler.pipeline_class not in _COMPILERS:
             self._give_up(function, "import or pipeline", "not a value")
         for name, look_up in _references(function):
             self._refer(function, name, look_up, own)
