@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from pydantic import Field
 
+from .balances import Balance
 from .component import Component
-from .contract import Balance, Variable
+from .contract import Variable
 from .errors import StepError
 from .inputs import input_value
 from .snapshot import FloatArray
