@@ -18,11 +18,15 @@ from ..support.stable_step import refuse_large_step, suggest_step
 from . import energies, kernels, layout
 from .assembly import Assembly, assemble, gauge_columns, node_stencils, surface_quads
 from .drive import pattern_of, tick_signals
+from .fracture.breaking import KINDS, BreakingBody
+from .fracture.judgement import write_triaxiality
+from .fracture.law import FractureLaw
+from .fracture.principal_stress import PrincipalStress
 from .geometry.lattice import Lattice
 from .integration import RuleName
 from .layout import IntArray, Solid, State
 from .parameters import ShellParameters
-from .stability import WALL_STIFFNESS, highest_frequency
+from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 from .stencils import Stencils
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
@@ -68,10 +72,15 @@ class Shell(Component):
         present = self.lattice.present
         self.mass: FloatArray = np.where(present, self._assembly.solid.body.mass, 0.0)
         self.highest_frequency: float = highest_frequency(self._assembly.solid)
-        suggested = suggest_step(self.highest_frequency, "leave an edge free, or give more nodes")
+        law = p.fracture
+        bounding = self.highest_frequency * (CRACKED if isinstance(law, FractureLaw) else 1.0)
+        suggested = suggest_step(bounding, "leave an edge free, or give more nodes")
         self.step_size = p.step_size or suggested
-        refuse_large_step(self.step_size, self.highest_frequency, "leave it out, or give fewer nodes")
-        self._solid: Solid = self._finish_solid()
+        refuse_large_step(self.step_size, bounding, "leave it out, or give fewer nodes")
+        self._whole: Solid = self._finish_solid()
+        self._breaking = BreakingBody(p, law, self._assembly, self._whole) if isinstance(law, FractureLaw) else None
+        if self._breaking is not None:
+            vars(self)["event_kinds"], vars(self)["event_details"] = KINDS, self._breaking.details
         self._gauges: IntArray = gauge_columns(p, self.lattice)
         self._lay_out_state()
 
@@ -86,16 +95,24 @@ class Shell(Component):
         )  # fmt: skip
 
     def _lay_out_state(self) -> None:
-        n, m, s = len(self.nodes), self.point_count, len(self._solid.surface.nodes)
-        plastic = m if self._solid.plastic else 0
+        n, m, s = len(self.nodes), self.point_count, len(self._whole.surface.nodes)
+        plastic = m if self._whole.plastic else 0
+        growing, fields = ({}, {}) if self._breaking is None else (self._breaking.growing, self._breaking.fields)
         self._lay_out(
+            growing,
             displacement=("f8", (n, 3)), velocity=("f8", (n, 3)), force=("f8", (n, 3)), gradient=("f8", (m, 9)),
             stress=("f8", (m, 6)), plastic_strain=("f8", (plastic,)), temperature=("f8", (plastic,)),
             plastic_work=("f8", (plastic,)), area=("f8", (s, 3)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
+            **fields,
         )  # fmt: skip
         self._state = State(*(self._block[name] for name in _STATE))
-        self._scratch = layout.make_scratch(m, len(self._solid.hourglass.partner), s)
+        self._scratch = layout.make_scratch(m, len(self._whole.hourglass.partner), s)
         self._failed = np.zeros(2, dtype=np.int64)
+
+    @property
+    def _solid(self) -> Solid:
+        """The tables of the kernels, with the cracks that the state has."""
+        return self._whole if self._breaking is None else self._breaking.solid(self._block)
 
     @property
     def point_count(self) -> int:
@@ -109,7 +126,7 @@ class Shell(Component):
     # -- the contract -----------------------------------------------------------------------------------------------
 
     def _declare(self) -> Iterable[Variable]:
-        n, m, k, s = len(self.nodes), self.point_count, len(self._gauges), len(self._solid.surface.nodes)
+        n, m, k, s = len(self.nodes), self.point_count, len(self._gauges), len(self._whole.surface.nodes)
         stations, nodes, points = self.lattice.shape[0], ("node", "direction"), ("point",)
         yield Variable(
             "pressure", "input", "Pa", (stations,), "pressure on the inner surface (of a plate the lower one) at each plane of "
@@ -135,12 +152,25 @@ class Shell(Component):
         yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=points)
         yield Variable(
             "plastic_strain", "output", "1", (m,), "equivalent plastic strain of the points", minimum=0.0, axes=points,
-            state=self._solid.plastic,
+            state=self._whole.plastic,
         )  # fmt: skip
         yield Variable(
             "temperature", "output", "K", (m,), "temperature of the points", minimum=0.0, axes=points,
-            state=self._solid.plastic,
+            state=self._whole.plastic,
         )  # fmt: skip
+        yield Variable(
+            "triaxiality",
+            "output",
+            "1",
+            (m,),
+            "mean stress over the equivalent one at the points, 0 without stress",
+            axes=points,
+        )
+        if self._judges:
+            yield Variable(
+                "fracture_ratio", "output", "1", (m,), "what decides on fracture over its limit, at the points; without a law "
+                "the largest principal stress over three times the yield stress", axes=points,
+            )  # fmt: skip
         yield Variable(
             "node_stress", "output", "Pa", (n,), "mean equivalent stress around each node", minimum=0.0, axes=("node",)
         )
@@ -161,6 +191,8 @@ class Shell(Component):
                 "mean_inner_radius", "output", "m", (stations,), "mean radius of the inner surface at each plane of nodes "
                 "along the tube", minimum=0.0, axes=("station",), nominal=0.01,
             )  # fmt: skip
+        if self._breaking is not None:
+            yield from self._breaking.declare()
         yield Variable(
             "gauge_strain", "output", "1", (k, 2), "Green-Lagrange strain on the outer surface at the `gauges`: along the "
             "body, and across or around it (hoop strain)", axes=("gauge", "direction"),
@@ -177,7 +209,9 @@ class Shell(Component):
             "equivalent_stress": self._equivalent_stress,
             "plastic_strain": self._plastic_strain,
             "temperature": self._temperature,
-            **({"fracture_ratio": self._fracture_ratio} if self._solid.plastic else {}),
+            "triaxiality": self._triaxiality,
+            **({"fracture_ratio": self._fracture_ratio} if self._judges else {}),
+            **({} if self._breaking is None else self._breaking.outputs(self._block, state)),
             "node_stress": lambda: self._at_nodes(self._equivalent_stress()),
             "surface_displacement": lambda: self._field(state.displacement)[top],
             "surface_stress": lambda: self._at_nodes(self._equivalent_stress())[top],
@@ -193,6 +227,8 @@ class Shell(Component):
 
     def _field(self, parameters: FloatArray) -> FloatArray:
         """Return a field where the nodes are, from its parameters, shape (n, 3)."""
+        if self._breaking is not None:
+            return self._breaking.node_field(self._block, parameters)
         some, out = self._node_stencils, np.zeros_like(parameters)
         kernels.interpolate(some.begin, some.nodes, some.kind, some.first, some.values, parameters, out)
         return out
@@ -200,7 +236,9 @@ class Shell(Component):
     def _at_nodes(self, values: FloatArray) -> FloatArray:
         """Return means of a field of the points around each node, shape (n,)."""
         out = np.zeros(len(self.nodes))
-        kernels.spread_to_nodes(self._solid.body, self._assembly.stencils.values, values, out)
+        solid = self._solid
+        seen = self._assembly.stencils.values if self._breaking is None else self._breaking.values
+        kernels.spread_to_nodes(solid.body, seen, values, out)
         return out
 
     @np.errstate(all="ignore")
@@ -209,23 +247,35 @@ class Shell(Component):
         spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
         return np.sqrt(0.5 * spread + 3.0 * (xy * xy + yz * yz + zx * zx))
 
+    @property
+    def _judges(self) -> bool:
+        """True where there is a fracture law, or a yield stress to compare with."""
+        return self._whole.plastic or self._breaking is not None
+
     def _fracture_ratio(self) -> FloatArray:
-        """Return how near each point is to parting, shape (m,)."""
+        """Return how near each point is to parting, by the fracture law, or by the paper's where there is none, shape (m,)."""
+        if self._breaking is not None:
+            return self._breaking.ratios(self._block, self._state)
         out = np.zeros(self.point_count)
         energies.write_largest_principal(self._state.stress, out)
-        return out / (self.parameters.fracture_factor * self._solid.law.yield_stress)
+        return out / PrincipalStress().limit(self._whole.law)
+
+    def _triaxiality(self) -> FloatArray:
+        out = np.zeros(self.point_count)
+        write_triaxiality(self._state.stress, out)
+        return out
 
     def _plastic_strain(self) -> FloatArray:
-        return self._state.plastic_strain if self._solid.plastic else np.zeros(self.point_count)
+        return self._state.plastic_strain if self._whole.plastic else np.zeros(self.point_count)
 
     def _temperature(self) -> FloatArray:
         at_start = self.parameters.initial_temperature
-        return self._state.temperature if self._solid.plastic else np.full(self.point_count, at_start)
+        return self._state.temperature if self._whole.plastic else np.full(self.point_count, at_start)
 
     def _mean_inner_radius(self) -> FloatArray:
         """Return the mean distance of the inner surface from the axis at each station, weighted by the arcs at rest."""
         ring = self.lattice.axes[1]
-        place = (self.nodes + self._field(self._state.displacement))[self._solid.surface.nodes]
+        place = (self.nodes + self._field(self._state.displacement))[self._whole.surface.nodes]
         radius = np.sqrt(place[:, 1] * place[:, 1] + place[:, 2] * place[:, 2]).reshape(-1, ring.count)
         return (radius * ring.widths).sum(axis=1) / ring.widths.sum()
 
@@ -252,7 +302,7 @@ class Shell(Component):
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state = self._state
-        if self._solid.plastic:
+        if self._whole.plastic:
             state.temperature[:] = values.get("temperature", self.parameters.initial_temperature)
             state.plastic_strain[:] = values.get("plastic_strain", 0.0)
             self._refuse_bad_start()
@@ -292,7 +342,7 @@ class Shell(Component):
         self._refuse_held(name, part)
 
     def _refuse_held(self, name: str, value: FloatArray) -> None:
-        held = self._solid.body.prescribed == 255
+        held = self._whole.body.prescribed == 255
         if (value[held] != 0.0).any():
             node, direction = (int(one[0]) for one in np.nonzero(held & (value != 0.0)))
             raise ParameterError(
@@ -307,6 +357,11 @@ class Shell(Component):
 
     def _advance(self, ticks: int) -> int:
         signals = tick_signals(self._held, self._assembly.conditions.moved, self._tick, ticks)
+        if self._breaking is not None:
+            pressures = pattern_of(self._held["pressure"])
+            return self._breaking.advance(
+                self._block, self._state, self._scratch, signals, pressures, self._tick, self._failed, self._add_event
+            )
         return int(
             kernels.advance(
                 self._solid, self._state, self._scratch, signals, pattern_of(self._held["pressure"]), self._block["tally"],
@@ -352,6 +407,8 @@ class Shell(Component):
         stored = {name: sums[name] for name in energies.STORED}
         supplied = {"pressure_work": float(tally[layout.PRESSURE_WORK]), "boundary_work": float(tally[layout.BOUNDARY_WORK])}
         lost = {"plastic_work": sums["plastic_work"]}
+        if self._breaking is not None:
+            lost |= self._breaking.losses(self._block)
         wall = np.array([tally[layout.WALL_IMPULSE], 0.0, 0.0])
         impulse = {
             "pressure_impulse": tally[layout.PRESSURE_IMPULSE : layout.PRESSURE_IMPULSE + 3],
@@ -375,17 +432,22 @@ class Shell(Component):
             "largest equivalent stress now, Pa": float(self._equivalent_stress().max()),
             "hourglass energy over that of the body": sums["hourglass_energy"] / stored if stored > 0.0 else 0.0,
         }
-        if self._solid.plastic:
+        if self._whole.plastic:
+            found |= {
+                "largest plastic strain": float(self._state.plastic_strain.max()),
+                "highest temperature, K": float(self._state.temperature.max()),
+            }
+        if self._judges:
             ratio = self._fracture_ratio()
             nearest = int(ratio.argmax())
             across, through = (len(line.at) for line in self._assembly.points.lines[1:])
             along = self._assembly.points.lines[0].at[nearest // (across * through)]
             found |= {
-                "largest plastic strain": float(self._state.plastic_strain.max()),
-                "highest temperature, K": float(self._state.temperature.max()),
                 "largest fracture ratio now": float(ratio[nearest]),
                 "where along the body, m": float(self.lattice.axes[0].at(along)),
             }
+        if self._breaking is not None:
+            found |= self._breaking.report(self._block, self.step_size)
         return found
 
     def cautions(self) -> list[str]:
@@ -415,7 +477,8 @@ class Shell(Component):
         """Return the outer surface and all nodes, coloured by the equivalent stress."""
         lattice = self.lattice
         size = 0.15 * float(min(axis.slope(np.zeros(1))[0] for axis in lattice.axes[::2]))
-        return (
+        drawn: tuple[Drawable, ...] = (
             Cells("surface", self.nodes[self.surface_nodes], surface_quads(lattice), "surface_stress", "surface_displacement"),
             Points("nodes", self.nodes, np.full(len(self.nodes), size), "displacement", "node_stress"),
         )
+        return drawn if self._breaking is None else (*drawn, *self._breaking.drawables(self.nodes, size))

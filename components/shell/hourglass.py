@@ -102,21 +102,28 @@ def hold_columns(solid, state, scratch, begin, end):
 @jit
 def hourglass_energy(solid, state):
     """Return the energy of all ties [J]; beyond the largest force that of a constant one."""
-    tied = solid.hourglass
     energy = 0.0
-    for c in range(tied.partner.shape[0]):
-        for side in range(4):
-            d = tied.partner[c, side]
-            if d >= 0:
-                x, y, z = misfit(solid, state, c, d)
-                long, stiffness = sqrt(x * x + y * y + z * z), tied.stiffness[c, side]
-                most = np.inf
-                if solid.plastic:
-                    most = largest_force(solid, state, c, d, tied.section[c, side])
-                if stiffness * long > most:
-                    energy += 0.5 * (most * (long - 0.5 * most / stiffness))
-                else:
-                    energy += 0.25 * stiffness * long * long  # half of the tie: the other column has the rest
+    for c in range(solid.hourglass.partner.shape[0]):
+        energy = add_energy_of_ties(solid, state, c, energy)
+    return energy
+
+
+@jit
+def add_energy_of_ties(solid, state, c, energy):
+    """Return an energy and that of the ties of a column, half of each: the other column has the rest [J]."""
+    tied = solid.hourglass
+    for side in range(4):
+        d = tied.partner[c, side]
+        if d >= 0:
+            x, y, z = misfit(solid, state, c, d)
+            long, stiffness = sqrt(x * x + y * y + z * z), tied.stiffness[c, side]
+            most = np.inf
+            if solid.plastic:
+                most = largest_force(solid, state, c, d, tied.section[c, side])
+            if stiffness * long > most:
+                energy += 0.5 * (most * (long - 0.5 * most / stiffness))
+            else:
+                energy += 0.25 * stiffness * long * long
     return energy
 
 

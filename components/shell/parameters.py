@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from ..support.parameter_fields import NotNegative, Pair, Positive, field
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
+from .fracture.laws import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
 from .integration import RuleName
 from .material import ChosenMaterial, LinearElastic
@@ -52,8 +53,8 @@ class ShellParameters(Parameters):
     gauges: list[Pair] = field(
         [], "places on the outer surface whose strain has outputs: x and, of a tube, the angle from z to y [rad], or y", "m"
     )
-    fracture_factor: Positive = field(
-        3.0, "largest principal stress over the yield stress at which the material would part; for `fracture_ratio`", "1"
+    fracture: ChosenFracture = field(
+        NoFracture(), "when a point parts: principal_stress {factor or stress}, plastic_strain {strain}, or none", "1"
     )
     initial_temperature: Positive = field(293.0, "temperature at the start", "K")
     step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")

@@ -19,7 +19,7 @@ from ..support.arrays import FloatArray
 
 BasisName = Literal["linear", "quadratic"]
 # A pivot of the moment matrix that is so much smaller than what it came from is rounding: its point sees too few nodes.
-_SMALLEST_PIVOT = 1e-10
+SMALLEST_PIVOT = 1e-10
 
 
 def quartic_spline(s: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -98,7 +98,7 @@ def decompose(matrix: list[list[FloatArray]]) -> tuple[list[list[FloatArray]], l
         pivot = entries[row]
         for factor, entry in zip(factors, scaled, strict=True):
             pivot = pivot - factor * entry
-        poor = ~(pivot > _SMALLEST_PIVOT * entries[row])
+        poor = ~(pivot > SMALLEST_PIVOT * entries[row])
         if poor.any():
             raise ValueError(int(np.argmax(poor)))
         lower.append(factors)

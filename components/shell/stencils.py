@@ -170,7 +170,7 @@ def shape_functions_at(
         ValueError: the neighbours of a point do not span the basis; the point is named.
     """
     own = [index[:, axis, None] for axis in range(3)]
-    offsets, weights, slopes = _weights(lattice, own, seen, present, radii)
+    offsets, weights, slopes = weights_at(lattice, own, seen, present, radii)
     try:
         values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
     except ValueError as error:
@@ -245,10 +245,10 @@ def _neighbourhoods(
     seen, present = _product(rows, picks), _presence(rows, picks)
     points = np.meshgrid(*(row.at[row.kept] for row in rows), indexing="ij")
     own = [one.ravel()[:, None] for one in points]
-    return *_weights(lattice, own, seen, present, radii), present
+    return *weights_at(lattice, own, seen, present, radii), present
 
 
-def _weights(
+def weights_at(
     lattice: Lattice,
     own: list[FloatArray],
     seen: list[IntArray],

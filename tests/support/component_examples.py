@@ -635,6 +635,7 @@ SOLIDS = [
                 "name": "tube", "length": 0.004, "inner_radius": 0.003, "wall": 8e-4, "along": 5, "around": 7, "half": True
             },
             "material": "thermoviscoplastic",
+            "fracture": {"name": "principal_stress", "factor": 1.0, "scatter": 0.1},
             "boundaries": {"start": "wall"},
             "gauges": [[0.0, 0.0], [0.002, 1.0]],
             "step_size": 2e-8,

@@ -265,6 +265,24 @@ def bulging_tube(tube: ge.Component) -> None:
     tube.step(1e-6, pressure=ge.Profile.half_sine(6e7, 1e-6) * [1.0, 0.5, 0.25])
 
 
+CRACKING = {
+    "body": {
+        "name": "plate", "length": 0.005, "width": 0.0028, "along": 6, "across": 5,
+        "notch": {"length": 0.0021, "depth": 0.0005, "width": 0.001, "around": 0.0014, "direction": "hoop"},
+    },
+    "material": "thermoviscoplastic",
+    "fracture": {"name": "principal_stress", "factor": 1.05},
+    "boundaries": {"start": "symmetry", "end": "platen"},
+    "step_size": 4e-8,
+}  # fmt: skip
+
+
+def cracking_plate(plate: ge.Component) -> None:
+    """Pull the plate in two, slower at the end."""
+    plate.step(2.4e-6, end_velocity=15.0)
+    plate.step(1.2e-6, end_velocity=ge.Profile.half_sine(30.0, 4.8e-6), pressure=1e5)
+
+
 # A gas that burns into half a tube, which it bends, and leaves it by a vent.
 BURNING = {
     "gas": {
@@ -369,6 +387,7 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "detonation-bursting": (make("detonation", **BURSTING), bursting_tube, 1e-5),
     "detonation-nozzle": (make("detonation", **NOZZLE), driven_nozzle, 1e-5),
     "shell-bulging": (make("shell", **BULGING), bulging_tube, 5e-7),
+    "shell-cracking": (make("shell", **CRACKING), cracking_plate, 3.6e-6),
     "tube-burning": (make("tube", **BURNING), burning_tube, 1e-6),
 }
 # Cases of some thousand ticks.

@@ -119,6 +119,8 @@ def closing_steps(length: float, count: int, step: float, name: str) -> FloatArr
 
 def growth(length: float, count: float, step: float) -> float:
     """Return the ratio q of a progression step, step q, ..., step q^(count - 1) with a given sum, by bisection."""
+    if count <= 1:
+        return length / (count * step)
     low, high = 0.1, 10.0
     for _ in range(_BISECTIONS):
         ratio = 0.5 * (low + high)

@@ -74,7 +74,7 @@ def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float
     even = float(axis.slope(np.zeros(1))[0])
     if notch.direction == narrow:
         return min(even, notch.width / radius)
-    if notch.length < _FEWEST_ALONG * min(even, (notch.spacing or even * radius) / radius) * radius:
+    if notch.length * (1.0 + _ROUNDING) < _FEWEST_ALONG * min(even * radius, notch.spacing or np.inf):
         raise ParameterError(
             f"got a length of {notch.length:g} m with nodes {even * radius:.4g} m apart",
             expected=f"at least {_FEWEST_ALONG} nodes along it",

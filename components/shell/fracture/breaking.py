@@ -1,0 +1,319 @@
+"""A body that breaks: ticks one by one, the cracks after each, their energies and events, and outputs on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...contract import EventDetail, Variable
+from ...drawables import Drawable, Links, Points
+from ...errors import ParameterError
+from ...snapshot import EVENT_ROWS, Block
+from ...support.arrays import FloatArray
+from .. import kernels
+from ..assembly import Assembly, node_stencils
+from ..layout import IntArray, Scratch, Solid, State
+from ..parameters import ShellParameters
+from . import forces
+from .cracks import Cracks, Parting
+from .facets import FACET_ROWS
+from .judgement import find_parting, write_ratios
+from .law import FractureLaw
+from .openings import crack_length, open_areas
+from .visibility import Visibility
+
+PARTED, ERODED, SPENT, TORN = "point_parted", "point_eroded", "point_spent", "point_torn"
+LOOSENED = "node_loosened"
+KINDS = {
+    PARTED: "a point passed the limit of the fracture law: a crack normal to the largest principal stress begins there",
+    SPENT: "a point that has parted, and has had time to unload, passed the limit again: it bears nothing any more",
+    TORN: "a point beside cracks was inverted or strained beyond measure: it bears nothing any more",
+    LOOSENED: "hardly any point sees a node any more: it flies on, and nothing holds it",
+    ERODED: "the nodes that cracks have left to a point do not span its functions: it bears nothing any more",
+}
+_FRACTURE, _ERODED = 0, 1
+# Values of events are at most this one.
+_LARGEST = 1e300
+_FEWEST = {"linear": 4, "quadratic": 10}
+AddEvent = Callable[[int, str, int, float, float], None]
+
+
+class BreakingBody:
+    """The cracks of a component, in its state and in the tables of its kernels."""
+
+    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
+        """Take the body without cracks.
+
+        Raises:
+            ParameterError: the law wants a material that flows.
+        """
+        if law.needs_flow and not whole.plastic:
+            raise ParameterError(
+                f"got the law {law.name!r} with an elastic material", expected="one that flows",
+                hint="choose material = 'thermoviscoplastic', or fracture = {name = 'principal_stress', stress = ...}",
+                at="fracture",
+            )  # fmt: skip
+        self.law = law
+        self._parameters, self._assembly = parameters, assembly
+        self.details = {
+            PARTED: EventDetail(law.unit, "points"), ERODED: EventDetail("1", "points"),
+            SPENT: EventDetail(law.unit, "points"), TORN: EventDetail("1", "points"),
+            LOOSENED: EventDetail("", "nodes"),
+        }  # fmt: skip
+        self.cracks = Cracks(
+            assembly.lattice, assembly.points, assembly.stencils, whole, law, parameters.chosen_radius, parameters.basis
+        )
+        self._found = np.zeros(len(assembly.points.volume), dtype=np.int64)
+        self._seen_facets = np.zeros((0, 9))
+
+    growing = {"events": EVENT_ROWS, "facets": FACET_ROWS, "eroded": ("f8", ()), "loosened": ("f8", ())}  # noqa: RUF012 - as `Block` takes it
+    fields = {"losses": ("f8", (2,)), "nearest": ("f8", (3,))}  # noqa: RUF012
+
+    def solid(self, block: Block) -> Solid:
+        """Return the tables of the kernels with the cracks of the state."""
+        self.cracks.follow(block["facets"], block["eroded"], block["loosened"])
+        return self.cracks.solid
+
+    # -- ticks ------------------------------------------------------------------------------------------------------
+
+    def advance(
+        self, block: Block, state: State, scratch: Scratch, signals: FloatArray, pressures: FloatArray, first_tick: int,
+        failed: IntArray, add_event: AddEvent,
+    ) -> int:  # fmt: skip
+        """Advance as `kernels.advance` does, and part at the end of each tick what has passed its limit."""
+        solid = self.solid(block)
+        for row in range(len(signals)):
+            tick = first_tick + row
+            inputs = signals[row : row + 1], pressures, block["tally"]
+            status = int(kernels.advance(solid, state, scratch, *inputs, tick, failed))
+            while status and self.cracks.is_beside_crack(int(failed[0])):
+                status = self._tear(block, state, scratch, inputs, failed, add_event)
+                solid = self.cracks.solid
+            if status:
+                return status
+            count = find_parting(solid, state, self.cracks.judged, self._found, block["nearest"], tick + 1)
+            if count:
+                solid = self._part(block, state, scratch, self._found[:count].copy(), tick + 1, add_event)
+        return 0
+
+    def _part(
+        self, block: Block, state: State, scratch: Scratch, found: IntArray, tick: int, add_event: AddEvent
+    ) -> Solid:  # fmt: skip
+        """Part the body at some points; return its tables."""
+        before = self.cracks.solid
+        parting = self.cracks.part(state, found, tick)
+        after = self.cracks.solid
+        points, columns, nodes = self._surroundings(parting.changed)
+        losses = block["losses"]
+        losses[_FRACTURE] += forces.tie_energy(before, state, columns) + forces.leapfrog_energy(before, state, nodes)
+        losses[_ERODED] += forces.erode(after, state, parting.eroded)
+        forces.write_gradients(after, state, parting.changed)
+        forces.refresh_forces(after, state, scratch, points, columns, nodes)
+        kernels.write_areas(after, state)
+        losses[_FRACTURE] -= forces.tie_energy(after, state, columns) + forces.leapfrog_energy(after, state, nodes)
+        self._note(block, parting, tick, add_event)
+        return after
+
+    def _tear(
+        self, block: Block, state: State, scratch: Scratch, inputs: tuple[FloatArray, FloatArray, FloatArray],
+        failed: IntArray, add_event: AddEvent,
+    ) -> int:  # fmt: skip
+        """Let a point at which a tick failed bear nothing any more, and finish the tick; return 0 or a status."""
+        point, tick = int(failed[0]), int(failed[1])
+        value, limit = (float(one) for one in scratch.pull[point, :2])
+        parting = self.cracks.erode(point)
+        solid, (signals, pressures, tally) = self.cracks.solid, inputs
+        block["losses"][_ERODED] += forces.erode(solid, state, parting.eroded)
+        forces.write_gradients(solid, state, parting.changed)
+        self._note(block, parting._replace(spent=[point]), tick, add_event)
+        add_event(tick, TORN, point, value if abs(value) < _LARGEST else _LARGEST, limit)
+        status = int(kernels.update_stresses(solid, state, scratch, point, self.point_count, failed))
+        if status == 0:
+            kernels.hold_columns(solid, state, scratch, 0, len(solid.hourglass.partner))
+            kernels.gather_forces(solid, state, scratch, 0, len(solid.body.mass))
+            kernels.kick(solid, state, scratch, signals[0], pressures, tally)
+        return status
+
+    def _surroundings(self, changed: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+        """Return the points, columns with ties, and nodes whose forces change with some points."""
+        some, tied = self._assembly.stencils, self._assembly.solid.hourglass
+        points, columns = changed, np.zeros(0, dtype=np.int64)
+        if len(tied.partner):
+            own = np.unique(changed // tied.points)
+            columns = np.unique(np.concatenate([own, tied.partner[own].ravel()]))
+            columns = columns[columns >= 0]
+            points = (columns[:, None] * tied.points + np.arange(tied.points)).ravel()
+        seen = [some.nodes[some.begin[p] : some.begin[p + 1]] for p in points]
+        return points, columns, np.unique(np.concatenate([*seen, np.zeros(0, np.uint32)])).astype(np.int64)
+
+    def _note(self, block: Block, parting: Parting, tick: int, add_event: AddEvent) -> None:
+        """Put the cracks of a tick into the state, and their events."""
+        for facet, (value, limit) in zip(parting.facets, parting.values, strict=True):
+            block.append("facets", facet)
+            add_event(tick, PARTED, int(facet[0]), value, limit)
+        begin, hidden = self._assembly.stencils.begin, self.cracks.visibility.hidden
+        for point, (value, limit) in zip(parting.spent, parting.spent_values, strict=False):
+            add_event(tick, SPENT, point, value, limit)
+        for point in parting.eroded:
+            block.append("eroded", float(point))
+            if int(point) in parting.spent:
+                continue
+            left = int((~hidden[begin[point] : begin[point + 1]]).sum())
+            add_event(tick, ERODED, int(point), float(left), float(_FEWEST[self._parameters.basis]))
+        for node in parting.loosened:
+            block.append("loosened", float(node))
+            add_event(tick, LOOSENED, int(node), 0.0, 0.0)
+
+    # -- reading ----------------------------------------------------------------------------------------------------
+
+    @property
+    def values(self) -> FloatArray:
+        """Shape functions at the points, by the rows of the tables."""
+        return self.cracks.visibility.values
+
+    @cached_property
+    def _nodes(self) -> Visibility:
+        """Stencils of the nodes themselves, at which displacements are reported."""
+        lattice, p = self._assembly.lattice, self._parameters
+        places = np.stack(np.unravel_index(np.arange(lattice.node_count), lattice.shape), axis=-1).astype(np.float64)
+        self._seen_facets = np.zeros((0, 9))
+        return Visibility(lattice, places, node_stencils(self._assembly, p), p.chosen_radius, p.basis)
+
+    def node_field(self, block: Block, parameters: FloatArray) -> FloatArray:
+        """Return a field where the nodes are; a node that cracks have left alone has its parameter."""
+        self.solid(block)
+        seen, facets = self._nodes, self.cracks.facets
+        known = len(self._seen_facets)
+        if known > len(facets) or not np.array_equal(facets[:known], self._seen_facets):
+            seen.clear()
+            known = 0
+        if len(facets) > known:
+            changed = np.unique(np.concatenate([seen.hide(facet) for facet in facets[known:]]))
+            poor = changed[~seen.rebuild(changed)]
+            for node in poor:
+                begin, end = (int(one) for one in seen.begin[node : node + 2])
+                row = int(seen.first[seen.kind[node]])
+                seen.values[row : row + end - begin] = seen.nodes[begin:end] == node
+        self._seen_facets = facets.copy()
+        out = np.zeros_like(parameters)
+        kernels.interpolate(seen.begin, seen.nodes, seen.kind, seen.first, seen.values, parameters, out)
+        return out
+
+    def point_field(self, parameters: FloatArray) -> FloatArray:
+        """Return a field at the points; 0 at eroded ones."""
+        body, out = self.cracks.solid.body, np.zeros((self.point_count, 3))
+        kernels.interpolate(body.begin, body.nodes, body.kind, body.first, self.values, parameters, out)
+        return out
+
+    @property
+    def point_count(self) -> int:
+        """Number of integration points."""
+        return len(self._found)
+
+    def ratios(self, block: Block, state: State) -> FloatArray:
+        """Return what decides at each point over its limit."""
+        self.solid(block)
+        out = np.zeros(self.point_count)
+        write_ratios(state, self.cracks.judged, out)
+        return out
+
+    def losses(self, block: Block) -> dict[str, float]:
+        """Return the energies that cracks have taken [J]: of ties that were cut, and of eroded points."""
+        return {"fracture_energy": float(block["losses"][_FRACTURE]), "eroded_energy": float(block["losses"][_ERODED])}
+
+    def report(self, block: Block, step_size: float) -> dict[str, float]:
+        """Return how near the body came to parting, where and when, and what cracks have done."""
+        self.solid(block)
+        ratio, point, tick = (float(one) for one in block["nearest"])
+        found = {
+            "points that have parted": float(np.count_nonzero(self.cracks.judged.cracks)),
+            "eroded points": float(len(self.cracks.eroded)), "pieces": float(self.cracks.piece_count),
+            "crack length, m": crack_length(self._assembly, self.cracks),
+        }  # fmt: skip
+        if ratio > 0.0:
+            lattice = self._assembly.lattice
+            along, across = (
+                float(axis.at(self._assembly.points.places[int(point), k])) for k, axis in enumerate(lattice.axes[:2])
+            )
+            found |= {
+                "largest fracture ratio so far, above 0.5": ratio, "at, s": tick * step_size, "along the body, m": along,
+                ("angle around, rad" if lattice.bent else "across the body, m"): across,
+            }  # fmt: skip
+        return found
+
+    def drawables(self, nodes: FloatArray, size: float) -> tuple[Drawable, ...]:
+        """Return the points, coloured by how near they are to parting, and the links of the surface that cracks have left."""
+        lattice = self._assembly.lattice
+        along, across, through = (axis.at(one) for axis, one in zip(lattice.axes, self._assembly.points.places.T, strict=True))
+        places, top = lattice.place(along, across, through), lattice.top_nodes
+        return (
+            Points("points", places, np.full(len(places), size), "point_displacement", "fracture_ratio"),
+            Links("surface links", "nodes", top[self.surface_pairs], "surface_links"),
+        )
+
+    def declare(self) -> Iterable[Variable]:
+        """Declare the outputs on cracks."""
+        m, stations = self.point_count, self._assembly.lattice.shape[0]
+        links = len(self.surface_pairs)
+        yield Variable(
+            "fracture_limit", "output", self.law.unit, (m,), "limit of the fracture law at each point", axes=("point",)
+        )
+        yield Variable("cracks", "output", "1", (m,), "number of cracks of each point", minimum=0.0, axes=("point",))
+        yield Variable("point_displacement", "output", "m", (m, 3), "displacement of the points", axes=("point", "direction"))
+        yield Variable(
+            "surface_links", "output", "1", (links,), "0 where a crack lies between two neighbouring columns, at the outer "
+            "surface, otherwise 1", minimum=0.0, maximum=1.0, axes=("link",),
+        )  # fmt: skip
+        yield Variable(
+            "pieces", "output", "1", (), "pieces of the body that hang together, of such as bear stress", minimum=1.0
+        )
+        yield Variable("crack_length", "output", "m", (), "length of all cracks in the surface", minimum=0.0)
+        yield Variable(
+            "crack_area", "output", "m^2", (stations,), "open area of the cracks through the wall, at each plane of nodes "
+            "along the body", minimum=0.0, axes=("station",),
+        )  # fmt: skip
+        yield Variable("eroded_mass", "output", "kg", (), "mass of the points that bear nothing any more", minimum=0.0)
+
+    def outputs(self, block: Block, state: State) -> dict[str, Callable[[], Any]]:
+        """Return how to read them."""
+
+        def following(read: Callable[[], Any]) -> Callable[[], Any]:
+            def follow() -> Any:
+                self.solid(block)
+                return read()
+
+            return follow
+
+        readers: dict[str, Callable[[], Any]] = {
+            "fracture_limit": self.cracks.judged.limit.copy,
+            "cracks": lambda: self.cracks.judged.cracks.astype(np.float64),
+            "point_displacement": lambda: self.point_field(state.displacement),
+            "surface_links": self._surface_links,
+            "pieces": lambda: float(self.cracks.piece_count),
+            "crack_length": lambda: crack_length(self._assembly, self.cracks),
+            "crack_area": lambda: open_areas(self._assembly.lattice, self.cracks, self.node_field(block, state.displacement)),
+            "eroded_mass": self._eroded_mass,
+        }
+        return {name: following(read) for name, read in readers.items()}
+
+    @cached_property
+    def surface_pairs(self) -> IntArray:
+        """Columns that lie next to each other, along and across, shape (links, 2)."""
+        around = self._assembly.solid.surface.around
+        own = np.arange(len(around))
+        ahead = [np.stack([own, around[:, side]], axis=1)[around[:, side] != own] for side in (1, 3)]
+        return np.concatenate(ahead)
+
+    def _surface_links(self) -> FloatArray:
+        around = self._assembly.solid.surface.around
+        own, links = np.arange(len(around)), self.cracks.links
+        top = self._assembly.lattice.top_nodes % self._assembly.lattice.shape[2]
+        cut = [links[own, way, top][around[:, side] != own] for way, side in ((0, 1), (1, 3))]
+        return 1.0 - np.concatenate(cut)
+
+    def _eroded_mass(self) -> float:
+        volume = self._assembly.points.volume[self.cracks.eroded.astype(np.int64)]
+        return float(self._parameters.material.density * volume.sum())

@@ -1,0 +1,356 @@
+"""The cracks of a body: facets in the state, and the tables of kernels that follow from them."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...support.arrays import FloatArray
+from ..geometry.lattice import Lattice
+from ..integration import IntegrationPoints
+from ..layout import IntArray, Solid, State
+from ..stencils import Stencils
+from .facets import mark_links
+from .judgement import Judgement, decisive_value, index_normal
+from .law import FractureLaw
+from .pieces import Marks, label_columns, released_columns, severed_links
+from .rows import write_hold
+from .visibility import Visibility
+
+# A facet runs beside its point: half way to the next nodes where points lie at nodes, otherwise next to the point.
+_BESIDE_NODES, _BESIDE_POINTS = 0.45, 0.05
+# Sides are taken as equal where the sums of what decides on them differ by less than this part.
+_EQUAL = 1e-9
+# A point whose share of the squared frequency would exceed this multiple of the largest one at the start is eroded.
+_STIFFEST = 1.25
+# A node that points see less than this part as much as before any crack is loosened: nothing sees it any more.
+_LOOSE = 0.2
+# Time for a point that has parted to unload: that of sound over so many of the longest spacings.
+_SPACINGS_TO_UNLOAD = 4.0
+
+
+class Parting(NamedTuple):
+    """The new cracks at the end of a tick.
+
+    Attributes:
+        facets: new ones, rows of `facets.FACET_ROWS`.
+        values: what decided at the point of each, and its limit.
+        spent: points that have passed their limit again, long after they had parted.
+        spent_values: what decided at these, and the limits.
+        eroded: points that bear nothing any more, the spent ones and those that are left with too few neighbours.
+        loosened: nodes that hardly any point saw any more.
+        changed: points with other neighbours than before, the eroded ones among them.
+    """
+
+    facets: list[FloatArray]
+    values: list[tuple[float, float]]
+    spent: list[int]
+    spent_values: list[tuple[float, float]]
+    eroded: IntArray
+    loosened: IntArray
+    changed: IntArray
+
+
+class Cracks:
+    """The cracks, and the tables that follow from them; they are made anew where the state has other ones."""
+
+    def __init__(
+        self, lattice: Lattice, points: IntegrationPoints, stencils: Stencils, solid: Solid, law: FractureLaw, radius: float,
+        basis: object,
+    ) -> None:  # fmt: skip
+        """Take a body without cracks."""
+        self._lattice, self._places, self._stencils, self._whole = lattice, points.places, stencils, solid
+        self._through = len(points.lines[2].at)
+        self._extents = _thickness_cells(lattice, points, self._through)
+        at_nodes = len(points.lines[0].at) == lattice.shape[0]
+        self._shift = _BESIDE_NODES if at_nodes else _BESIDE_POINTS
+        self.visibility = Visibility(lattice, points.places, stencils, radius, basis)  # type: ignore[arg-type]
+        columns = len(points.volume) // self._through
+        along, across, thickness = lattice.axes
+        lines = points.lines
+        self.judged = Judgement(
+            law.code, law.limits(solid.law, columns, self._through), along.slope(lines[0].at), across.slope(lines[1].at),
+            thickness.slope(lines[2].at), thickness.at(lines[2].at) if lattice.bent else np.ones(self._through),
+            np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
+            np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid),
+        )  # fmt: skip
+        self._hold = np.zeros(lattice.node_count)
+        even = self.visibility
+        write_hold(solid.body, even.kind, even.first, even.values, np.arange(lattice.node_count), self._hold)
+        self._stiffest = _STIFFEST * float(self._stiffness(np.arange(len(points.volume))).max())
+        self.clear()
+
+    def _ticks_to_unload(self, solid: Solid) -> int:
+        """Return the ticks in which sound runs over a few spacings of the lattice."""
+        axes, density = self._lattice.axes, float(solid.body.mass[0] / self._lattice.volumes[0])
+        radius = axes[2].positions[-1] if self._lattice.bent else 1.0
+        longest = max(float(np.diff(axes[0].positions).max()), float(np.diff(axes[1].positions).max()) * radius)
+        return max(math.ceil(_SPACINGS_TO_UNLOAD * longest / math.sqrt(solid.law.young / density) / solid.step), 1)
+
+    def clear(self) -> None:
+        """Go back to a body without cracks."""
+        self.facets, self.eroded, self.loosened = np.zeros((0, 9)), np.zeros(0), np.zeros(0)
+        self.links = np.zeros((self._lattice.shape[0] * self._lattice.shape[1], 4, self._lattice.shape[2]), dtype=np.uint8)
+        self.visibility.clear()
+        self.judged.normal[:] = 0.0
+        self.judged.cracks[:] = self.judged.since[:] = 0
+        self._update_tables()
+
+    def follow(self, facets: FloatArray, eroded: FloatArray, loosened: FloatArray) -> None:
+        """Make the tables those of the facets, eroded points and loosened nodes of the state, where they are not."""
+        given, known = (facets, eroded, loosened), (self.facets, self.eroded, self.loosened)
+        if all(np.array_equal(one, other) for one, other in zip(given, known, strict=True)):
+            return
+        self.clear()
+        changed = [self._add(facet) for facet in facets] + [self._hide_node(int(node)) for node in loosened]
+        blind = eroded.astype(np.int64)
+        if changed:
+            points = np.unique(np.concatenate(changed))
+            self.visibility.rebuild(points[~np.isin(points, blind)])
+        self.visibility.blind(blind)
+        self.facets, self.eroded, self.loosened = facets.copy(), eroded.copy(), loosened.copy()
+        self._update_tables()
+
+    # -- parting ----------------------------------------------------------------------------------------------------
+
+    def part(self, state: State, found: IntArray, tick: int) -> Parting:
+        """Part the body at points that have passed their limit: the one that is farthest beyond it first.
+
+        A point that loses neighbours to a crack of this tick waits for the next one. One that has parted and has had time to
+        unload bears nothing any more: what it still holds together is a bridge that the lattice leaves between cracks.
+        """
+        decided = {int(p): float(decisive_value(state, self.judged, p)[0]) for p in found}
+        limit = self.judged.limit
+        order = sorted(decided, key=lambda p: (-decided[p] / limit[p], p))
+        facets: list[FloatArray] = []
+        values: list[tuple[float, float]] = []
+        changed = set[int]()
+        spent = [p for p in order if self.judged.cracks[p] > 0 and tick >= self.judged.since[p] + self.judged.wait]
+        for p in order:
+            if p not in changed and p not in spent:
+                facets.append(np.append(self._choose_facet(state, p), float(tick)))
+                values.append((decided[p], float(limit[p])))
+                changed |= set(self._add(facets[-1]).tolist())
+        self.facets = np.concatenate([self.facets, np.array(facets).reshape(-1, 9)])
+        spent_values = [(decided[p], float(limit[p])) for p in spent]
+        eroded, loosened, points = self._settle(changed, spent)
+        return Parting(facets, values, spent, spent_values, eroded, loosened, points)
+
+    def erode(self, point: int) -> Parting:
+        """Let a point bear nothing any more."""
+        return Parting([], [], [], [], *self._settle(set(), [point]))
+
+    def _settle(self, changed: set[int], spent: list[int]) -> tuple[IntArray, IntArray, IntArray]:
+        """Rebuild what points see; erode those that see too little, and loosen nodes that are hardly seen, until all is sound.
+
+        Args:
+            changed: points that have lost neighbours.
+            spent: points that bear nothing from now on.
+
+        Returns:
+            The points that are eroded, the spent ones among them, the nodes that are loosened, and all points concerned.
+        """
+        seen, gone = self.visibility, {int(p) for p in self.eroded}
+        eroded, loosened = list(spent), list[int]()
+        seen.blind(np.array(spent, dtype=np.int64))
+        fresh = changed - gone - set(spent)
+        if spent:
+            fresh |= self._loosen(np.array(spent, dtype=np.int64), loosened) - gone - set(spent)
+        concerned = {*fresh, *spent}
+        while fresh:
+            points = np.array(sorted(fresh), dtype=np.int64)
+            poor = ~seen.rebuild(points) | (self._stiffness(points) > self._stiffest)
+            seen.blind(points[poor])
+            eroded += points[poor].tolist()
+            losing = self._loosen(points, loosened)
+            fresh = losing - gone - set(eroded)
+            concerned |= fresh
+        self.eroded = np.concatenate([self.eroded, np.array(eroded, dtype=np.float64)])
+        self.loosened = np.concatenate([self.loosened, np.array(loosened, dtype=np.float64)])
+        self._update_tables()
+        return np.array(eroded, dtype=np.int64), np.array(loosened, dtype=np.int64), np.array(sorted(concerned), dtype=np.int64)
+
+    def _loosen(self, points: IntArray, loosened: list[int]) -> set[int]:
+        """Hide the nodes near some points that hardly any point sees any more; return the points that lose them."""
+        seen, body = self.visibility, self._whole.body
+        nodes = np.unique(np.concatenate([seen.nodes[seen.begin[p] : seen.begin[p + 1]] for p in points])).astype(np.int64)
+        hold = np.zeros(len(nodes))
+        write_hold(body, seen.kind, seen.first, seen.values, nodes, hold)
+        losing = set[int]()
+        known = {int(j) for j in self.loosened} | set(loosened)
+        for node in nodes[hold < _LOOSE * self._hold[nodes]].tolist():
+            if node not in known:
+                loosened.append(node)
+                losing |= set(self._hide_node(node).tolist())
+        return losing
+
+    def _hide_node(self, node: int) -> IntArray:
+        """Hide a node from all points; return those that saw it."""
+        body, seen = self._whole.body, self.visibility
+        entries = slice(int(body.seen_begin[node]), int(body.seen_begin[node + 1]))
+        points = body.seen_point[entries].astype(np.int64)
+        places = seen.begin[points].astype(np.int64) + body.seen_slot[entries]
+        saw = ~seen.hidden[places]
+        seen.hidden[places] = True
+        return points[saw]
+
+    def is_beside_crack(self, point: int) -> bool:
+        """Return whether cracks hide neighbours of a point that bears stress."""
+        begin, end = (int(one) for one in self._stencils.begin[point : point + 2])
+        return bool(self.visibility.hidden[begin:end].any()) and float(point) not in self.eroded
+
+    def _add(self, facet: FloatArray) -> IntArray:
+        """Take a facet; return the points that lose neighbours."""
+        p = int(facet[0])
+        if self.judged.cracks[p] == 0:
+            self.judged.normal[p] = facet[4:7]
+        self.judged.cracks[p] += 1
+        self.judged.since[p] = int(facet[8])
+        ring = self._lattice.axes[1]
+        near = self._columns_near(facet, ring.count)
+        mark_links(facet, self.visibility.table, near, self.links)
+        return self.visibility.hide(facet)
+
+    def _columns_near(self, facet: FloatArray, around: int) -> IntArray:
+        along = np.arange(max(int(facet[1]) - 2, 0), min(int(facet[1]) + 3, self._lattice.shape[0]))
+        across = np.arange(int(facet[2]) - 2, int(facet[2]) + 4)
+        across = np.unique(across % around) if self._lattice.axes[1].closed else across[(across >= 0) & (across < around)]
+        return (along[:, None] * around + across).ravel()
+
+    def _choose_facet(self, state: State, p: int) -> FloatArray:
+        """Return the facet of a point: on the side where a crack is already, otherwise where more is loaded."""
+        _, nx, ny, nz = decisive_value(state, self.judged, p)
+        normal = np.array(index_normal(self._whole, state, self.judged, p, nx, ny, nz))
+        side = self._open_side(p, normal) or self._loaded_side(state, p, normal) or 1
+        first = self._facet(p, normal, side)
+        if self.visibility.is_sound_behind(first, p):
+            return first
+        second = self._facet(p, normal, -side)
+        return second if self.visibility.is_sound_behind(second, p) else first
+
+    def _facet(self, p: int, normal: FloatArray, side: int) -> FloatArray:
+        beside = self._shift * max(abs(normal[0]), abs(normal[1])) if normal[2] == 0.0 else _BESIDE_POINTS
+        middle = self._places[p].copy()
+        half = self._extents[p]
+        middle[2] = half[0] if normal[2] == 0.0 else middle[2]
+        return np.concatenate([[p], middle + side * beside * normal, normal, [half[1]]])
+
+    def _open_side(self, p: int, normal: FloatArray) -> int:
+        """Return the side on which a point has lost more neighbours; 0 for none."""
+        begin, end = (int(one) for one in self._stencils.begin[p : p + 2])
+        lost = self._stencils.nodes[begin:end][self.visibility.hidden[begin:end]].astype(np.int64)
+        _, m, layers = self._lattice.shape
+        offsets = np.stack([lost // (m * layers), lost // layers % m, lost % layers], axis=-1) - self._places[p]
+        if self._lattice.axes[1].closed:
+            offsets[:, 1] -= m * np.floor(offsets[:, 1] / m + 0.5)
+        return int(np.sign(np.sign(offsets @ normal).sum()))
+
+    def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
+        """Return the side on which the points next to one are nearer to their limits; 0 where both are alike."""
+        sums = [0.0, 0.0]
+        for q in self._neighbours(p):
+            offset = self._places[q] - self._places[p]
+            if self._lattice.axes[1].closed:
+                m = self._lattice.shape[1]
+                offset[1] -= m * np.floor(offset[1] / m + 0.5)
+            beyond = float(offset @ normal)
+            if abs(beyond) > 0.3:
+                sums[int(beyond > 0.0)] += float(decisive_value(state, self.judged, q)[0]) / self.judged.limit[q]
+        difference = sums[1] - sums[0]
+        return 0 if abs(difference) <= _EQUAL * (abs(sums[0]) + abs(sums[1])) else (1 if difference > 0.0 else -1)
+
+    def _neighbours(self, p: int) -> list[int]:
+        """Return the points of the same layer in the columns of points around that of a point."""
+        across, k = len(self.judged.across), self._through
+        along = len(self.judged.along)
+        a, b, layer = p // (across * k), p // k % across, p % k
+        found = []
+        for x in range(max(a - 1, 0), min(a + 2, along)):
+            for y in range(b - 1, b + 2):
+                if (x, y) != (a, b) and (self._lattice.axes[1].closed or 0 <= y < across):
+                    found.append((x * across + y % across) * k + layer)
+        return found
+
+    def _stiffness(self, points: IntArray) -> FloatArray:
+        """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over that of sound."""
+        some, body = self._stencils, self._whole.body
+        counts = np.diff(some.begin.astype(np.int64))[points]
+        entry = np.repeat(some.begin[points].astype(np.int64) - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())
+        row = np.repeat(
+            self.visibility.first[self.visibility.kind[points]].astype(np.int64) - np.cumsum(counts) + counts, counts
+        )
+        gradients = self.visibility.gradients[row + np.arange(counts.sum())]
+        terms = (gradients * gradients).sum(axis=1) / body.mass[some.nodes[entry]]
+        owner = np.repeat(np.arange(len(points)), counts)
+        return body.volume[points] * np.bincount(owner, weights=terms, minlength=len(points))
+
+    # -- tables -----------------------------------------------------------------------------------------------------
+
+    def _update_tables(self) -> None:
+        """Make the tables of the kernels: rows, ties and the surface under pressure."""
+        lattice, seen, whole = self._lattice, self.visibility, self._whole
+        self.severed: Marks = severed_links(lattice, self.links)
+        self.labels, self.borne = self._label_pieces()
+        self.released: Marks = released_columns(lattice, self.severed, self.labels)
+        body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients)
+        around = self._loaded_neighbours()
+        self.solid = whole._replace(
+            body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
+        )
+
+    def _label_pieces(self) -> tuple[IntArray, Marks]:
+        """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
+        n, m, layers = self._lattice.shape
+        labels, borne = np.zeros(n * m, dtype=np.int64), np.zeros(n * m, dtype=bool)
+        if not len(self.facets):
+            return labels, ~borne
+        blind = np.zeros(len(self._places), dtype=bool)
+        blind[self.eroded.astype(np.int64)] = True
+        seen = self.visibility
+        label_columns(seen.begin, seen.nodes, seen.hidden, blind, layers, labels, borne)
+        return labels, borne
+
+    @property
+    def piece_count(self) -> int:
+        """Number of pieces; columns that nothing bears are none."""
+        return len(np.unique(self.labels[self.borne]))
+
+    def _cut_sides(self, cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        """Return whether each column is cut from the ones before and after it along and across, shape (columns, 4)."""
+        n, m, _ = self._lattice.shape
+        along, across = cut[:, 0].reshape(n, m), cut[:, 1].reshape(n, m)
+        sides = (np.roll(along, 1, axis=0), along, np.roll(across, 1, axis=1), across)
+        return np.stack([one.ravel() for one in sides], axis=1)
+
+    def _ties(self) -> IntArray:
+        """Return the partners of the hourglass control: none across a crack, and none of a column with an eroded point."""
+        partner = self._whole.hourglass.partner
+        if len(partner) == 0:
+            return partner
+        lost = np.zeros(len(partner) + 1, dtype=bool)
+        lost[self.eroded.astype(np.int64) // self._through] = True
+        cut = self._cut_sides(np.any(self.links[:, :2] > 0, axis=2))
+        return np.where(cut | lost[:-1, None] | lost[partner], -1, partner)
+
+    def _loaded_neighbours(self) -> IntArray:
+        """Return the neighbours that span the area of each node of the inner surface: itself across a crack."""
+        around = self._whole.surface.around
+        own = np.broadcast_to(np.arange(len(around))[:, None], around.shape)
+        cut = self._cut_sides(self.links[:, :2, 0] > 0) & (around != own)
+        return np.where(cut | self.released[:, None], own, around)
+
+
+def _thickness_cells(lattice: Lattice, points: IntegrationPoints, through: int) -> FloatArray:
+    """Return the middle and half the extent of each point's part of the thickness, in index space, shape (m, 2).
+
+    The outermost parts reach beyond the surface.
+    """
+    at = points.places[:, 2].reshape(-1, through)
+    top = np.full((len(at), 1), lattice.shape[2] - 0.5)
+    if lattice.hollow is not None:
+        top[at[:, -1] < lattice.hollow.bottom] = lattice.hollow.bottom + 0.5
+    bounds = np.concatenate([np.full((len(at), 1), -0.5), 0.5 * (at[:, 1:] + at[:, :-1]), top], axis=1)
+    return np.stack([0.5 * (bounds[:, 1:] + bounds[:, :-1]), 0.5 * np.diff(bounds, axis=1)], axis=-1).reshape(-1, 2)

@@ -1,0 +1,36 @@
+"""The base of fracture laws."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from ...materials.thermoviscoplastic import FlowConstants
+from ...support.arrays import FloatArray
+from ...support.counter_random import uniform
+from ...support.parameter_fields import Index, field
+from ...support.tagged_union import Named
+
+_STREAM = 3
+
+
+class FractureLaw(Named):
+    """A law of when a point parts, chosen by its `name`; its crack is normal to the largest principal stress."""
+
+    code: ClassVar[int]
+    unit: ClassVar[str]
+    needs_flow: ClassVar[bool] = False
+    scatter: float = field(
+        0.0, "largest deviation of the strength of a column of points from the mean, over it", "1", ge=0.0, lt=1.0
+    )
+    seed: Index = field(1, "of the scatter", "1")
+
+    def limit(self, law: FlowConstants) -> float:
+        """Return what decides where a point parts, in `unit`."""
+        raise NotImplementedError
+
+    def limits(self, law: FlowConstants, columns: int, through: int) -> FloatArray:
+        """Return the limit of each point, the same for all of a column, shape (columns * through,)."""
+        spread = 1.0 + self.scatter * (2.0 * uniform(self.seed, _STREAM, columns) - 1.0)
+        return np.repeat(self.limit(law) * spread, through)

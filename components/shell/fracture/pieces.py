@@ -1,0 +1,92 @@
+"""Pieces of a cracked body, and the surfaces on which pressure still acts."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ...support.jit import jit
+from ..geometry.lattice import Lattice
+from ..layout import IntArray
+
+# Ways of `facets.mark_links`: along, across, and both diagonals.
+ALONG, ACROSS = 0, 1
+Marks = npt.NDArray[np.bool_]
+
+
+@jit
+def label_columns(begin, nodes, hidden, blind, layers, labels, borne):
+    """Write for each column of nodes the first column that points connect with it.
+
+    A point that bears stress connects all columns of which it sees a node.
+
+    Args:
+        begin: where the neighbours of each point begin, shape (m + 1,).
+        nodes: the neighbours, shape (entries,).
+        hidden: which of them cracks hide, shape (entries,).
+        blind: which points bear nothing, shape (m,).
+        layers: nodes of a column.
+        labels: written, shape (columns,).
+        borne: written: whether any point sees each column, shape (columns,).
+    """
+    for column in range(labels.size):
+        labels[column], borne[column] = column, False
+    for p in range(blind.size):
+        if blind[p]:
+            continue
+        first, last = -1, -1
+        for entry in range(begin[p], begin[p + 1]):
+            if hidden[entry]:
+                continue
+            column = nodes[entry] // layers
+            if column == last:
+                continue
+            last = column
+            borne[column] = True
+            second = column
+            while labels[second] != second:
+                second = labels[second]
+            if first < 0:
+                first = second
+            elif first < second:
+                labels[second] = first
+            else:
+                labels[first] = second
+                first = second
+    for column in range(labels.size):
+        root = column
+        while labels[root] != root:
+            root = labels[root]
+        labels[column] = root
+
+
+def severed_links(lattice: Lattice, links: npt.NDArray[np.uint8]) -> Marks:
+    """Return which links of `facets.mark_links` are cut through the whole wall, or what a notch has left of it."""
+    n, m, layers = lattice.shape
+    there = lattice.present.reshape(n, m, layers)
+    ahead = [np.roll(there, -1, axis=0), np.roll(there, -1, axis=1)]
+    ahead += [np.roll(ahead[0], -1, axis=1), np.roll(ahead[0], 1, axis=1)]
+    both = np.stack([there & one for one in ahead], axis=2).reshape(n * m, 4, layers)
+    return np.all((links > 0) | ~both, axis=2)
+
+
+def released_columns(lattice: Lattice, severed: Marks, labels: IntArray) -> Marks:
+    """Return the columns on whose inner surface the pressure acts no more.
+
+    They are the lips of cracks that go through the wall, and detached pieces: all but the largest one, and of a tube those that
+    close around nowhere.
+    """
+    n, m, _ = lattice.shape
+    lips = np.zeros((n, m), dtype=bool)
+    for way, axis in ((ALONG, 0), (ACROSS, 1)):
+        cut = severed[:, way].reshape(n, m).copy()
+        if not lattice.axes[axis].closed:
+            cut[(-1,) if axis == 0 else (slice(None), -1)] = False
+        lips |= cut | np.roll(cut, 1, axis=axis)
+    sizes = np.bincount(labels, minlength=n * m)
+    held = {int(sizes.argmax())}
+    if lattice.axes[1].closed:
+        rows = labels.reshape(n, m)
+        whole = (rows == rows[:, :1]).all(axis=1) & ~severed[:, ACROSS].reshape(n, m).any(axis=1)
+        held |= {int(one) for one in rows[whole, 0]}
+    return lips.ravel() | ~np.isin(labels, sorted(held))

@@ -1,0 +1,23 @@
+"""A point in tension parts where its equivalent plastic strain passes a limit."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from ...materials.thermoviscoplastic import FlowConstants
+from ...support.parameter_fields import Positive, field
+from .law import FractureLaw
+
+
+class PlasticStrain(FractureLaw):
+    """The equivalent plastic strain decides, where the largest principal stress is tensile."""
+
+    code: ClassVar[int] = 1
+    unit: ClassVar[str] = "1"
+    needs_flow: ClassVar[bool] = True
+    name: Literal["plastic_strain"] = field("plastic_strain", "the equivalent plastic strain decides", "1")
+    strain: Positive = field(0.3, "plastic strain at which a point in tension parts", "1")
+
+    def limit(self, law: FlowConstants) -> float:
+        """Return the plastic strain at which a point parts."""
+        return self.strain

@@ -1,0 +1,26 @@
+"""A point parts where its largest principal Cauchy stress passes a multiple of the yield stress, or a given strength.
+
+Source: Gato & Shie (2010), whose factor is 3. With their material 3 is not reached.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from ...materials.thermoviscoplastic import FlowConstants
+from ...support.parameter_fields import Positive, field
+from .law import FractureLaw
+
+
+class PrincipalStress(FractureLaw):
+    """The largest principal stress decides."""
+
+    code: ClassVar[int] = 0
+    unit: ClassVar[str] = "Pa"
+    name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")
+    factor: Positive = field(3.0, "largest principal stress over the yield stress at which a point parts", "1")
+    stress: Positive | None = field(None, "that stress itself, in place of the factor", "Pa")
+
+    def limit(self, law: FlowConstants) -> float:
+        """Return the stress at which a point parts [Pa]."""
+        return self.factor * law.yield_stress if self.stress is None else self.stress

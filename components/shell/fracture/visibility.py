@@ -1,0 +1,141 @@
+"""Stencils of points beside cracks: rebuilt where a crack hides neighbours, shared with all other points elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ...support.arrays import FloatArray
+from ..geometry.lattice import Lattice
+from ..layout import IntArray
+from ..shape_functions import BasisName
+from ..stencils import Stencils, weights_at
+from .facets import LatticeTable, mark_hidden
+from .rows import least_squares_rows
+
+_BASIS_SIZES = {"linear": 4, "quadratic": 10}
+
+
+class Visibility:
+    """Stencils of points that may lose neighbours.
+
+    The lists of neighbours stay as they are: a hidden neighbour has the shape function 0. A point that loses one gets rows of
+    its own in the tables, at their end.
+
+    Attributes:
+        begin, nodes, kind, first, values, gradients: as in `Stencils`, with rows of its own for a point that has lost any.
+    """
+
+    def __init__(self, lattice: Lattice, places: FloatArray, stencils: Stencils, radius: float, basis: BasisName) -> None:
+        """Take the points, at fractional indices `places`, shape (m, 3), and their stencils without any crack."""
+        self._lattice, self._places, self._stencils = lattice, places, stencils
+        self._radii, self._basis = (radius, radius, radius), basis
+        self.begin, self.nodes = stencils.begin, stencils.nodes
+        self._counts = np.diff(stencils.begin.astype(np.int64))
+        self._order = _bins(lattice, places)
+        ring = lattice.axes[1]
+        self.table = LatticeTable(ring.count, lattice.axes[2].count, ring.count if ring.closed else 0)
+        self.clear()
+
+    def clear(self) -> None:
+        """Go back to where nothing is hidden."""
+        even = self._stencils
+        self.hidden = np.zeros(len(even.nodes), dtype=bool)
+        self.kind, self.first = even.kind.copy(), even.first.copy()
+        self.values, self.gradients = even.values, even.gradients
+        self._kinds, self._rows = len(even.first) - 1, len(even.values)
+
+    def near(self, place: FloatArray) -> IntArray:
+        """Return the points whose neighbours a facet at a place may hide."""
+        lattice, reach = self._lattice, self._radii[0] + 1.5
+        along, ring = lattice.axes[:2]
+        first, last = max(int(place[0] - reach), 0), min(int(place[0] + reach) + 1, along.count - 1)
+        around = np.arange(int(np.floor(place[1] - reach)), int(place[1] + reach) + 2)
+        around = np.unique(around % ring.count) if ring.closed else around[(around >= 0) & (around < ring.count)]
+        begin, order = self._order
+        cells = (np.arange(first, last + 1)[:, None] * ring.count + around).ravel()
+        return np.concatenate([order[begin[cell] : begin[cell + 1]] for cell in cells])
+
+    def hide(self, facet: FloatArray) -> IntArray:
+        """Hide neighbours behind a facet; return the points that lose any, ascending."""
+        points = self.near(facet[1:4])
+        some = self._stencils
+        count = mark_hidden(facet, self.table, some.begin, some.nodes, self._places, points, self.hidden)
+        return np.sort(points[:count])
+
+    def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
+        """Return whether what one point would see beside one more facet spans the basis."""
+        begin, end = (int(one) for one in self._stencils.begin[point : point + 2])
+        before = self.hidden[begin:end].copy()
+        some = self._stencils
+        mark_hidden(facet, self.table, some.begin, some.nodes, self._places, np.array([point]), self.hidden)
+        _, _, sound = self._compute(np.array([point]))
+        self.hidden[begin:end] = before
+        return bool(sound[0])
+
+    def rebuild(self, points: IntArray) -> npt.NDArray[np.bool_]:
+        """Give points rows of their own, of what they see; return which of them span the basis."""
+        values, gradients, sound = self._compute(points)
+        self._claim_rows(points)
+        for number, point in enumerate(points):
+            begin, count = int(self.first[self.kind[point]]), int(self._counts[point])
+            self.values[begin : begin + count] = values[number, :count]
+            self.gradients[begin : begin + count] = gradients[number, :count]
+        return sound
+
+    def blind(self, points: IntArray) -> None:
+        """Let points see nothing."""
+        self._claim_rows(points)
+        for point in points:
+            begin, count = int(self.first[self.kind[point]]), int(self._counts[point])
+            self.values[begin : begin + count] = 0.0
+            self.gradients[begin : begin + count] = 0.0
+
+    def _claim_rows(self, points: IntArray) -> None:
+        """Give points rows of their own that have none."""
+        shared = len(self._stencils.first) - 1
+        fresh = points[self.kind[points] < shared]
+        rows = int(self._counts[fresh].sum())
+        if self._kinds + len(fresh) >= len(self.first):
+            self.first = _grown(self.first, self._kinds + len(fresh) + 1)
+        if self._rows + rows > len(self.values) or self.values is self._stencils.values:
+            self.values, self.gradients = (_grown(one, self._rows + rows) for one in (self.values, self.gradients))
+        for point in fresh:
+            self.kind[point], self.first[self._kinds] = self._kinds, self._rows
+            self._kinds, self._rows = self._kinds + 1, self._rows + int(self._counts[point])
+
+    def _compute(self, points: IntArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
+        """Return shape functions (s, k), gradients (s, k, 3) of points as they see now, and whether they span the basis."""
+        some, counts = self._stencils, self._counts[points]
+        slot = np.arange(int(counts.max(initial=1)))
+        entry = some.begin[points].astype(np.int64)[:, None] + np.minimum(slot, counts[:, None] - 1)
+        there = (slot < counts[:, None]) & ~self.hidden[entry]
+        places, nodes = self._places[points], some.nodes[entry].astype(np.int64)
+        _, m, layers = self._lattice.shape
+        around = nodes // layers % m
+        if self.table.period:
+            around = around + m * np.floor((places[:, 1, None] - around) / m + 0.5).astype(np.int64)
+        own = [places[:, axis, None] for axis in range(3)]
+        seen = [nodes // (m * layers), around, nodes % layers]
+        offsets, weights, slopes = weights_at(self._lattice, own, seen, there, self._radii)
+        values, gradients = np.zeros(weights.shape), np.zeros(slopes.shape)
+        sound = np.zeros(len(points), dtype=bool)
+        offsets, weights, slopes = (np.ascontiguousarray(one) for one in (offsets, weights, slopes))
+        least_squares_rows(offsets, weights, slopes, _BASIS_SIZES[self._basis], values, gradients, sound)
+        return values, gradients, sound
+
+
+def _bins(lattice: Lattice, places: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return where the points of each column of nodes begin in a list, and that list: each point is of the nearest column."""
+    n, m, _ = lattice.shape
+    nearest = np.rint(places[:, :2]).astype(np.int64)
+    column = np.minimum(nearest[:, 0], n - 1) * m + nearest[:, 1] % m
+    order = np.argsort(column, kind="stable")
+    return np.concatenate([[0], np.cumsum(np.bincount(column, minlength=n * m))]), order
+
+
+def _grown(array: np.ndarray, length: int) -> np.ndarray:
+    """Return a copy with room for that many rows and as many again as there are."""
+    larger = np.zeros((length + len(array) // 4 + 64, *array.shape[1:]), dtype=array.dtype)
+    larger[: len(array)] = array
+    return larger

@@ -1,0 +1,199 @@
+"""The solid breaks: where, in how many pieces, with which energies, and the same whichever way it is stepped."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from support.solid_tools import ALUMINIUM
+
+import granular_env as ge
+from granular_env.components.shell.fracture import forces
+
+ALONG, ACROSS = 25, 13
+NOTCH = {"length": 0.002, "depth": 0.0006, "width": 0.0005, "around": 0.003, "direction": "hoop"}
+BODY = {"name": "plate", "length": 0.012, "width": 0.006, "along": ALONG, "across": ACROSS, "notch": NOTCH}
+PULLED = {
+    "body": BODY, "material": "thermoviscoplastic", "boundaries": {"start": "symmetry", "end": "platen"},
+    "fracture": {"name": "principal_stress", "factor": 1.3}, "step_size": 4e-8,
+}  # fmt: skip
+SPEED = 12.0
+
+
+def pulled_plate(**changes: Any) -> Any:
+    """Return a plate with a notch that begins to be pulled, evenly."""
+    plate: Any = ge.make("shell", **{**PULLED, **changes})
+    plate.reset(nodal_velocity=plate.nodes * [SPEED / 0.012, 0.0, 0.0])
+    return plate
+
+
+def cracked_columns(plate: Any) -> np.ndarray:
+    return plate.get("cracks").reshape(ALONG, ACROSS, 2).max(axis=2)
+
+
+@cache
+def broken_plate() -> Any:
+    """Return the plate after it has broken, and its snapshots on the way: with few cracks and at the end."""
+    plate = pulled_plate()
+    while plate.event_count < 5:
+        plate.step(plate.step_size, end_velocity=SPEED)
+    early = plate.save().to_bytes()
+    plate.step(400 * plate.step_size)
+    return plate, early, plate.save().to_bytes()
+
+
+def test_a_plate_breaks_in_two_at_its_notch() -> None:
+    plate, *_ = broken_plate()
+    assert plate.get("pieces") == 2.0
+    along = plate.lattice.axes[0].positions
+    parted = cracked_columns(plate)
+    assert parted[np.abs(along - 0.006) < 0.0016].any(axis=0).all()
+    assert parted[np.abs(along - 0.006) < 0.0016].sum() > 0.66 * parted.sum()
+    first = plate.events("point_parted")[0]
+    assert along[first.index // (2 * ACROSS)] == pytest.approx(0.006)
+    assert first.limit == pytest.approx(1.3 * 275e6)
+    assert first.limit < first.value < 1.1 * first.limit
+    assert plate.get("crack_length") > 0.006
+    moved = plate.nodes + plate.get("displacement")
+    x = moved[plate.surface_nodes].reshape(ALONG, ACROSS, 3)[..., 0]
+    # Both halves move as wholes, apart.
+    opened = x[-1].mean() - x[0].mean() - 0.012
+    area = plate.get("crack_area").sum()
+    assert opened > 1e-4
+    assert area == pytest.approx(opened * 0.006, rel=0.3)
+    report = plate.report()
+    assert report["pieces"] == 2.0
+    assert report["along the body, m"] == pytest.approx(0.006, abs=0.0025)
+    assert report["largest fracture ratio so far, above 0.5"] > 1.0
+
+
+def test_the_energy_of_a_breaking_body_closes() -> None:
+    plate, *_ = broken_plate()
+    energy, momentum, mass = plate.balances()
+    work = energy.initial + energy.supplied["boundary_work"]
+    assert abs(energy.residual) < 3e-4 * work
+    assert energy.lost["fracture_energy"] > 0.0
+    assert energy.lost["fracture_energy"] + energy.lost["eroded_energy"] < 0.2 * work
+    assert np.abs(momentum.residual).max() < 1e-12 * (plate.mass.sum() * SPEED)
+    assert mass.residual == 0.0
+
+
+def test_a_breaking_run_goes_on_bit_for_bit_from_any_snapshot() -> None:
+    _, early, end = broken_plate()
+    other = pulled_plate()
+    other.restore(ge.Snapshot.from_bytes(early))
+    for ticks in (1, 1, 2, 96, 300):
+        other.step(ticks * other.step_size)
+    assert other.save().to_bytes() == end
+    # Back before most cracks, and on again: what followed from them is made anew.
+    other.restore(ge.Snapshot.from_bytes(early))
+    assert cracked_columns(other).sum() < 6.0
+    assert other.get("pieces") == 1.0
+    other.step(400 * other.step_size)
+    assert other.save().to_bytes() == end
+
+
+def test_a_step_that_fails_takes_its_cracks_back() -> None:
+    _, early, end = broken_plate()
+    other = pulled_plate()
+    other.restore(ge.Snapshot.from_bytes(early))
+    cracks, displacement = other.get("cracks"), other.get("displacement")
+    with pytest.raises(ge.GranularError, match="a strain of"):
+        other.step(100 * other.step_size, end_velocity=1e6)
+    np.testing.assert_array_equal(other.get("cracks"), cracks)
+    np.testing.assert_array_equal(other.get("displacement"), displacement)
+    other.step(400 * other.step_size)
+    assert other.save().to_bytes() == end
+    other.reset()
+    assert other.get("cracks").sum() == other.event_count == 0
+    assert other.get("surface_links").min() == 1.0
+
+
+def test_points_beside_cracks_still_see_even_deformations() -> None:
+    plate, _, end = broken_plate()
+    solid, state, _, _ = plate.tables()
+    slope = np.array([[1e-3, 2e-4, 0.0], [0.0, -1e-3, 1e-4], [3e-4, 0.0, 5e-4]])
+    state.displacement[:] = plate.nodes @ slope
+    forces.write_gradients(solid, state, np.arange(plate.point_count))
+    bears = np.ones(plate.point_count, dtype=bool)
+    for kind in ("point_eroded", "point_spent", "point_torn"):
+        bears[[event.index for event in plate.events(kind)]] = False
+    gradient = state.gradient.reshape(-1, 3, 3)
+    np.testing.assert_allclose(gradient[bears], np.tile(slope.T, (bears.sum(), 1, 1)), rtol=0.0, atol=1e-15)
+    assert np.abs(gradient[~bears]).max(initial=0.0) == 0.0
+    plate.restore(ge.Snapshot.from_bytes(end))
+
+
+def test_cracks_of_a_mirrored_body_are_mirrored() -> None:
+    plate = pulled_plate()
+    while plate.event_count < 30:
+        plate.step(plate.step_size, end_velocity=SPEED)
+    cracks = plate.get("cracks").reshape(ALONG, ACROSS, 2)
+    np.testing.assert_array_equal(cracks, cracks[:, ::-1])
+
+
+def test_a_bar_breaks_where_it_is_weakest() -> None:
+    """A brittle bar, pulled evenly: the first crack is at the weakest column, and the bar parts there."""
+    body = {"name": "plate", "length": 0.012, "width": 0.002, "along": 25, "across": 5}
+    law = {"name": "principal_stress", "stress": 1e8, "scatter": 0.1, "seed": 5}
+    edges = {"start": "symmetry", "end": "platen"}
+    material = {"name": "elastic", **ALUMINIUM, "poisson": 0.0}
+    bar: Any = ge.make("shell", body=body, material=material, boundaries=edges, fracture=law, step_size=5e-8)
+    # Nearly as far as the weakest column bears at the start.
+    bar.reset(nodal_displacement=bar.nodes * [0.88e8 / 69e9, 0.0, 0.0], nodal_velocity=bar.nodes * [0.1 / 0.012, 0.0, 0.0])
+    while bar.get("pieces") < 2.0 and bar.time < 2e-5:
+        bar.step(10 * bar.step_size, end_velocity=0.1)
+    first = bar.events("point_parted")[0]
+    limits = bar.get("fracture_limit")
+    assert limits[first.index] == first.limit == limits.min()
+    cut = (bar.get("surface_links") == 0.0).reshape(-1)[: 24 * 5].reshape(24, 5).sum(axis=1)
+    row = first.index // 10
+    assert cut[row - 1 : row + 1].max() == 5
+    assert bar.get("pieces") == 2.0
+
+
+def test_plastic_strain_parts_what_has_flowed() -> None:
+    plate = pulled_plate(fracture={"name": "plastic_strain", "strain": 0.03})
+    while not plate.event_count and plate.time < 2e-5:
+        plate.step(plate.step_size, end_velocity=SPEED)
+    first = plate.events("point_parted")[0]
+    assert 0.03 < first.value < 0.06
+    assert plate.peek("plastic_strain")[first.index] == first.value
+    with pytest.raises(ge.GranularError, match=r"fracture: got the law 'plastic_strain' with an elastic material"):
+        ge.make("shell", fracture="plastic_strain")
+    with pytest.raises(ge.GranularError, match=r"fracture: got 'rankine', expected a known name"):
+        ge.make("shell", fracture="rankine")
+
+
+def test_a_body_that_nothing_parts_has_the_bits_of_one_without_a_law() -> None:
+    plates = [pulled_plate(fracture=law) for law in ("none", {"name": "principal_stress", "factor": 3.0})]
+    for plate in plates:
+        plate.step(60 * plate.step_size, end_velocity=SPEED)
+    for name in ("nodal_displacement", "nodal_velocity", "stress", "plastic_strain"):
+        np.testing.assert_array_equal(plates[0].get(name), plates[1].get(name))
+    assert plates[1].event_count == 0
+    assert plates[0].get("fracture_ratio").max() == pytest.approx(plates[1].get("fracture_ratio").max(), rel=0.01)
+
+
+def test_pressure_ends_on_lips_and_pieces() -> None:
+    """A ring of glass-like scatter bursts: its pieces fly on without any force from inside."""
+    body = {"name": "tube", "length": 0.002, "along": 3, "around": 64}
+    law = {"name": "principal_stress", "stress": 2e8, "scatter": 0.3, "seed": 2}
+    ring: Any = ge.make(
+        "shell", body=body, boundaries={"start": "symmetry", "end": "symmetry"}, fracture=law,
+        material={"name": "elastic", **ALUMINIUM},
+    )  # fmt: skip
+    ring.step(round(1.5e-5 / ring.step_size) * ring.step_size, pressure=8e6)
+    assert ring.get("pieces") > 2.0
+    _, state, _, _ = ring.tables()
+    surface = ring.tables()[0].surface
+    loaded = np.abs(state.area).max(axis=1).reshape(3, 64)
+    # All pieces but the largest one are free of it.
+    assert 0 < (loaded[1] > 0.0).sum() < 40
+    assert (surface.around[loaded.ravel() == 0.0] == np.flatnonzero(loaded.ravel() == 0.0)[:, None]).all()
+    assert ring.get("mean_inner_radius").min() > 0.01975
+    assert (ring.get("crack_area") > 0.0).all()
+    energy = ring.balances()[0]
+    assert abs(energy.residual) < 1e-3 * energy.supplied["pressure_work"]
