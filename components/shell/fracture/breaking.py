@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...contract import EventDetail, Variable
+from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
+from ...events import EventDetail
 from ...snapshot import EVENT_ROWS, Block
 from ...support.arrays import FloatArray
 from .. import kernels
