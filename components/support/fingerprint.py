@@ -11,6 +11,7 @@ import builtins
 import dis
 import enum
 import hashlib
+import inspect
 import struct
 import sys
 import types
@@ -112,6 +113,12 @@ def _package_key(dispatcher: Any) -> str | None:
     return _package_keys[dispatcher]
 
 
+@lru_cache
+def _source_key(module: str) -> str:
+    """Return a hash of the source of a module of this package, which makes machine code."""
+    return hashlib.sha256(inspect.getsource(sys.modules[module]).encode()).hexdigest()
+
+
 def is_of_package(function: Any) -> bool:
     """Return whether a jitted function is part of this package, whose constants are never assigned anew."""
     return str(getattr(function, "__module__", "")).split(".")[0] == __name__.split(".")[0]
@@ -148,8 +155,13 @@ class _Walk:
             repr(dispatcher._compiler.locals),
             _code_text(function.__code__),
         ]
-        if _imports(function.__code__) or dispatcher._compiler.pipeline_class is not Compiler:
-            self._give_up(function, "import or pipeline", "not a value")
+        pipeline = dispatcher._compiler.pipeline_class
+        if is_of_package(pipeline):
+            self.parts.append(f"{pipeline.__qualname__} {_source_key(pipeline.__module__)}")
+        elif pipeline is not Compiler:
+            self._give_up(function, "pipeline", "not a value")
+        if _imports(function.__code__):
+            self._give_up(function, "import", "not a value")
         for name, look_up in _references(function):
             self._refer(function, name, look_up, own)
 
