@@ -11,8 +11,8 @@ from support.solid_tools import frequency
 from support.tube_tools import AREA, BODY, GAS, RADIUS, WALL, cracking_tube, gas_ring, small_tube
 
 import granular_env as ge
-from granular_env.components.contract import Event
 from granular_env.components.detonation.layout import Medium, State
+from granular_env.components.events import Event
 from granular_env.components.tube import kernels
 from granular_env.components.tube.interface import find_overlaps
 

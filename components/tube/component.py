@@ -9,8 +9,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..detonation.component import DetonationTube
 from ..detonation.layout import WALL_WORK
 from ..drawables import Cells, Drawable, Points
